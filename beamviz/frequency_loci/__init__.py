@@ -1,6 +1,5 @@
 """Loci: frequencies along one parameter of a beam, mode by mode."""
 
-import math
 import time
 from dataclasses import dataclass
 from importlib import import_module
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from beamviz.beam import Beam, Units, check_int
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci.branches import Branch, Part, branches_of, trace
+from beamviz.frequency_loci.buckling import state_events
 from beamviz.frequency_loci.crossings import Event
 from beamviz.frequency_loci.limits import Limit, LimitSearch
 from beamviz.frequency_loci.sweep import Sweep, check_values
@@ -37,11 +37,10 @@ class Loci:
 
     def __getitem__(self, label: str) -> Branch:
         """The branch with this label; KeyError lists the labels."""
-        for branch in self.branches:
-            if branch.label == label:
-                return branch
-        labels = ", ".join(branch.label for branch in self.branches)
-        raise KeyError(f"no branch {label!r}; branches: {labels}")
+        named = {branch.label: branch for branch in self.branches}
+        if label not in named:
+            raise KeyError(f"no branch {label!r}; branches: {', '.join(named)}")
+        return named[label]
 
     def __repr__(self) -> str:
         kinds = [event.kind for event in self.events]
@@ -76,35 +75,15 @@ class Loci:
         return import_module("beamviz.results").loci_html(self)
 
     def labels_at(self, value: float) -> tuple[str, ...]:
-        """The labels of the branches of the lowest modes at a value, by ascending frequency.
-
-        Between the values of the sweep the order of the branches changes at crossings only. Empty
-        where neither neighbouring value has a solution. Raises InvalidInput for a value outside
-        the sweep.
-        """
+        """The labels of the branches of the lowest modes at a value, by ascending frequency; empty
+        where there is no solution. Raises InvalidInput for a value outside the sweep."""
         first, last = self.values[[0, -1]].tolist()
         if not first <= value <= last:
             raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
-        crossings = [event for event in self.events if event.kind == "crossing"]
-        found: list[tuple[float, list[str]]] = []
-        after = int(np.searchsorted(self.values, value))
-        for k in {after, after - int(self.values[after] > value)}:
-            start = float(self.values[k])
-            present = [branch for branch in self.branches if branch.mode_index[k] >= 0]
-            labels = [one.label for one in sorted(present, key=lambda one: one.mode_index[k])]
-            between = [e for e in crossings if min(start, value) < e.at < max(start, value)]
-            for event in between if start < value else between[::-1]:
-                a, b = event.branches
-                labels = [{a: b, b: a}.get(label, label) for label in labels]
-            # At a crossing the order depends on rounding: prefer the neighbour away from one.
-            clearance = min((abs(event.at - start) for event in crossings), default=math.inf)
-            found.append((clearance if labels else -1.0, labels))
-        return tuple(max(found)[1])
-
-    @property
-    def modes(self) -> int:
-        """The number of modes at each value."""
-        return 1 + max(int(branch.mode_index.max()) for branch in self.branches)
+        sweep = Sweep(self.beam, self.over, self.problem.modes, self.options)
+        found = branches_of(sweep, np.array([float(value)]), self.parts)
+        ranks = {int(branch.mode_index[0]): branch.label for branch in found}
+        return tuple(ranks[k] for k in sorted(ranks) if k >= 0)
 
     @property
     def warning(self) -> str:
@@ -140,11 +119,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         raise next(one for one in sweep.solve(values) if isinstance(one, BeamvizError))
     events = [event for part in parts for event in part.labelled_events]
     if sweep.problem.state != "straight":
-        from beamviz.frequency_loci.buckling import state_events
-
-        events = sorted(
-            [*events, *state_events(sweep, values, sweep.solve(values))], key=lambda one: one.at
-        )
+        events += state_events(sweep, values)
     return Loci(
         beam=beam,
         problem=sweep.problem,
@@ -152,7 +127,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         over=over,
         values=values,
         branches=branches,
-        events=tuple(events),
+        events=tuple(sorted(events, key=lambda event: event.at)),
         limits=tuple(search.limits(values[0], values[-1])),
         complete=not sweep.exhausted,
         solves=len(sweep.outcomes),
@@ -166,4 +141,4 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
     values = np.linspace(low, high, points)
-    return loci(found.beam, found.over, values, found.modes, **found.options)
+    return loci(found.beam, found.over, values, found.problem.modes, **found.options)

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.errors import BeamvizError, NotConverged
+from beamviz.errors import NotConverged
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.crossings import Event, locate_events
 from beamviz.frequency_loci.curves import Curves
 from beamviz.frequency_loci.interpolation import first_values, interpolate, unresolved
 from beamviz.frequency_loci.limits import LimitSearch
-from beamviz.frequency_loci.spectra import frequency_rank
-from beamviz.frequency_loci.sweep import Sweep
+from beamviz.frequency_loci.sweep import Sweep, frequency_rank
 from beamviz.solver.solution import Solution, family_of, read_only
 
 ABSENT = np.array([-1.0, *4 * [np.nan]])[:, None, None]  # of a branch: mode_index, then Piece.at
@@ -106,20 +105,12 @@ class Part:
     @property
     def labelled_events(self) -> Iterator[Event]:
         """The events between labelled branches, with their labels."""
-        for event, numbers in zip(self.events, self.pairs, strict=True):
-            if all(number in self.labels for number in numbers):
-                a, b = (self.labels[number] for number in numbers)
-                yield replace(event, branches=(a, b))
-
-    @cached_property
-    def pairs(self) -> tuple[tuple[int, int], ...]:
-        """The numbers of the two branches of each event."""
         count = self.curves.squares.shape[2]
-        numbers = self.numbers(np.array([np.nextafter(event.at, -np.inf) for event in self.events]))
-        columns = [[f * count + k for f, k in event.branches] for event in self.events]
-        return tuple(
-            (int(row[a]), int(row[b])) for row, (a, b) in zip(numbers, columns, strict=True)
-        )
+        before = self.numbers(np.array([np.nextafter(event.at, -np.inf) for event in self.events]))
+        for event, numbers in zip(self.events, before.tolist(), strict=True):
+            a, b = (self.labels.get(numbers[f * count + k]) for f, k in event.branches)
+            if a and b:
+                yield replace(event, branches=(a, b))
 
     def numbers(self, p: np.ndarray) -> np.ndarray:
         """The number (n, families * k) of the branch of each mode, by family, at values (n,)."""
@@ -138,11 +129,7 @@ def trace(sweep: Sweep, values: np.ndarray, search: LimitSearch) -> list[Part]:
     low, high = values[[0, -1]].tolist()
     axis = sweep.axis(low, high)
     sweep.solve(np.append(first_values(sweep, axis), [low, high]) if sweep.straight else values)
-    if any(
-        outcome.kind == NotConverged.kind
-        for outcome in sweep.outcomes.values()
-        if isinstance(outcome, BeamvizError)
-    ):
+    if any(isinstance(outcome, NotConverged) for outcome in sweep.outcomes.values()):
         sweep.solve(values)  # convergence may vary from value to value
     parts = []
     for axis in search.axes():
@@ -193,8 +180,7 @@ def _labels(part: Part, sweep: Sweep) -> dict[int, str]:
 
 
 def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tuple[Branch, ...]:
-    """The branches at some values. Parts of a branch with the same label are joined, unless both
-    exist at one value: then the second gets a prime."""
+    """The branches at some values. Parts of a branch with the same label are joined."""
     columns: dict[str, np.ndarray] = {}  # mode_index, then Piece.at: (5, values)
     exists = np.zeros(len(values), bool)
     for part in parts:
@@ -210,8 +196,6 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
         rows = np.tile(ABSENT, (len(values), len(part.labels)))
         rows[:, here] = np.where(chosen[0] < sweep.modes, chosen, ABSENT)
         for label, own in zip(part.labels.values(), np.moveaxis(rows, 2, 0).copy(), strict=True):
-            while label in columns and (np.minimum(columns[label][0], own[0]) >= 0).any():
-                label += "'"
             columns[label] = np.where(own[0] >= 0, own, columns.get(label, own))
     if not exists.any():
         return ()

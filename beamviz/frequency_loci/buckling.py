@@ -1,7 +1,6 @@
 """Events of the equilibrium along a sweep: buckling, limit points, second stable states."""
 
 from contextlib import suppress
-from dataclasses import replace
 from itertools import pairwise
 from typing import TypeGuard
 
@@ -9,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from beamviz.errors import BeamvizError, NotConverged
-from beamviz.frequency_loci.crossings import Event, Kind
+from beamviz.frequency_loci.crossings import Event
 from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import end_of_bent_state, other_stable_states, solve
@@ -21,7 +20,7 @@ SAME_TIP = 1e-3  # [L] distance of the tips up to which two states are the same
 SECOND_STATES_SOUGHT = 4  # number of values at which second states are searched for
 
 
-def state_events(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
+def state_events(sweep: Sweep, values: np.ndarray) -> list[Event]:
     """The events, in no order, of the equilibria at ascending values.
 
     "buckling": the straight state loses its stability; "limit point": the bent state ends, and the
@@ -29,7 +28,7 @@ def state_events(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> l
     bent state exists.
     """
     events: list[Event] = []
-    over = sweep.over
+    over, outcomes = sweep.over, sweep.solve(values)
     for low, high in pairwise(range(len(values))):
         before, after = outcomes[low], outcomes[high]
         ends = float(values[low]), float(values[high])
@@ -41,12 +40,6 @@ def state_events(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> l
         elif _is_bent(before) or _is_bent(after):
             events += _limit_point(over, *ends, before, after)
     return events + _second_states(sweep, values, outcomes)
-
-
-def _event(kind: Kind, before: Solution, after: Solution, at: float, frequency: float) -> Event:
-    """An event of the lowest branches of two solutions."""
-    labels = before.labels[0], after.labels[0]
-    return Event(kind, labels, at, frequency, gap=0.0, coupling=0.0, index=0.0, width=0.0)
 
 
 def _buckling(
@@ -62,7 +55,7 @@ def _buckling(
         at = brentq(lowest, low, high, xtol=PRECISION * (high - low), rtol=PRECISION)
     except (BeamvizError, ValueError):  # with a spin-up, or no straight state at one of the ends
         return []
-    return [_event("buckling", before, after, float(at), 0.0)]
+    return [Event("buckling", (before.labels[0], after.labels[0]), float(at), 0.0)]
 
 
 def _is_bent(outcome: Outcome) -> TypeGuard[Solution]:
@@ -97,7 +90,7 @@ def _limit_point(
                 first, last = (
                     one if isinstance(one, Solution) else start for one in (before, after)
                 )
-                return [_event("limit point", first, last, at, 0.0)]
+                return [Event("limit point", (first.labels[0], last.labels[0]), at, 0.0)]
     return []
 
 
@@ -107,12 +100,10 @@ def _second_states(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) ->
     for k in np.unique(np.linspace(0, len(values) - 1, SECOND_STATES_SOUGHT).astype(int)):
         own = outcomes[k]
         for other in other_stable_states(own)[:1] if isinstance(own, Solution) else ():
-            end = None
+            end, start = None, float(values[0])
             with suppress(NotConverged):
-                end = end_of_bent_state(other, sweep.over, float(values[0]))
+                end = end_of_bent_state(other, sweep.over, start)
             labels = own.labels[0], f"{other.labels[0]} (state 2)"
-            event = _event(
-                "second state", own, other, float(values[0]) if end is None else end, 0.0
-            )
-            return [replace(event, branches=labels, frequency=float(other.frequencies[0]))]
+            at = start if end is None else end
+            return [Event("second state", labels, at, float(other.frequencies[0]))]
     return []

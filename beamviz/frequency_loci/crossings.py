@@ -54,10 +54,10 @@ class Event:
     branches: tuple[Any, Any]  # labels; before these are known (family, index)
     at: float
     frequency: float  # mean of the two
-    gap: float  # 0 for a crossing
-    coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
-    index: float  # veering index MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
-    width: float  # distance at which the gap is sqrt(2) times the least; 0 for a crossing
+    gap: float = 0.0  # of a crossing
+    coupling: float = 0.0  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
+    index: float = 0.0  # veering index MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
+    width: float = 0.0  # distance at which the gap is sqrt(2) times the least
 
 
 class Candidate(NamedTuple):
@@ -104,7 +104,7 @@ def _crossings(curves: Curves, sweep: Sweep) -> list[Event]:
         square = (squares[0, b] + squares[1, s]) / 2
         if own and square >= 0:
             pair = ((0, b), (1, s)) if root.slope > 0 else ((1, s), (0, b))
-            events.append(Event("crossing", pair, root.at, math.sqrt(square), 0.0, 0.0, 0.0, 0.0))
+            events.append(Event("crossing", pair, root.at, math.sqrt(square)))
     return events
 
 
@@ -180,15 +180,14 @@ def _locate(
     first = points.at.searchsorted(low)
     if not (first < len(points.at) and points.at[first] == low):
         return None
-    modes = _mode_indices(sweep, low, family)[[k, k + 1]]
-    shapes = points.shapes[first, modes]
+    shapes = points.shapes[first, sweep.spectra(np.array([low])).rank[0, family, k : k + 2]]
     around = points.take(np.isin(points.at, values))
     approach = yield from _least_gap(around, shapes, low, high, guess)
     if approach is None or approach.modes[approach.gap > 0] >= sweep.modes:
         return None  # above the requested modes; a crossing with the highest counts
     pair = (family, k), (family, k + 1)
     if approach.gap == 0:
-        return Event("crossing", pair, *approach[:3], 0.0, 0.0, 0.0)
+        return Event("crossing", pair, approach.at, approach.frequency)
     if approach.gap > CLOSE * approach.frequency:
         return None
     off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
@@ -199,7 +198,7 @@ def _locate(
         points = yield np.concatenate((ends, near))
     beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
-        own = [_mode_indices(sweep, value, family)[[k, k + 1]] for value in ends.tolist()]
+        own = sweep.spectra(ends).rank[:, family, k : k + 2]
         if np.max(own) < beside.duals.shape[1]:  # else above the modes solved for
             O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
             if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
@@ -228,11 +227,6 @@ def _near(approach: Approach, start: float, stop: float) -> np.ndarray:
     """Points (2,) of the central differences at a least gap."""
     h = min(DIFFERENCE_STEP * approach.width, approach.at - start, stop - approach.at)
     return approach.at + np.array([-h, h])
-
-
-def _mode_indices(sweep: Sweep, value: float, family: int) -> np.ndarray:
-    """Indices (k,) of the modes of a family among all modes at a solved value."""
-    return sweep.spectra(np.array([value])).rank[0, family]
 
 
 def _interpolated_gaps(

@@ -13,8 +13,7 @@ import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation.pieces import Piece
-from beamviz.frequency_loci.spectra import frequency_rank
-from beamviz.frequency_loci.sweep import Sweep
+from beamviz.frequency_loci.sweep import Sweep, frequency_rank
 
 Measure = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Values (n,), omega^2 (n, families, k) -> functions (n, channels)."""
@@ -45,9 +44,7 @@ class Root:
     low: float
     high: float
     at: float
-    slope: float  # of the measure
-    rises: bool  # whether the measure rises there
-    smooth: bool  # whether the loci are interpolated there
+    slope: float  # of the measure; its sign never changes
     settled: float  # correction below which iteration ends
     shift: float = np.inf  # the last correction
     residual: float = np.nan  # before it
@@ -57,7 +54,7 @@ class Root:
         if not np.isfinite(residual):
             self.shift = 0.0
             return
-        if (residual < 0) == self.rises:
+        if (residual < 0) == (self.slope > 0):
             self.low = self.at
         else:
             self.high = self.at
@@ -171,8 +168,8 @@ class Curves:
             slope = float((above - below) / (high - low))
             settled = ALMOST * (high - low) if smooth else FINEST * length
             at = float(low - below / slope)
-            roots.append(Root(k, low, high, at, slope, slope > 0, smooth, settled))
-        interpolated = [root for root in roots if root.smooth]
+            roots.append(Root(k, low, high, at, slope, settled))
+        interpolated = [root for root, (*_, smooth) in zip(roots, brackets, strict=True) if smooth]
         _correct(interpolated, measure, self.squares_at, STEPS)
         for root in interpolated:  # bracket for the correction by solves
             margin = MARGIN * length

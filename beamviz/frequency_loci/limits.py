@@ -97,7 +97,7 @@ class LimitSearch:
             self.changes.append((curves.axis.low, "unstable"))
         roots = curves.roots(_lowest)
         polish(roots, self.sweep, _lowest)
-        self.changes += [(root.at, STABLE if root.rises else "unstable") for root in roots]
+        self.changes += [(root.at, STABLE if root.slope > 0 else "unstable") for root in roots]
 
     def limits(self, start: float, stop: float) -> Iterator[Limit]:
         """The ranges of start .. stop without equilibrium, stability or convergence."""

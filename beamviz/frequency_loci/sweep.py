@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,6 @@ from beamviz.frequency_loci.mode_vectors import (
     kinetic_energies,
     mode_points,
 )
-from beamviz.frequency_loci.spectra import Spectra
 from beamviz.solver import (
     DEFAULTS,
     Problem,
@@ -83,6 +82,29 @@ def check_values(over: str, values: ArrayLike) -> np.ndarray:
         raise InvalidInput(f"values of {over}: must ascend, but {second:g} follows {first:g}")
     array.flags.writeable = False
     return array
+
+
+def frequency_rank(squares: np.ndarray) -> np.ndarray:
+    """Index (values, families, k) of each mode by frequency among all, from omega^2; nan last."""
+    flat = squares.reshape(len(squares), np.prod(squares.shape[1:]))
+    return flat.argsort(axis=1).argsort(axis=1).reshape(squares.shape)
+
+
+class Spectra(NamedTuple):
+    """Modes at values of a parameter by family, bending first; or all as one family."""
+
+    squares: np.ndarray  # (values, families, k) omega^2, ascending; nan where not solved for
+    errors: np.ndarray  # (values, families, k) of the solver; nan where not estimated
+    bending: np.ndarray  # (values, families, k) bending fraction
+
+    def take(self, index: slice) -> "Spectra":
+        """The modes at the values with these indices."""
+        return Spectra(*(array[index] for array in self))
+
+    @property
+    def rank(self) -> np.ndarray:
+        """Index (values, families, k) of each mode by frequency among all."""
+        return frequency_rank(self.squares)
 
 
 @dataclass

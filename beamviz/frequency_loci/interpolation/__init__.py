@@ -18,8 +18,7 @@ from beamviz.frequency_loci.interpolation.fits import (
     by_squares,
 )
 from beamviz.frequency_loci.interpolation.pieces import Piece
-from beamviz.frequency_loci.spectra import Spectra
-from beamviz.frequency_loci.sweep import Sweep
+from beamviz.frequency_loci.sweep import Spectra, Sweep
 from beamviz.solver import is_small_strain
 
 FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
@@ -42,17 +41,12 @@ class _Attempt(NamedTuple):
 
 
 def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
-    """The pieces of an axis, ascending."""
+    """The pieces of an axis, ascending; the solves of each round are batched."""
     start, stop = axis.t_ends
-    if start == stop:
+    whole = stop - start
+    if not whole:
         return [unresolved(axis, sweep.spectra(np.array([axis.low])))]
-    return _interpolate(sweep, axis, _first(sweep, axis))
-
-
-def _interpolate(sweep: Sweep, axis: Axis, first: _Attempt) -> list[Piece]:
-    """The pieces of an attempt, ascending; the solves of each round are batched."""
-    whole = first.high - first.low
-    pending, ways = [first], _ways(sweep)
+    pending, ways = [_first(sweep, axis)], _ways(sweep)
     pieces: list[Piece] = []
     while pending:
         values = [_values_of(axis, attempt) for attempt in pending]

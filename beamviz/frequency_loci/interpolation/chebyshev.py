@@ -8,11 +8,12 @@ import numpy as np
 from beamviz.solver import interpolation_matrix
 
 LEAST = 16  # order of the coarsest piece
-CHECKS = np.array(
-    [0.08, 0.4, 0.7]
-)  # positions relative to the order, rounded to halfway between nodes
+CHECKS = np.array([0.08, 0.4, 0.7])  # positions relative to the order, moved between two nodes
 FINE = 96  # order up to which there are three samples between two nodes; above it, one
 EPS = float(np.finfo(float).eps)
+TAIL, MISFIT = 4.0, 8.0  # safety factors of the two error estimates
+BENDING_ERROR = 1e-3  # accepted error of the bending fraction
+SHIFT = 12.0  # omega^2 of bending at rest: added before a root or logarithm is taken
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,19 @@ def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np
     return tail * ratios / np.maximum(1 - ratios, 1 / order), rates
 
 
+def estimated_error(tail: np.ndarray, misfit: np.ndarray) -> np.ndarray:
+    """The error of an interpolant by its truncated terms and by its misfit at the check points."""
+    return np.maximum(TAIL * tail, MISFIT * misfit)
+
+
 def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Values (n, ...) at the nodes interpolated by `rows` (m, n): (m, ...)."""
     return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
+
+
+def positive_shift(squares: np.ndarray) -> float:
+    """Number whose addition makes omega^2 positive."""
+    return SHIFT + 2 * max(-float(squares.min()), 0.0)
 
 
 def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:

@@ -19,17 +19,19 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.interpolation import block, characteristic
+from beamviz.frequency_loci.interpolation import characteristic
 from beamviz.frequency_loci.interpolation.characteristic import Characteristic
 from beamviz.frequency_loci.interpolation.chebyshev import (
+    BENDING_ERROR,
     EPS,
+    estimated_error,
     interpolated,
     lobatto,
+    positive_shift,
     tail_and_rates,
 )
-from beamviz.frequency_loci.interpolation.pieces import Piece, of_root
-from beamviz.frequency_loci.spectra import BENDING_ERROR, MISFIT, TAIL, Spectra, positive_shift
-from beamviz.frequency_loci.sweep import Sweep
+from beamviz.frequency_loci.interpolation.pieces import Block, Piece, of_root
+from beamviz.frequency_loci.sweep import Spectra, Sweep
 
 SHARE = 0.5  # accepted interpolation error, of the tolerance and of the solver's error
 FLOOR = 1.0  # omega^2 below which the error is absolute, near the onset of instability
@@ -122,7 +124,7 @@ class Nodes:
         nodes, checks = flat[: self.order + 1], flat[self.order + 1 :]
         tail, rates = tail_and_rates(abs(points.coefficients @ nodes), self.order)
         misfit = abs(points.checks @ nodes - checks).max(axis=0)
-        errors = np.maximum(TAIL * tail, MISFIT * misfit) + EPS * abs(nodes).max(axis=0)
+        errors = estimated_error(tail, misfit) + EPS * abs(nodes).max(axis=0)
         return errors.reshape(shape), rates.reshape(shape)
 
 
@@ -186,16 +188,36 @@ def _pairs(nodes: Nodes, errors: np.ndarray, least: np.ndarray) -> tuple[np.ndar
 
 def by_block(nodes: Nodes) -> Fit | None:
     """A block of coupled modes; None without shapes."""
-    if not (fitted := block.fit(nodes.sweep.points(nodes.values), nodes.solved, nodes.order)):
+    points, solved, order = nodes.sweep.points(nodes.values), nodes.solved, nodes.order
+    if len(points.at) < len(solved.squares) or not points.kinetic.size:
         return None
-    found, errors, rates = fitted
-    m = len(errors)
+    squares, chebyshev, own = points.omega_squared, lobatto(order), slice(order + 1)
+    m, shift = squares.shape[1], positive_shift(squares)
+    U, _, V = np.linalg.svd(points.shapes[order // 2] @ points.duals.mT)
+    Q = U @ V  # (n, m, m): modes -> aligned with those of the middle
+    f = np.log(squares + shift)
+    forms = np.concatenate(((np.eye(m) * f[:, None, :])[:, None], points.kinetic), axis=1)
+    matrices = (Q[:, None] @ forms @ Q[:, None].mT)[own]
+    tail, rates = tail_and_rates(
+        abs(np.tensordot(chebyshev.coefficients, matrices[:, 0], 1)), order
+    )
+    solver_errors = np.matvec(Q**2, solved.errors[:, 0, :m])
+    block = Block(matrices, shift, solver_errors[own], tail, np.zeros(m))
+    tails, middles = (
+        block._replace(tail=terms).tails(f[own], Q.mT[own]).max(axis=0)
+        for terms in (tail, tail / rates)
+    )
+    found, _, bending, _ = block.at(chebyshev.checks, np.ones(len(chebyshev.checks), int))
+    block = block._replace(misfit=abs(found - squares[order + 1 :]).max(axis=0))
+    off = abs(bending - solved.bending[order + 1 :, 0, :m]).max(axis=0)
+    errors = np.where(off > BENDING_ERROR, np.inf, estimated_error(tails, block.misfit))
+    falls = np.minimum(tails / middles, 1.0)
     accepted, needed = nodes.accepted[0, :m], nodes.needed[0, :m]
     ratios = errors / accepted
     known = np.zeros(nodes.needed.shape, bool)
     known[0, :m] = (ratios <= 1) & np.isfinite(accepted)
-    piece = replace(nodes.piece, errors=nodes.estimates[0], needed=known, block=found)
-    return Fit(piece, lambda power: float((ratios * rates**power)[needed].max()))
+    piece = replace(nodes.piece, errors=nodes.estimates[0], needed=known, block=block)
+    return Fit(piece, lambda power: float((ratios * falls**power)[needed].max()))
 
 
 def by_characteristics(nodes: Nodes) -> Fit | None:
@@ -237,7 +259,7 @@ def _characteristic(
     found, bending, changes, falls = characteristic.fit(
         spectrum[:count], spectrum[count:, :modes], modes, shift, kinetic
     )
-    errors = np.maximum(TAIL * changes, MISFIT * found.misfit)
+    errors = estimated_error(changes, found.misfit)
     errors = np.where(np.isfinite(errors), errors, np.inf)
     if nodes.sweep.coupled:
         off = abs(bending - nodes.solved.bending[count:, f, :modes]).max(axis=0)

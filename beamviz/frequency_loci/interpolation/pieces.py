@@ -4,14 +4,58 @@ or of a characteristic function, with their estimated errors."""
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.interpolation.block import Block
 from beamviz.frequency_loci.interpolation.characteristic import Characteristic
-from beamviz.frequency_loci.interpolation.chebyshev import interpolated, lobatto, on_piece
-from beamviz.frequency_loci.spectra import MISFIT, TAIL, Spectra
+from beamviz.frequency_loci.interpolation.chebyshev import (
+    EPS,
+    estimated_error,
+    interpolated,
+    lobatto,
+    on_piece,
+)
+from beamviz.frequency_loci.sweep import Spectra
+
+
+class Block(NamedTuple):
+    """The m lowest of coupled modes as those of small symmetric matrices, in the basis of shapes at
+    the middle of a piece and elsewhere in one as close to it as possible.
+
+    They are smooth however narrowly the modes veer. The logarithm is interpolated, and diagonalised
+    at each value. Unlike a characteristic function this needs no spectra of whole meshes.
+    """
+
+    matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
+    shift: float  # of omega^2, which may be negative
+    solver_errors: np.ndarray  # (n, m) of omega^2 at the nodes
+    tail: np.ndarray  # (m, m) of the logarithm: sum of the truncated coefficients
+    misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
+
+    def squares(self, rows: np.ndarray) -> np.ndarray:
+        """omega^2 (n, m) by interpolation `rows`."""
+        return np.exp(np.linalg.eigvalsh(interpolated(rows, self.matrices[:, 0]))) - self.shift
+
+    def at(self, rows: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """omega^2, its solver error, bending fraction, interpolation error of omega^2: (4, n, m).
+
+        rows: (n, nodes) of the interpolation. after: indices (n,) of the next nodes."""
+        logarithm, across, kinetic = np.moveaxis(interpolated(rows, self.matrices), 1, 0)
+        f, y = np.linalg.eigh(logarithm)
+        bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
+        own = np.maximum(self.solver_errors[after - 1], self.solver_errors[after])
+        solver_error = np.matvec((y**2).mT, own)
+        error = estimated_error(self.tails(f, y), self.misfit)
+        shifted = np.exp(f)
+        return np.array(
+            [shifted - self.shift, solver_error, bending / whole, error + EPS * shifted]
+        )
+
+    def tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Change of omega^2 = exp(f) - shift by the tail, to first order."""
+        return np.exp(f) * (abs(y) * (self.tail @ abs(y))).sum(axis=-2)
 
 
 @dataclass(frozen=True)
@@ -69,7 +113,7 @@ class Piece:
         for f, one in enumerate(self.characteristics):
             if one:
                 squares[:, f, : one.modes], change, fractions = one.roots(rows)
-                error[:, f, : one.modes] = np.maximum(TAIL * change, MISFIT * one.misfit)
+                error[:, f, : one.modes] = estimated_error(change, one.misfit)
                 if len(self.needed) == 1:
                     bending[:, f, : one.modes] = fractions
         return found
