@@ -23,17 +23,14 @@ def random_chart(seed):
     """A beam, what is swept, the values and the options: Coriolis forces, inward beams, strain laws
     with a limit of equilibrium, large stretch and few points included."""
     chance = np.random.default_rng(seed)
-    over = str(
-        chance.choice(["gamma", "alpha", "beta", "delta", "mu"], p=[0.4, 0.2, 0.1, 0.2, 0.1])
-    )
+    names, shares = ["gamma", "alpha", "beta", "delta", "mu"], [0.4, 0.2, 0.1, 0.2, 0.1]
+    over, stay = str(chance.choice(names, p=shares)), [0.4, 0.4, 0.2]
     mu = 10 ** chance.uniform(1.2, 2.8)
     beam = {
         "alpha": chance.choice([0.0, 10 ** chance.uniform(-1.5, 1.3)]),
         "beta": chance.choice([1.0, chance.uniform(0.05, 1)]),
         "gamma": chance.choice([10 ** chance.uniform(-1, 1.3), chance.uniform(0, 2) * mu]),
-        "delta": chance.choice(
-            [0.0, chance.uniform(0, 3), chance.uniform(-1.5, 0)], p=[0.4, 0.4, 0.2]
-        ),
+        "delta": chance.choice([0.0, chance.uniform(0, 3), chance.uniform(-1.5, 0)], p=stay),
         "mu": mu,
     }
     low, high = {
@@ -41,7 +38,7 @@ def random_chart(seed):
         "beta": (0.0, 1.0),
         "gamma": (0.0, min(10 ** chance.uniform(0.5, 2.2), GAMMA_OVER_MU * mu)),
         "delta": (-1.0 * chance.choice([0, 1], p=[0.7, 0.3]), 3.0),
-        "mu": (max(10.0, beam["gamma"] / GAMMA_OVER_MU), 500.0),
+        "mu": (10.0, 500.0),
     }[over]
     beam["gamma"] = min(beam["gamma"], 200.0, GAMMA_OVER_MU * mu)
     if over == "mu":
@@ -112,12 +109,9 @@ def test_events_of_random_charts_are_those_of_many_points():
             few, many = (loci(beam, over, np.linspace(*ends, n), **options) for n in (3, 401))
         except BeamvizError:
             continue
-        a, b = ([(e.kind, e.branches, e.at, e.gap) for e in one.events] for one in (few, many))
-        same = len(a) == len(b) and all(
-            x[:2] == y[:2] and abs(x[2] - y[2]) <= 1e-5 * np.ptp(ends)
-            for x, y in zip(a, b, strict=True)
-        )
-        if not same:
-            missed[seed] = [a, b]
+        a, b = ([(e.kind, e.branches) for e in one.events] for one in (few, many))
+        places = [[e.at for e in one.events] for one in (few, many)]
+        if a != b or not np.allclose(*places, rtol=0, atol=1e-5 * np.ptp(ends)):
+            missed[seed] = [a, b], places
     print(missed)
     assert not missed

@@ -13,6 +13,7 @@ from beamviz.frequency_loci import close_up, sweep
 from beamviz.frequency_loci.crossings import CLOSE, ROTATED
 
 TIP = Beam(alpha=1, beta=1)
+FEW_TERMS = "modes = 5: at most 3 with terms = 3; ask for more"
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
@@ -42,7 +43,7 @@ def test_labels_without_coriolis():
 def test_a_family_changes_along_a_branch_with_coriolis():
     """Through the veering branches keep their order; bending becomes stretching and vice versa."""
     found = loci(TIP, "gamma", np.linspace(0, 10, 101), coriolis=True)
-    lower, upper = (next(b for b in found.branches if b.label == x) for x in ("B3", "S1"))
+    lower, upper = found["B3"], found["S1"]
     assert (lower.frequency < upper.frequency).all()
     assert (lower.family[0], lower.family[-1]) == ("bending", "stretching")
     assert (upper.family[0], upper.family[-1]) == ("stretching", "bending")
@@ -52,7 +53,8 @@ def test_a_family_changes_along_a_branch_with_coriolis():
 @pytest.mark.parametrize("gamma", [1e-3, 0.05, 0.2])
 def test_the_gap_is_the_gyroscopic_coupling(gamma):
     """To first order in the speed it is 2 gamma |int rho u w| of the uncoupled unit-mass shapes
-    (Manconi & Mace 2017); at rest there is none. However narrow, a veering is not a crossing."""
+    (Manconi & Mace 2017); at rest there is none. However narrow, a veering is not a crossing; at
+    its width from the least gap, on either side, the gap is sqrt(2) times the least."""
     values = np.linspace(1, 2, 21)
     (crossing,) = loci(Beam(gamma=0), "alpha", values, coriolis=True).events
     there = solve(Beam(alpha=crossing.at))
@@ -64,15 +66,9 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
     assert (crossing.kind, veering.kind) == ("crossing", "veering")
     assert veering.gap == pytest.approx(2 * gamma * coupling, rel=1e-3)
     assert veering.index == pytest.approx(1, abs=1e-3)
-
-
-@pytest.mark.parametrize("gamma", [0.05, 0.2])
-def test_the_width_of_a_veering(gamma):
-    """At this distance from the least gap, on either side, the gap is sqrt(2) times the least."""
-    (event,) = loci(Beam(gamma=gamma), "alpha", np.linspace(1, 2, 5), coriolis=True).events
-    for alpha in (event.at - event.width, event.at + event.width):
+    for alpha in (veering.at - veering.width, veering.at + veering.width):
         beside = solve(Beam(alpha=alpha, gamma=gamma), coriolis=True, tolerance=1e-10)
-        assert np.diff(beside.frequencies).min() == pytest.approx(2**0.5 * event.gap, rel=0.01)
+        assert np.diff(beside.frequencies).min() == pytest.approx(2**0.5 * veering.gap, rel=0.01)
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
@@ -106,14 +102,14 @@ def random_beam(chance):
         delta=chance.choice([0, chance.uniform(0, 2)]),
         mu=10 ** chance.uniform(1.6, 2.5),
     )
-    low, high = {
+    ranges = {
         "alpha": (0, 4),
         "beta": (0.05, 1),
         "gamma": (0, 50),
         "delta": (0, 2),
         "mu": (30, 250),
-    }[over]
-    return beam, str(over), low, high
+    }
+    return beam, str(over), *ranges[over]
 
 
 def truth(beam, over, values, modes):
@@ -190,27 +186,26 @@ def test_veerings_of_random_beams(seed):
                 assert not near, (k, dense[i], share)
 
 
-@pytest.mark.parametrize("modes", [3, 5])  # of odd and even orders of the interpolation
-@pytest.mark.parametrize(("alpha", "gamma"), [(0.38, 12), (1, 5), (3, 0)])
-def test_few_solves_over_the_place_of_the_mass(alpha, gamma, modes):
-    """A characteristic function replaces loci that all veer, with hundreds of solves fewer."""
-    values = np.linspace(0, 1, 11)
-    assert loci(Beam(alpha=alpha, gamma=gamma), "beta", values, modes).solves < 100
-
-
 @pytest.mark.parametrize(
-    ("beam", "over", "stop", "coriolis"),
+    ("beam", "over", "stop", "modes", "coriolis", "most"),
     [
-        (Beam(alpha=5, gamma=20), "beta", 1, False),  # a layer that wants an element of its own
-        (Beam(alpha=1, gamma=2, delta=-0.5), "beta", 1, True),  # unstable, with Coriolis forces
-        (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, True),
-        (Beam(alpha=1, beta=0.5, delta=1), "gamma", 150, False),  # omega^2 grows a thousandfold
+        *(
+            (Beam(alpha=alpha, gamma=gamma), "beta", 1, modes, False, 100)
+            for alpha, gamma in ((0.38, 12), (1, 5), (3, 0))
+            for modes in (3, 5)  # of odd and even orders of the interpolation
+        ),
+        (Beam(alpha=5, gamma=20), "beta", 1, 6, False, 120),  # a layer in an element of its own
+        (Beam(alpha=1, gamma=2, delta=-0.5), "beta", 1, 6, True, 120),  # unstable, with Coriolis
+        (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, 6, True, 120),
+        (Beam(alpha=1, beta=0.5, delta=1), "gamma", 150, 6, False, 120),  # omega^2 grows by 1000
     ],
 )
-def test_few_solves_of_fast_and_inward_beams(beam, over, stop, coriolis):
-    """All beams of a chart have meshes of the same orders, and rounding takes no solves."""
-    found = loci(beam, over, np.linspace(0, stop, 11), 6, coriolis=coriolis)
-    assert found.solves < 120
+def test_few_solves(beam, over, stop, modes, coriolis, most):
+    """Over the place of the mass a characteristic function replaces loci that all veer, with
+    hundreds of solves fewer. All beams of a chart have meshes of the same orders, and rounding
+    takes no solves."""
+    found = loci(beam, over, np.linspace(0, stop, 11), modes, coriolis=coriolis)
+    assert found.solves < most
 
 
 def test_solutions_are_solved_for_when_asked(monkeypatch):
@@ -236,27 +231,28 @@ def test_solutions_are_solved_for_when_asked(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("beam", "over", "values", "modes", "message"),
+    ("beam", "over", "values", "options", "message"),
     [
-        (TIP, "gamma", [], 5, "must be 2 .. 10000 numbers, not 0"),
-        (TIP, "gamma", [1], 5, "must be 2 .. 10000 numbers, not 1"),
-        (TIP, "gamma", [[1, 2]], 5, "an array of 2 dimensions"),
-        (TIP, "gamma", [2, 1], 5, "must ascend, but 1 follows 2"),
-        (TIP, "gamma", [1, 1], 5, "must ascend, but 1 follows 1"),
-        (TIP, "gamma", [0, math.nan, 1], 5, "gamma = nan: must lie in 0 .. 200"),
-        (TIP, "gamma", [0, 201], 5, "gamma = 201: must lie in 0 .. 200"),
-        (TIP, "gamma", ["fast", "slow"], 5, "must be numbers"),
-        (TIP, "alpha", 10**400, 5, "must be numbers"),
-        (TIP, "beta", [0, 1.5], 5, "beta = 1.5: must lie in 0 .. 1"),
-        (TIP, "speed", [0, 1], 5, "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
-        (Beam(gamma=150), "mu", [20, 100], 5, "gamma / mu = 7.5: must be at most 5"),
-        *((TIP, "gamma", [0, 1], modes, "modes = ") for modes in (0, 21, 2.5, "many")),
+        (TIP, "gamma", [], {}, "must be 2 .. 10000 numbers, not 0"),
+        (TIP, "gamma", [1], {}, "must be 2 .. 10000 numbers, not 1"),
+        (TIP, "gamma", [[1, 2]], {}, "an array of 2 dimensions"),
+        (TIP, "gamma", [2, 1], {}, "must ascend, but 1 follows 2"),
+        (TIP, "gamma", [1, 1], {}, "must ascend, but 1 follows 1"),
+        (TIP, "gamma", [0, math.nan, 1], {}, "gamma = nan: must lie in 0 .. 200"),
+        (TIP, "gamma", [0, 201], {}, "gamma = 201: must lie in 0 .. 200"),
+        (TIP, "gamma", ["fast", "slow"], {}, "must be numbers"),
+        (TIP, "alpha", 10**400, {}, "must be numbers"),
+        (TIP, "beta", [0, 1.5], {}, "beta = 1.5: must lie in 0 .. 1"),
+        (TIP, "speed", [0, 1], {}, "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
+        (Beam(gamma=150), "mu", [20, 100], {}, "gamma / mu = 7.5: must be at most 5"),
+        *((TIP, "gamma", [0, 1], {"modes": n}, "modes = ") for n in (0, 21, 2.5, "many")),
+        (TIP, "gamma", [0, 1], {"method": "assumed-modes", "terms": 3}, FEW_TERMS),
     ],
 )
-def test_wrong_input(beam, over, values, modes, message):
-    """The error names the value and the range, before anything is solved."""
+def test_wrong_input(beam, over, values, options, message):
+    """The error names the value and the range, before anything is solved; or the remedy."""
     with pytest.raises(InvalidInput, match=re.escape(message)):
-        loci(beam, over, values, modes)
+        loci(beam, over, values, **options)
 
 
 @pytest.mark.parametrize(
@@ -274,12 +270,6 @@ def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
     found = sorted_frequencies(loci(TIP, "gamma", np.linspace(0, 10, 11), modes=modes, **options))
     assert np.isfinite(found).sum(axis=1).tolist() == [modes] * 11
     assert found[0, :modes] == pytest.approx(solve(TIP, modes, **options).frequencies)
-
-
-def test_too_few_terms():
-    """The error names the number of modes asked for, and the remedy."""
-    with pytest.raises(InvalidInput, match="modes = 5: at most 3 with terms = 3; ask for more"):
-        loci(TIP, "gamma", [0, 1], 5, method="assumed-modes", terms=3)
 
 
 def test_flapwise():

@@ -1,24 +1,122 @@
-"""The forced response: against closed forms, one mode alone, a direct solve of all equations."""
+"""Resonances: all intersections of loci with per-rev lines, for any speeds of the sweep. The forced
+response: against closed forms, one mode alone, a direct solve of all equations."""
 
 import math
 
 import numpy as np
 import pytest
+from helpers import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
+from beamviz import Beam, BeamvizError, InvalidInput, loci, solve, solve_many
 from beamviz.frequency_loci.forced_response import (
     LOADS,
     quadrature,
+    resonances,
     response,
     run_up,
     static_deflection,
 )
-from beamviz.solver import solve
 
+HEAVY = Beam(alpha=1, beta=1)
 TIP = np.ones(1)
+
+
+def located(found, per_rev, label):
+    """The speeds of the resonances of one branch with one line, of four."""
+    return [one.at for one in resonances(found, 4) if (one.per_rev, one.branch) == (per_rev, label)]
+
+
+def test_resonances():
+    """Each lies on a locus and on a line of a multiple of the speed."""
+    found = resonances(loci(HEAVY, "gamma", np.linspace(0, 30, 16), coriolis=True), 4)
+    assert [(one.per_rev, one.branch) for one in found][:4] == [(k, "B1") for k in (4, 3, 2, 1)]
+    for one in found:
+        frequencies = solve(HEAVY.replace(gamma=one.at), coriolis=True, tolerance=1e-9).frequencies
+        assert one.frequency == one.per_rev * one.at
+        assert abs(frequencies - one.frequency).min() < 1e-6 * one.frequency
+
+
+@pytest.mark.parametrize(
+    ("delta", "points", "expected"),
+    [
+        *((0.0, points, [73.591, 85.314]) for points in (2, 5, 201)),
+        *((0.0007236814724, points, [79.102, 79.238]) for points in (5, 401)),
+        (0.00073, 101, []),
+    ],
+)
+def test_few_speeds_are_enough(delta, points, expected):
+    """4x B3 has two resonances, closer together than the speeds of the sweep; with a little more
+    hub radius the locus misses its line."""
+    found = loci(Beam(delta=delta), "gamma", np.linspace(0, 200, points), modes=6)
+    assert located(found, 4, "B3") == pytest.approx(expected, abs=1e-3)
+
+
+def test_up_to_the_end_of_an_equilibrium():
+    """With Hencky strain it ends at gamma 45.420. Between the last speed of the sweep and that S2
+    falls below B3 and intersects the 4x line."""
+    found = loci(Beam(), "gamma", np.linspace(0, 60, 61), modes=6, strain="hencky")
+    (at,) = located(found, 4, "S2")
+    assert 45 < at < found.limits[0].start
+    there = solve(Beam(gamma=at), 6, strain="hencky")
+    assert there.frequencies[there.labels.index("S2")] == pytest.approx(4 * at, rel=1e-6)
+
+
+def test_a_resonance_at_a_speed_of_the_sweep_is_found_once():
+    """At a value of the sweep exactly, and with a rounding error."""
+    (at,) = located(loci(HEAVY, "gamma", np.linspace(0, 5, 6)), 2, "B1")
+    for value in (at, np.nextafter(at, 0), np.nextafter(at, 9)):
+        again = located(loci(HEAVY, "gamma", [0.0, 0.5, value, 3.0]), 2, "B1")
+        assert again == pytest.approx([at], rel=1e-9)
+
+
+def random_sweep(seed):
+    """A beam, the end of its sweep, the number of speeds and the options."""
+    chance = np.random.default_rng(seed)
+    beam = Beam(
+        alpha=chance.choice([0, 10 ** chance.uniform(-1, 1)]),
+        beta=chance.choice([1.0, chance.uniform(0.1, 1)]),
+        delta=chance.choice([0, chance.uniform(0, 1), -chance.uniform(0, 0.5)]),
+        mu=10 ** chance.uniform(1.6, 2.5),
+    )
+    options = {
+        "coriolis": bool(chance.integers(2)),
+        "strain": str(chance.choice(["green", "green", "hencky", "biot"])),
+    }
+    return beam, float(chance.uniform(10, 150)), int(chance.choice([3, 6, 21, 81])), options
+
+
+def dense_resonances(beam, stop, options):
+    """Intersections of sorted frequencies on a dense grid of direct solves: no tracking, no
+    interpolation; for each (per_rev, speed before, speed after)."""
+    speeds = np.linspace(0, stop, 1501)[:-1]
+    f = np.full((1500, 5), np.nan)
+    outcomes = solve_many([beam.replace(gamma=x) for x in speeds], **options)
+    for row, outcome in zip(f, outcomes, strict=True):
+        if not isinstance(outcome, BeamvizError):
+            row[:] = np.nan_to_num(outcome.frequencies, nan=0.0)
+    for k in (1, 2, 3):
+        above = f > k * speeds[:, None]
+        changes = (above[1:] != above[:-1]) & np.isfinite(f[1:] + f[:-1])
+        for i, _ in np.argwhere(changes):
+            yield k, speeds[i], speeds[i + 1]
+
+
+@pytest.mark.parametrize("seed", [4, 5, *slow(0, 1, 2, 3)])
+def test_against_direct_solves(seed):
+    """Every intersection on a dense grid is found within its step, for any sweep."""
+    beam, stop, points, options = random_sweep(seed)
+    found = loci(beam, "gamma", np.linspace(0, stop, points), **options)
+    remaining = [(one.per_rev, one.at) for one in resonances(found, 3)]
+    ends = [limit.start for limit in found.limits if limit.kind == "no-equilibrium"]
+    for k, low, high in dense_resonances(beam, min([stop, *ends]), options):
+        here = [one for one in remaining if one[0] == k and low - 1e-6 <= one[1] <= high + 1e-6]
+        assert here, (k, low, high)
+        remaining.remove(here[0])
+    for k, at in remaining:  # closer together than the dense grid, or just before a limit
+        frequencies = solve(beam.replace(gamma=at), **options).frequencies
+        assert np.nanmin(abs(frequencies - k * at)) < 1e-5 * k * at
 
 
 def bent(frequency: float, x: np.ndarray) -> np.ndarray:
@@ -84,14 +182,13 @@ class Direct:
         x, weight = quadrature(beam)
         inner, gauss = x[:-1], weight[:-1]
         f = equilibrium.stretch(inner)
-        step = 1e-5
-        f1 = (equilibrium.stretch(inner + step) - equilibrium.stretch(inner - step)) / (2 * step)
+        f1 = (equilibrium.stretch(inner + 1e-5) - equilibrium.stretch(inner - 1e-5)) / 2e-5
         n, n1 = (f**3 - f) / 2, (3 * f**2 - 1) / 2  # green
         self.U, dU, _ = self.shapes(x, 1)
         self.W, dW, ddW = self.shapes(x, 2)
         bend = (f[:, None] * ddW[:-1] - f1[:, None] * dW[:-1]) / f[:, None] ** 3  # spatial
         stiff, tension = gauss * beam.mu**2 * n1, gauss * beam.mu**2 * n / f
-        spin = beam.gamma**2
+        spin, self.beam = beam.gamma**2, beam
         mass = [part.T @ (weight[:, None] * part) for part in (self.U, self.W)]
         Ka = dU[:-1].T @ (stiff[:, None] * dU[:-1]) - spin * mass[0]
         Kb = bend.T @ (gauss[:, None] * bend) + dW[:-1].T @ (tension[:, None] * dW[:-1])
@@ -102,7 +199,6 @@ class Direct:
         self.G = np.block([[zero, -cross], [cross.T, zero]])
         along, across = LOADS["chordwise"]
         self.F = np.concatenate([along * (weight @ self.U), across * (weight @ self.W)])
-        self.beam = beam
 
     def shapes(self, x: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """x^order times Legendre polynomials, with two derivatives, (len(x), COUNT) each."""
@@ -115,9 +211,8 @@ class Direct:
         """The tip (2,) under the force at omega."""
         gyroscopic = 2j * omega * self.beam.gamma * self.G if coriolis else 0.0
         q = np.linalg.solve(self.K - omega**2 * self.M + gyroscopic + 1j * omega * damping, self.F)
-        parts = q[: self.COUNT], q[self.COUNT :]
-        ends = [self.shapes(TIP, order)[0][0] for order in (1, 2)]
-        tip = [end @ part for end, part in zip(ends, parts, strict=True)]
+        parts = zip((1, 2), np.split(q, 2), strict=True)
+        tip = [self.shapes(TIP, order)[0][0] @ part for order, part in parts]
         return np.array(tip) / static_deflection(self.beam)
 
 
@@ -149,9 +244,6 @@ def test_damping_is_that_of_every_mode():
         expected = direct.tip(omega, False, C)
         found = response(solution, omega, damping, TIP)[0]
         assert found[1] == pytest.approx(expected[1], rel=1e-3)
-
-
-# A run
 
 
 def test_a_run_peaks_at_its_resonances():
@@ -187,12 +279,22 @@ def test_no_steady_response_where_the_beam_is_unstable():
     assert np.isnan(run.amplitudes[run.speeds > 3.1]).all()
 
 
-def test_wrong_input():
-    """Per-rev and damping with their ranges."""
-    with pytest.raises(InvalidInput, match="per_rev = 0"):
-        run_up(Beam(), 0, 0.02, 5.0)
-    with pytest.raises(InvalidInput, match=r"damping = 0\.5: must lie in 0\.001 \.\. 0\.2"):
-        run_up(Beam(), 1, 0.5, 5.0)
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: resonances(loci(HEAVY, "alpha", [0, 1]), 3),
+            "need loci over gamma, not over alpha",
+        ),
+        (lambda: resonances(loci(HEAVY, "gamma", [0, 1]), per_rev=3), "'per_rev': known: count"),
+        (lambda: run_up(Beam(), 0, 0.02, 5.0), "per_rev = 0"),
+        (lambda: run_up(Beam(), 1, 0.5, 5.0), r"damping = 0\.5: must lie in 0\.001 \.\. 0\.2"),
+    ],
+)
+def test_wrong_input(call, message):
+    """Per-rev lines need the speed; ranges and mistyped keywords are named."""
+    with pytest.raises(InvalidInput, match=message):
+        call()
 
 
 @settings(max_examples=10)
