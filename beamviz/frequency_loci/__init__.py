@@ -17,6 +17,8 @@ from beamviz.frequency_loci.limits import Limit, LimitSearch
 from beamviz.frequency_loci.sweep import Sweep, check_values
 from beamviz.solver import MAX_MODES, Problem
 
+MAX_POINTS = 10_000
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Loci:
@@ -110,7 +112,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     NotConverged where no value has a solution.
     """
     began = time.perf_counter()
-    values = check_values(over, values)
+    values = check_values("over =", over, values, 2, MAX_POINTS)
     sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
     search = LimitSearch(sweep, float(np.ptp(values)))
     parts = trace(sweep, values, search)

@@ -26,11 +26,10 @@ from beamviz.solver import (
     parse_options,
     solve_many,
 )
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import Solution, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
 DESIGNED = 5  # number of beams from which the common mesh of a sweep is designed
-MAX_POINTS = 10_000
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
 
 CHART_POINTS = 81
@@ -62,26 +61,25 @@ def chart_range(beam: Beam, over: str) -> tuple[float, float]:
     return max(low, least), min(high, most)
 
 
-def check_values(over: str, values: ArrayLike) -> np.ndarray:
-    """The values of a sweep as an array (n,); InvalidInput unless they are 2 .. MAX_POINTS
-    ascending numbers within the limits of the parameter."""
+def check_values(argument: str, over: str, values: ArrayLike, least: int, most: int) -> np.ndarray:
+    """The values of a parameter as a read-only array (n,); InvalidInput unless they are least ..
+    most ascending numbers within its limits. argument: where the parameter was named."""
     if over not in NUMBERS:
-        raise InvalidInput(f"over = {over!r}: must be one of {', '.join(NUMBERS)}")
+        raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}")
     try:
-        array = np.array(values, float)
+        array = np.atleast_1d(np.array(values, float)) + 0.0  # -0.0 becomes 0.0
     except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"values of {over}: must be numbers") from None
-    if array.ndim != 1 or not 2 <= len(array) <= MAX_POINTS:
+    if array.ndim != 1 or not least <= len(array) <= most:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
-        raise InvalidInput(f"values of {over}: must be 2 .. {MAX_POINTS} numbers, not {count}")
+        raise InvalidInput(f"values of {over}: must be {least} .. {most} numbers, not {count}")
     for value in array if not np.isfinite(array).all() else array[[0, -1]]:
         check_float(over, float(value), *NUMBERS[over].limits)
     falls = np.flatnonzero(np.diff(array) <= 0)
     if len(falls):
         first, second = array[falls[0] : falls[0] + 2]
         raise InvalidInput(f"values of {over}: must ascend, but {second:g} follows {first:g}")
-    array.flags.writeable = False
-    return array
+    return read_only(array)
 
 
 def frequency_rank(squares: np.ndarray) -> np.ndarray:

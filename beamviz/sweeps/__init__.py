@@ -140,15 +140,16 @@ def run(
 ) -> None:
     """Compute the chunks that a store lacks."""
     path = path.absolute()  # the working directory of workers may be another
-    workers = core_count() if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
+    known = hasattr(os, "sched_getaffinity")  # the cores that this process may use
+    cores = len(os.sched_getaffinity(0)) if known else os.cpu_count() or 1
+    workers = cores if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     left = open_store(plan, path)
     total = sum(map(plan.beams_of, plan.tasks))
     before = total - sum(map(plan.beams_of, left))
     state, start = Progress(total, before, before), time.monotonic()
 
     def capacity() -> int:
-        cores = sum(executor.nthreads().values()) if is_dask else workers
-        return IN_FLIGHT * max(1, cores)
+        return IN_FLIGHT * max(1, sum(executor.nthreads().values()) if is_dask else workers)
 
     is_dask = hasattr(executor, "get_executor")  # a client, whose workers may come and go
     with contextlib.ExitStack() as stack:
@@ -211,7 +212,7 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
         return
     spawn = multiprocessing.get_context("spawn")  # forking a process with threads is unsafe
     listener, ours = spawn.Pipe(duplex=False)
-    before = {name: os.environ.get(name) for name in THREADS}
+    before = {name: os.environ[name] for name in THREADS if name in os.environ}
     os.environ |= dict.fromkeys(THREADS, "1")  # small matrices: more threads wait for each other
     pool = ProcessPoolExecutor(workers, spawn, _start_worker, (listener,))
     try:
@@ -221,11 +222,9 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
         ours.close()
         pool.shutdown()
         listener.close()
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in THREADS:
+            del os.environ[name]
+        os.environ |= before
 
 
 @contextlib.contextmanager
@@ -251,13 +250,6 @@ def _start_worker(listener: Any) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()
-
-
-def core_count() -> int:
-    """The cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 @contextlib.contextmanager

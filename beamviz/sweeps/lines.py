@@ -228,13 +228,9 @@ class Line:
         certain = accurate & (abs(values) > error + solver_error)
         if self.coupled:  # the second "family" is that of the fractions
             certain &= (error[1] <= FRACTION) | ~np.isfinite(values)
-            values, certain, error, solver_error = (
-                values[:, :1],
-                certain[:, :1],
-                error[:1],
-                solver_error[:, :1],
-            )
-            known = known[:, :1]
+            arrays = values, certain, solver_error, known
+            values, certain, solver_error, known = (array[:, :1] for array in arrays)
+            error = error[:1]
         flat = values.reshape(len(values), -1)
         order = flat.argsort(axis=1)[:, : self.problem.modes]
         # One of the lowest modes here may be beyond those asked for at the beams solved.

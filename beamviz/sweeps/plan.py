@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import NUMBERS, Beam, check_float, exact_text
+from beamviz.beam import NUMBERS, Beam, exact_text
 from beamviz.errors import InvalidInput
+from beamviz.frequency_loci.sweep import check_values
 from beamviz.solver import DEFAULTS, METHODS, Problem, parse_options
 
 MAX_AXES = 5
@@ -106,30 +107,13 @@ def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan
         raise InvalidInput(f"no axis is given: name one or more of {', '.join(NUMBERS)}")
     if len(axes) > MAX_AXES:
         raise InvalidInput(f"{len(axes)} axes, {', '.join(axes)}: must be at most {MAX_AXES}")
-    values = {name: check_axis(name, given) for name, given in axes.items()}
+    values = {
+        name: check_values("axis", name, given, 1, MAX_VALUES) for name, given in axes.items()
+    }
     extremes = {name: float(array[0 if name == "mu" else -1]) for name, array in values.items()}
     beam = beam.replace(**extremes)  # its units are kept; raises where gamma / mu is too large
     chosen = [options.pop(option, default) for option, default in DEFAULTS.items()]
     return Plan(values, beam, parse_options(*chosen, **options))
-
-
-def check_axis(name: str, given: ArrayLike) -> np.ndarray:
-    """The values (n,) of an axis: ascending numbers within the limits of the parameter."""
-    if name not in NUMBERS:
-        raise InvalidInput(f"axis {name!r}: must be one of {', '.join(NUMBERS)}")
-    try:
-        array = np.atleast_1d(np.array(given, float))
-    except (TypeError, ValueError, OverflowError):
-        raise InvalidInput(f"values of {name}: must be numbers") from None
-    if array.ndim > 1 or not 1 <= array.size <= MAX_VALUES:
-        raise InvalidInput(f"values of {name}: must be a list of 1 .. {MAX_VALUES} numbers")
-    for value in array[~np.isfinite(array)][:1].tolist() + array[[0, -1]].tolist():
-        check_float(name, value, *NUMBERS[name].limits)
-    falls = np.flatnonzero(np.diff(array) <= 0)
-    if len(falls):
-        first, second = array[falls[0] : falls[0] + 2]
-        raise InvalidInput(f"values of {name}: must ascend, but {second:g} follows {first:g}")
-    return array + 0.0  # -0.0 becomes 0.0
 
 
 def find_place(

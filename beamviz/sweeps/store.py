@@ -54,9 +54,7 @@ def open_store(plan: Plan, path: Path) -> list[Task]:
     check_suffix(path, (".zarr",))
     with written(path):
         if not path.exists():
-            solve_many(
-                [plan.beam], **plan.problem.options
-            )  # raises for options that do not fit together
+            solve_many([plan.beam], **plan.problem.options)  # raises where options do not fit
             part = temporary(path)
             try:
                 part.mkdir()
