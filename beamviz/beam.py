@@ -279,8 +279,7 @@ MAX_TOML_BYTES = 64_000
 
 
 def check_si_keys(data: dict[str, Any], source: str) -> dict[str, float]:
-    """`data` if its keys are keywords of `from_si`, else InvalidInput for the key that is unknown
-    or missing."""
+    """`data` if its keys are those of `from_si`, else InvalidInput for one unknown or missing."""
     check_keys(data, SI_KEYS, source)
     missing = [key for key in SI_REQUIRED if key not in data]
     if missing:
@@ -289,8 +288,7 @@ def check_si_keys(data: dict[str, Any], source: str) -> dict[str, float]:
 
 
 def read_small(path: str | Path) -> bytes:
-    """The start of a file, one byte more than `parse_toml` accepts; InvalidInput where it cannot be
-    read."""
+    """The start of a file, a byte more than `parse_toml` accepts; InvalidInput if unreadable."""
     try:
         with Path(path).open("rb") as file:
             return file.read(MAX_TOML_BYTES + 1)
@@ -299,8 +297,7 @@ def read_small(path: str | Path) -> bytes:
 
 
 def parse_toml(text: bytes, name: str) -> dict[str, Any]:
-    """The contents of a TOML file called `name`, given as its bytes; InvalidInput where it is too
-    large or not TOML."""
+    """The contents of a TOML file called `name`; InvalidInput if it is too large or not TOML."""
     if len(text) > MAX_TOML_BYTES:
         raise InvalidInput(f"{name}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz")
     try:
@@ -356,6 +353,5 @@ def range_text(low: float, high: float) -> str:
 
 
 def exact_text(number: float) -> str:
-    """The shortest text of exactly this number, so that a value outside a limit never reads like
-    the limit."""
+    """The shortest text of exactly this number: outside a limit it never reads like the limit."""
     return repr(number).removesuffix(".0")

@@ -18,8 +18,7 @@ class InvalidInput(BeamvizError, ValueError):
 
 
 class NoEquilibrium(BeamvizError):
-    """No equilibrium exists; `limit` is the largest gamma that has one, nan where it is not known
-    or another number is the reason."""
+    """No equilibrium; `limit`: the largest gamma with one, nan if unknown or not the reason."""
 
     kind = "no-equilibrium"
 
@@ -44,8 +43,7 @@ class Unavailable(BeamvizError):
 
 
 class Cancelled(Exception):
-    """The caller has cancelled a calculation. Not a BeamvizError, which a solver may take for an
-    outcome."""
+    """A calculation was cancelled. Not a BeamvizError, which a solver may take for an outcome."""
 
     kind = "cancelled"
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from beamviz.beam import Beam
+    from beamviz.beam import Beam, Units
     from beamviz.frequency_loci import Branch, Loci
     from beamviz.frequency_loci.forced_response import Resonance
     from beamviz.lessons.model import Lesson
@@ -52,8 +52,7 @@ def json_text(data: Any, indent: int | None = 2) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A value in the types of JSON: records as dicts, arrays as lists; None for NaN and infinity,
-    which JSON does not have."""
+    """A value in the types of JSON: records as dicts, arrays as lists, NaN and infinity as None."""
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     elif is_dataclass(value) and not isinstance(value, type):
@@ -86,12 +85,8 @@ def aligned_table(heading: Sequence[str], *rows: Sequence[Any]) -> list[str]:
     cells = [[str(cell) for cell in row] for row in (heading, *rows)]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     sides = ["<" if name in LEFT_ALIGNED else ">" for name in heading]
-    return [
-        "  ".join(
-            f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)
-        ).rstrip()
-        for row in cells
-    ]
+    form = "  ".join(f"{{:{side}{width}}}" for side, width in zip(sides, widths, strict=True))
+    return [form.format(*row).rstrip() for row in cells]
 
 
 def significant_decimals(error: float) -> int:
@@ -137,9 +132,8 @@ def mode_records(solution: "Solution") -> list[dict[str, Any]]:
     """Each mode under the keys of the JSON; with frequencies in Hz and rad/s for a beam in SI."""
     records, units = [], solution.beam.units
     for k, frequency in enumerate(solution.frequencies):
-        record = {"index": k + 1} | {
-            key: getattr(solution, name)[k] for key, name in MODE_KEYS.items()
-        }
+        columns = {key: getattr(solution, name)[k] for key, name in MODE_KEYS.items()}
+        record = {"index": k + 1, **columns}
         if math.isnan(frequency) or solution.growth_rates[k] > 0:
             record["growth_rate"] = solution.growth_rates[k]
         if units:
@@ -163,10 +157,7 @@ def solution_table(solution: "Solution") -> str:
     beam, state, stats = solution.beam, solution.equilibrium, solution.stats
     heading = ["Beam         " + described_numbers(beam)]
     if units := beam.units:
-        heading.append(
-            f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s,"
-            f" {units.rpm(beam.gamma):.7g} rpm"
-        )
+        heading.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
     (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
     heading += [
         "Model        " + solution.problem.described,
@@ -177,15 +168,19 @@ def solution_table(solution: "Solution") -> str:
         f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    return "\n".join(
-        [*heading, "", *aligned_table(*zip(*mode_columns(solution), strict=True)), "", footer]
-    )
+    table = aligned_table(*zip(*mode_columns(solution), strict=True))
+    return "\n".join([*heading, "", *table, "", footer])
 
 
 def described_numbers(beam: "Beam", without: str = "") -> str:
     """The numbers of a beam by name, but one."""
     numbers = beam.numbers.items()
     return ", ".join(f"{name} {value:.7g}" for name, value in numbers if name != without)
+
+
+def described_units(units: "Units") -> str:
+    """The line of the units of a beam in SI."""
+    return f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s"
 
 
 def mode_columns(solution: "Solution") -> list[list[str]]:
@@ -261,7 +256,7 @@ def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         "Model        " + loci.problem.described,
     ]
     if units := loci.units:
-        heading.append(f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s")
+        heading.append(described_units(units))
     footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
     limits = [limit.message for limit in loci.limits]
     events, crossed = event_lines(loci), resonance_lines(loci, resonances)
@@ -307,14 +302,8 @@ def event_lines(loci: "Loci") -> list[str]:
         return note or ["No crossing or veering in this range."]
     heading = ("event", "branches", f"at {loci.over}", "frequency", "gap", "veering index")
     rows = [
-        (
-            e.kind,
-            " ".join(e.branches),
-            f"{e.at:.6f}",
-            f"{e.frequency:.5f}",
-            f"{e.gap:.3g}",
-            f"{e.index:.3f}",
-        )
+        (e.kind, " ".join(e.branches), f"{e.at:.6f}", f"{e.frequency:.5f}")
+        + (f"{e.gap:.3g}", f"{e.index:.3f}")
         for e in loci.events
     ]
     return aligned_table(heading, *rows) + note
@@ -324,14 +313,12 @@ def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str
     """The table of resonances; with rpm for a beam in SI."""
     if not resonances:
         return []
-    units, heading = loci.units, ["per rev", "branch", "at gamma", "frequency"]
-    rows = [
-        [one.per_rev, one.branch, f"{one.at:.6f}", f"{one.frequency:.5f}"]
-        + ([f"{units.rpm(one.at):.6g}"] if units else [])
-        for one in resonances
-    ]
-    heading += ["rpm"] if units else []
-    return ["Resonances, frequency = per rev x speed", *aligned_table(heading, *rows)]
+    table = [["per rev", "branch", "at gamma", "frequency"]]
+    table += [[f"{r.per_rev}", r.branch, f"{r.at:.6f}", f"{r.frequency:.5f}"] for r in resonances]
+    if units := loci.units:
+        rpm = ["rpm", *(f"{units.rpm(one.at):.6g}" for one in resonances)]
+        table = [[*row, cell] for row, cell in zip(table, rpm, strict=True)]
+    return ["Resonances, frequency = per rev x speed", *aligned_table(*table)]
 
 
 LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}

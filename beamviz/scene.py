@@ -90,8 +90,7 @@ class ViewOptions:
             object.__setattr__(self, entry.name, value)
 
     def changed(self, name: str, value: Any) -> Self:
-        """With one option changed to a value from a browser: numbers are clamped to their range, an
-        invalid value is ignored."""
+        """With one option set by a browser: numbers are clamped, an invalid value is ignored."""
         old = getattr(self, name)
         if name in UPPER_LIMITS:
             value = clip(value, UPPER_LIMITS[name], old)
@@ -194,8 +193,7 @@ class Scene:
 
     @classmethod
     def of(cls, beam: Beam | None = None, **values: Any) -> Self:
-        """A scene by its keys, as in of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True).
-        Raises InvalidInput."""
+        """A scene by its keys, as in of(gamma=10, coriolis=True, mode=3). Raises InvalidInput."""
         return cls(beam or Beam()).changed(**values)
 
     def changed(self, **values: Any) -> Self:
@@ -266,8 +264,7 @@ class Scene:
 
     @classmethod
     def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
-        """The scene of a link: `base` with the values of its query (see `parse_query`). Raises
-        InvalidInput."""
+        """`base` with the values of a link's query (see `parse_query`). Raises InvalidInput."""
         base, si = base or cls(), {key: query[key] for key in query if key in SI_KEYS}
         if si:
             base = replace(base, beam=Beam.from_si(**check_si_keys(si, "the link")))

@@ -47,8 +47,7 @@ def terminate_on_signal() -> Iterator[None]:
 
 @contextlib.contextmanager
 def reraise_unraisable(received: list[float]) -> Iterator[None]:
-    """Context in which the signal is raised again if Python discarded its Terminated, as it does
-    for exceptions in `__del__`."""
+    """Context that repeats a signal whose Terminated Python discarded, as it does in `__del__`."""
     original = sys.unraisablehook
 
     def hook(discarded: Any) -> None:
@@ -101,8 +100,7 @@ def handle_signals(handler: Handler) -> Iterator[None]:
 
 
 def set_handlers(handler: Handler) -> dict[signal.Signals, Any]:
-    """Set the handler of both signals and return the earlier ones; do nothing outside the main
-    thread, where Python does not allow it."""
+    """Set both handlers and return the earlier ones; only in the main thread, as Python demands."""
     if threading.current_thread() is not threading.main_thread():
         return {}
     return {number: signal.signal(number, handler) for number in SIGNALS}

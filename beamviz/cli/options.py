@@ -247,8 +247,7 @@ def sweep_axes(texts: Iterable[str]) -> dict[str, list[float]]:
 
 
 def note_unused(beam: Beam, axes: Iterable[str]) -> None:
-    """Note the options that have no effect because an axis varies their number; a file always has
-    all numbers."""
+    """Note the options without effect as an axis varies their number; a file has all numbers."""
     for name in axes if not beam.units else ():
         given = getattr(beam, name)
         if given != getattr(Beam, name):

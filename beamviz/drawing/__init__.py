@@ -212,8 +212,7 @@ def stacked_heights(count: int) -> list[float]:
 
 
 class AllModesView:
-    """Each mode in a row of its own, on one clock (paper, figs. 14-15); rows are created when they
-    are first needed."""
+    """Each mode in a row of its own, on one clock (paper, figs. 14-15)."""
 
     def __init__(self, api: SceneApi):
         self.api = api

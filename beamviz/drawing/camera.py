@@ -44,8 +44,7 @@ def span(shapes: SampledModes) -> tuple[float, float]:
 
 
 def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
-    """The point (3,) of the hub's frame in the middle of the picture: in the rotating frame the
-    middle of the beam, else a point of the axis."""
+    """Middle (3,) of the picture in the hub's frame: of the beam if rotating, else on the axis."""
     if not rotating_frame:
         return np.zeros(3)
     y = shapes.centreline[:, 1]

@@ -43,8 +43,7 @@ def mapped(values: np.ndarray, anchors: tuple[RGB, ...]) -> np.ndarray:
 
 
 def instanced(colours: Any) -> np.ndarray:
-    """sRGB colours in 0 .. 255 as bytes of linear light, as instanced meshes require (all other
-    colours of a scene are sRGB)."""
+    """sRGB colours in 0 .. 255 as bytes of linear light, which only instanced meshes require."""
     return np.rint(255 * linear(colours)).astype(np.uint8)
 
 
@@ -59,8 +58,7 @@ def gradient(anchors: tuple[RGB, ...]) -> str:
 
 
 def painted(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
-    """Colours (n - 1, 3), bytes of linear light, of a beam displaced by `moved` (n, 2), by the
-    colour map `name`."""
+    """Colours (n - 1, 3), bytes of linear light, of a beam displaced by `moved` (n, 2)."""
     places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5
     return PALETTES[name][places.astype(int).clip(0, STEPS - 1)]
 

@@ -200,8 +200,7 @@ class Nodes:
         return (1 - self.share) * points[self.piece] + self.share * points[self.piece + 1]
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
-        """Move the rings onto the line through `points` (n, 3), whose pieces have the orientations
-        wxyz (n - 1, 4)."""
+        """Move the rings onto the line through `points` (n, 3), its pieces oriented by wxyz."""
         count = len(self.piece)
         if not count:
             return

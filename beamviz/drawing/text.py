@@ -14,8 +14,7 @@ LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
 class Measure(NamedTuple):
-    """The display of a number: multiplied by `factor`, in `unit` ("" if dimensionless); label: of
-    its slider and axis."""
+    """The display of a number, multiplied by `factor`; label: of its slider and axis."""
 
     label: str
     symbol: str
@@ -142,8 +141,7 @@ def stretch_caution(solution: Solution) -> str:
 
 
 def mode_value(solution: Solution, k: int) -> tuple[str, float]:
-    """The frequency of mode k (0-based), or the growth of a disturbance, and its error, in display
-    units."""
+    """The frequency of mode k (0-based), or its growth, and the error, in display units."""
     units, error = solution.beam.units, float(solution.errors[k])
     if math.isfinite(solution.frequencies[k]):
         factor = frequencies(units).factor

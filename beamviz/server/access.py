@@ -189,8 +189,7 @@ def public_url(text: str) -> str:
 
 
 class VisitorCount:
-    """The number of visitors of all processes, in shared memory; each process counts its own at the
-    index `process`."""
+    """Visitors of all processes, in shared memory; each counts its own at its index `process`."""
 
     def __init__(self, processes: int = 1):
         self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")

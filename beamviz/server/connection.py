@@ -145,8 +145,7 @@ class Connection(ServerConnection):
         self.credit, self.updated = float(BURST), time.monotonic()
 
     async def send(self, message: Any, text: bool | None = None) -> None:
-        """Send a message; directly if the buffer is empty, which avoids the checks for fragments
-        and for a full buffer."""
+        """Send a message; directly if the buffer is empty, without checks for fragments."""
         is_free = self.protocol.state is OPEN and not self.transport.get_write_buffer_size()
         if is_free and isinstance(message, bytes) and not text:
             self.protocol.send_binary(message)

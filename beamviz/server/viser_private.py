@@ -255,8 +255,7 @@ class NodeUpdate(getattr(messages, "SceneNodeUpdateMessage", object)):  # type: 
 
 
 class PageScript(getattr(messages, "RunJavascriptMessage", object)):  # type: ignore[misc]
-    """A RunJavascriptMessage whose source is a function, called when the message is sent, so that
-    one message in the queue is sufficient."""
+    """A RunJavascriptMessage whose source is called when it is sent: one in the queue suffices."""
 
     def redundancy_key(self) -> str:
         """The key by which a later message replaces this one in the queue."""
