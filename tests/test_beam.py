@@ -36,13 +36,11 @@ def numbers_of_beams(shrunk: float = 0.0) -> st.SearchStrategy[dict[str, float]]
 
 @given(numbers_of_beams())
 def test_numbers_within_the_limits_make_a_beam(numbers):
-    """Every number within its limits is accepted and kept as it is."""
     assert Beam(**numbers).numbers == numbers
 
 
 @given(st.sampled_from(list(NUMBERS)), st.floats())
 def test_a_number_outside_its_limits_is_named(name, value):
-    """The message names the number, the value given and the range allowed."""
     low, high = NUMBERS[name].limits
     if low <= value <= high:
         return
@@ -167,7 +165,6 @@ def test_toml_holds_the_keywords(tmp_path):
     ids=["unknown", "missing", "syntax", "encoding", "long number", "long file", "deep"],
 )
 def test_bad_toml_is_named(tmp_path, text, message):
-    """A file that is no beam says which file and what is wrong in it."""
     file = tmp_path / "beam.toml"
     file.write_bytes(text)
     with pytest.raises(InvalidInput, match=f"beam.toml: .*{message}"):

@@ -52,7 +52,6 @@ def imports(path: Path) -> set[str]:
 
 
 def own_imports(module: str) -> set[str]:
-    """The modules of this package that one of its modules imports."""
     return {name.removeprefix("beamviz.") for name in imports(MODULES[module])} & set(MODULES)
 
 
@@ -66,14 +65,12 @@ def layer(module: str) -> int:
 
 
 def test_imports_point_down():
-    """No module imports from a layer above its own."""
     for module in MODULES.keys() - {"beamviz"}:
         below = own_imports(module) - {"beamviz"}
         assert [name for name in below if layer(name) > layer(module)] == [], module
 
 
 def test_no_import_cycles():
-    """Modules can be put in an order in which each imports only earlier ones."""
     order = TopologicalSorter({module: own_imports(module) for module in MODULES})
     assert len(list(order.static_order())) == len(MODULES)
 

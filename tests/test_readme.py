@@ -52,7 +52,6 @@ def test_the_readme_is_short():
 
 @pytest.mark.parametrize("line", re.findall(r"^beamviz modes .*$", README, re.MULTILINE))
 def test_the_commands_run(line):
-    """Each `beamviz modes` line of the README ends well."""
     result = CliRunner().invoke(app, shlex.split(line)[1:])
     assert result.exit_code == 0, result.output
     assert "S1" in result.output
@@ -85,7 +84,6 @@ def test_the_python_runs(code, tmp_path, monkeypatch):
 
 
 def test_the_tables_name_every_method_and_limit():
-    """Methods and limits are those of the code."""
     names = set(re.findall(r"^\| `([a-z-]+)` \|", REFERENCE, re.MULTILINE))
     assert set(METHODS) <= names
     for symbol, row in PARAMETERS.items():

@@ -89,7 +89,6 @@ def test_tables_in_a_notebook(found):
     ("package", "method"), [("xarray", "to_xarray"), ("pandas", "events_dataframe")]
 )
 def test_a_missing_package_names_the_extra(package, method, found, monkeypatch):
-    """One line."""
     monkeypatch.setitem(sys.modules, package, None)
     with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[xarray\]'"):
         getattr(found, method)()

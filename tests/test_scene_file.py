@@ -128,7 +128,6 @@ WRONG = {
 
 @pytest.mark.parametrize("text", WRONG)
 def test_a_wrong_file_is_refused_in_one_sentence(text):
-    """The file, the value and what is allowed are named."""
     with pytest.raises(InvalidInput) as refused:
         Scene.from_bytes(text.encode(), "lecture.toml")
     for words in ["lecture.toml", *WRONG[text]]:

@@ -60,7 +60,6 @@ def project(tmp_path, environment, monkeypatch):
 
 
 def executable(path: Path, code: str) -> Path:
-    """A shell script that can be run."""
     path.write_text(f"#!/bin/sh\n{code}\n")
     path.chmod(0o755)
     return path
@@ -142,7 +141,6 @@ def test_a_python_without_ensurepip_is_told_the_remedy(environment, tmp_path, mo
 
 @posix
 def test_a_failed_installation_ends_the_script(environment, tmp_path):
-    """pip's failure is not passed over."""
     python = environment.python_of(tmp_path)
     python.parent.mkdir()
     executable(python, "exit 1")

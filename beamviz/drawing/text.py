@@ -45,12 +45,9 @@ class Measure(NamedTuple):
         shown = self.factor * value
         if not self.unit:
             return f"{shown:.{decimals}f}"
-        digits = decimals + 1
-        return (
-            f"{shown:#.{digits}g}".rstrip(".")
-            if abs(shown) < 10**decimals
-            else significant(shown, digits)
-        )
+        if abs(shown) < 10**decimals:
+            return f"{shown:#.{decimals + 1}g}".rstrip(".")
+        return significant(shown, decimals + 1)
 
     @property
     def head(self) -> str:

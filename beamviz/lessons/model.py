@@ -44,8 +44,8 @@ class Lesson:
     fact: str
     compute_fact: Callable[[], tuple[float, ...]]
     task: str
-    number: str
-    within: float
+    number: str = "gamma"
+    within: float = 0.1
     compute_answer: Callable[[], float] | None = None
     gauge: Callable[[Solution], str]
     scene: Scene

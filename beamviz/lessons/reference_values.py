@@ -99,8 +99,8 @@ def value_where(
     gauge: Callable[[Solution], float],
     level: float,
     beam: Beam,
-    number: str,
     stop: float,
+    number: str = "gamma",
     **options: Any,
 ) -> float:
     """The value of one of the five numbers, in 0.2 .. stop, at which a gauge has a level."""

@@ -25,7 +25,6 @@ PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, sp
 
 @pytest.mark.parametrize("command", [[], ["--help"]])
 def test_without_a_command_the_commands_are_listed(run, command):
-    """Help is on stdout, and no error."""
     code, out, err = run(*command)
     assert (code, err) == (0, "")
     assert all(name in out for name in ("modes", "serve", "screenshot"))
@@ -129,10 +128,9 @@ def test_an_unstable_mode_has_a_growth_rate_and_no_frequency(run):
     """Past buckling the first mode grows; the table says so in words."""
     buckled = ("modes", "--delta", "-1", "--gamma", "5")
     code, out, _ = run(*buckled, "--format", "json")
-    first, second = strict(out)["modes"][:2]
-    assert code == 0
-    assert strict(out)["equilibrium"]["status"] == "unstable"
-    assert first["frequency"] is None
+    data = strict(out)
+    first, second = data["modes"][:2]
+    assert (code, data["equilibrium"]["status"], first["frequency"]) == (0, "unstable", None)
     assert first["growth_rate"] == pytest.approx(4.70847, rel=1e-4)
     assert "growth_rate" not in second
     assert "unstable" in run(*buckled)[1]
@@ -141,7 +139,6 @@ def test_an_unstable_mode_has_a_growth_rate_and_no_frequency(run):
 
 
 def test_the_model_reaches_the_solver(run):
-    """Each option of the model changes what is solved."""
     model = {"strain": "hencky", "curvature": "material", "plane": "flapwise"}
     options = [word for name, value in model.items() for word in (f"--{name}", value)]
     data = strict(run("modes", *PAPER, *options, "--tolerance", "1e-3", "--format", "json")[1])
@@ -229,7 +226,6 @@ def test_no_equilibrium_gives_its_limit(run, command):
 
 
 def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
-    """Let solve() raise an error."""
 
     def fail(*arguments, **options):
         raise error

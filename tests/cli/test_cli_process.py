@@ -35,7 +35,6 @@ def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_is_one_line():
-    """Output that could not be written is an error, and says so."""
     with open("/dev/full", "w") as full:
         done = process("modes", stdout=full)
     assert (done.returncode, done.stderr) == (1, "beamviz: [Errno 28] No space left on device\n")

@@ -102,7 +102,6 @@ def test_table(run):
 
 
 def test_table_of_an_unstable_beam(run):
-    """Named in the cell and below the table."""
     out = run(*INWARD)[1]
     assert "unstable for gamma = 2.99604 .. 8" in out
     assert "No crossing or veering in this range." in out
@@ -235,6 +234,5 @@ def test_wrong_input(run, arguments, message):
 
 
 def test_an_option_without_effect_is_noted(run):
-    """A note says that --gamma has no effect with --over gamma."""
     line, note = (*SWEEP, "--points", "3", "--format", "csv"), "--gamma 5 is not used: --over gamma"
     assert run(*line, "--gamma", "5") == (0, run(*line)[1], f"beamviz: {note} varies it\n")

@@ -18,7 +18,6 @@ BENT = Beam(delta=-1, gamma=4)
 
 
 def sampled(beam: Beam = PAPER, **options: Any) -> SampledModes:
-    """The shapes of a beam."""
     return SampledModes.sampled(solve(beam, **options))
 
 

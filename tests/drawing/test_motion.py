@@ -126,9 +126,8 @@ def test_stretching_modes_never_fold_the_beam():
 def test_a_bent_beam_is_drawn_along_its_bent_axis():
     """The axis ends at the tip. A mode of a slender beam moves each point across the axis there,
     not along it."""
-    assert sampled(BENT, state="bent").centreline[-1] == pytest.approx(
-        [-0.018520, 0.858465], abs=1e-5
-    )
+    tip = sampled(BENT, state="bent").centreline[-1]
+    assert tip == pytest.approx([-0.018520, 0.858465], abs=1e-5)
     slender = sampled(BENT.replace(mu=1e4), state="bent")
     step = np.diff(slender.centreline, axis=0)
     strain = (np.diff(slender.modes[1], axis=0) * step).sum(axis=1) / (step**2).sum(axis=1)
@@ -152,10 +151,8 @@ def test_the_colour_maps_do_not_depend_on_hue():
     """Displacement gets lighter throughout; strain is lightest where there is none, and its two
     ends differ in blue against red, which all common colour blindness leaves apart."""
     part = np.linspace(0, 1, 50)
-    rising, falling = (
-        colours.mapped(part, anchors) @ [0.2126, 0.7152, 0.0722]
-        for anchors in (colours.SEQUENTIAL, colours.DIVERGING)
-    )
+    maps = (colours.SEQUENTIAL, colours.DIVERGING)
+    rising, falling = (colours.mapped(part, one) @ [0.2126, 0.7152, 0.0722] for one in maps)
     assert (np.diff(rising) > 0).all()
     assert abs(falling.argmax() - 24.5) < 2
     low, high = colours.mapped(np.array([0.0, 1.0]), colours.DIVERGING)
@@ -164,7 +161,8 @@ def test_the_colour_maps_do_not_depend_on_hue():
 
 def test_colours_show_displacement_and_strain():
     """Displacement from 0 to the largest covers the map; zero strain is its middle. Instanced
-    meshes get bytes of linear light."""
+    meshes get bytes of linear light: mid-grey in sRGB is 0.2140 of full light."""
+    assert colours.instanced([[127.5, 0, 255]]).tolist() == [[55, 0, 255]]
     shapes, amplitudes = sampled(Beam()), 0.15 * np.eye(5)[0]
     moved = single_mode(shapes, 0, 0.25)
     for name, ends in zip(COLOURINGS, ((0, -1), (2, 2)), strict=True):
@@ -175,8 +173,3 @@ def test_colours_show_displacement_and_strain():
         assert np.allclose(drawn[[0, -1]], anchors, atol=6)
         painted = colours.painted(shapes, name, moved, largest).astype(int)
         assert np.abs(painted - colours.instanced(drawn)).max() <= 1
-
-
-def test_instanced_meshes_get_linear_light():
-    """Mid-grey in sRGB is 0.2140 of full light."""
-    assert colours.instanced([[127.5, 0, 255]]).tolist() == [[55, 0, 255]]

@@ -44,7 +44,6 @@ class Drawn:
 
     @property
     def need(self) -> float:
-        """Pieces it takes."""
         density = beam_mesh.required_density(self.shapes, self.seen)
         return float(density @ np.diff(self.shapes.x))
 
@@ -207,7 +206,6 @@ def test_the_strain_of_a_piece_is_its_relative_elongation(beam):
 
 @pytest.mark.parametrize("beta", [1e-4, 0.999, 0.9999])
 def test_a_mass_next_to_an_end_leaves_a_piece_on_either_side(beta):
-    """However short."""
     drawn = Drawn(PAPER.replace(beta=beta), [0.0, 1.0, 0.0, 0.0, 0.0], 0.15, "displacement")
     x = drawn.pieces.x
     assert (x[0], x[-1], x[drawn.pieces.mass]) == (0.0, 1.0, beta)

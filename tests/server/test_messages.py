@@ -37,7 +37,6 @@ def plain_session() -> Iterator[tuple[viser.ViserServer, viser.GuiSliderHandle, 
 
 
 def update(uuid: str, **updates: Any) -> bytes:
-    """A message that sets properties of a control."""
     return encoded(type="GuiUpdateMessage", uuid=uuid, updates=updates)
 
 
@@ -134,7 +133,6 @@ def test_messages_have_a_maximum_size(url):
     ids=lambda message: str(message)[:40],
 )
 def test_an_invalid_message_is_rejected(message):
-    """Before viser sees it."""
     with pytest.raises(connection.InvalidMessage):
         connection.validate(message, message_types(*MESSAGES))
 

@@ -28,7 +28,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on 
 
 
 def open_sockets(pid: int) -> int:
-    """The sockets that a process holds open."""
     kinds = []
     for file in Path(f"/proc/{pid}/fd").iterdir():
         with contextlib.suppress(FileNotFoundError):  # closed meanwhile
@@ -37,7 +36,6 @@ def open_sockets(pid: int) -> int:
 
 
 def is_alive(pid: int) -> bool:
-    """Whether a process runs."""
     with contextlib.suppress(OSError):
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     return False

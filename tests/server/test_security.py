@@ -133,7 +133,6 @@ def test_behind_a_proxy_the_origin_is_the_proxys():
 
 @pytest.mark.parametrize("text", ["beams.example.org", "ftp://x", "https://", "https://x/path"])
 def test_an_invalid_public_url_is_named(text):
-    """InvalidInput has the value and the required form."""
     with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme and a host"):
         public_url(text)
 

@@ -71,7 +71,6 @@ def test_a_host_that_does_not_exist_is_an_error(host, processes):
 
 
 def test_invalid_options_are_refused_before_serving():
-    """An unknown strain law raises what solve raises."""
     with pytest.raises(InvalidInput, match="rubber"):
         serve(Scene(PAPER, {"strain": "rubber"}), port=0)
 
