@@ -34,7 +34,7 @@ from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import Solved, SolverAnswer
-from beamviz.explorer.page import panel
+from beamviz.explorer.page import html, panel
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
 
@@ -305,13 +305,16 @@ class Session:
         self.update_features(now)
 
     def draw(self) -> None:
-        """Draw the latest answer and state."""
-        visitor, view = self.visitor, self.view
+        """Draw the latest answer and state; the colours have no scale where the beam is grey."""
+        page, view = self.visitor.page, self.view
         view.update()
-        visitor.page.captions(view.captions)
-        visitor.page.props("playing", disabled=bool(view.warning))
-        panel.show_answer(visitor, view.solved, view.shown_modes)
-        panel.show_picture(visitor, view.largest, view.pace, view.shapes.beam.units)
+        page.captions(view.captions)
+        page.props("playing", disabled=bool(view.warning))
+        panel.show_answer(self.visitor, view.solved, view.shown_modes)
+        units = view.shapes.beam.units
+        legend = html.legend(view.state.view.colouring, view.largest, units)
+        page.html("legend", "" if view.warning else legend)
+        page.html("pace-text", html.pace(view.pace, units))
 
     def update_features(self, now: float) -> None:
         """Update the tabs; with many visitors, charts wait until the slider is at rest."""

@@ -12,7 +12,7 @@ from live.visitor import PAPER, TIMEOUT, Visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import AllModesView, camera, stacked_heights
-from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import ANCF, CORIOLIS, DOUBLE, EFFECTS, comparison_table
@@ -115,8 +115,8 @@ def test_both_beams_run_on_one_clock(stacked):
         guest.change(lambda state: replace(state, comparison=DOUBLE, stacked=stacked))
         comparison, clock = comparisons.Comparison(guest), Clock(phases=np.linspace(0, 1, 5))
         main, double = guest.answer.shapes, solve(PAPER.replace(alpha=2))
-        comparison.draw(main, clock, [1])
-        comparison.move(0.01, 0.15 * np.eye(5)[1])
+        comparison.draw(main, clock, [1], DEFAULT_SCALE)
+        comparison.move(0.01, 0.15 * np.eye(5)[1], None)
         for k, label in enumerate(double.labels):
             start = clock.phases[main.labels.index(label)]
             expected = start + 0.01 * double.frequencies[k]

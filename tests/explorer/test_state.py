@@ -118,16 +118,9 @@ def test_undo_and_redo_go_by_steps():
     faster = drag[-1][1].changed("gamma", 3.0)
     rested = faster.changed("gamma", 4.0)
     other = rested.loaded(Scene(Beam(gamma=2)))
-    last = edited(
-        history,
-        [
-            *drag,
-            (0.5, faster),
-            (0.6 + PAUSE, rested),
-            (0.7 + PAUSE, other),
-            (0.8 + PAUSE, other.changed("gamma", 5.0)),
-        ],
-    )
+    later = [(0.6, rested), (0.7, other), (0.8, other.changed("gamma", 5.0))]
+    later = [(time + PAUSE, state) for time, state in later]
+    last = edited(history, [*drag, (0.5, faster), *later])
     back = [last := history.undo(last) for _ in range(2)]
     assert back == [other, rested]
     back = [last := history.undo(last) for _ in range(3)]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.drawing import BeamView, OverlayBeam
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
+from beamviz.drawing.beam_mesh import DrawnMotion
 from beamviz.drawing.camera import ViewChange
 from beamviz.drawing.modes import Clock, SampledModes, amplitudes
 from beamviz.drawing.objects import Caption
@@ -101,9 +101,7 @@ class Comparison:
         """Heights [beam lengths] of the first scene and, if they are stacked, of the second."""
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
-    def draw(
-        self, main: SampledModes, clock: Clock, shown: list[int], scale: float = DEFAULT_SCALE
-    ) -> None:
+    def draw(self, main: SampledModes, clock: Clock, shown: list[int], scale: float) -> None:
         """Draw the second beam with `main`, in the modes that match its modes `shown` (0-based), at
         `scale` [pixels per beam length]."""
         state, answer = self.visitor.state, self.visitor.answer
@@ -148,7 +146,7 @@ class Comparison:
         """The texts that the page writes over the scene."""
         return [caption for view in self.views.values() for caption in view.captions]
 
-    def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None = None) -> None:
+    def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None) -> None:
         """Advance by `time` [T*]; amplitudes: (m,) of the first beam; change: of the view."""
         shapes, view = self.shapes, self.view
         if shapes is None or view is None:

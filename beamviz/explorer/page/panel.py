@@ -144,14 +144,6 @@ def show_answer(visitor: Visitor, solved: Solved | None, shown: list[int]) -> No
         page.props("mode-rows", class_="faded" if solved and not answer.solution else None)
 
 
-def show_picture(visitor: Visitor, largest: float, pace: float, units: Units | None) -> None:
-    """Show the colour scale, unless the beam is grey, and the playback rate [T*/s]."""
-    page, answer = visitor.page, visitor.answer
-    legend = html.legend(visitor.state.view.colouring, largest, units)
-    page.html("legend", "" if answer and answer.warning else legend)
-    page.html("pace-text", html.pace(pace, units))
-
-
 def work(jobs: Sequence[Job]) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
     cancelled, with one that restarts them."""
