@@ -21,6 +21,7 @@ from websockets.sync.connection import Connection
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
 KEY_CODES = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}  # that it acts on
+CONNECTION: dict[str, Any] = {"max_size": None, "close_timeout": 1}
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
 READY = "!!document.querySelector('#scene[data-ready] canvas')"
@@ -30,11 +31,15 @@ DRAW_NOTHING = """for (const name of ["clear", "blitFramebuffer", "drawArrays", 
     WebGL2RenderingContext.prototype[name] = () => {};"""
 
 
-class Target:
-    """What a DevTools connection drives: the browser itself, or one of its pages."""
+class Page:
+    """A page, or the browser itself, driven through a DevTools connection; `problems` collects its
+    console errors and uncaught exceptions, if their `domains` are given."""
 
-    def __init__(self, socket: Connection):
+    def __init__(self, socket: Connection, *domains: str):
         self.socket, self.numbers = socket, itertools.count(1)
+        self.problems: list[str] = []
+        for domain in domains:
+            self.call(f"{domain}.enable")
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
         """The result of one DevTools command; events that arrive before it are noted."""
@@ -47,19 +52,6 @@ class Target:
                     raise RuntimeError(f"{method}: {message['error']['message']}")
                 return message["result"]
             self.handle_event(message)
-
-    def handle_event(self, message: dict[str, Any]) -> None:
-        """Ignore the events of the browser."""
-
-
-class Page(Target):
-    """One page; `problems` collects its console errors and uncaught exceptions."""
-
-    def __init__(self, socket: Connection):
-        super().__init__(socket)
-        self.problems: list[str] = []
-        for domain in ("Runtime", "Log", "Page"):
-            self.call(f"{domain}.enable")
 
     def handle_event(self, message: dict[str, Any]) -> None:
         """Collect the errors of the page."""
@@ -233,11 +225,6 @@ def browser_address() -> str:
     raise TimeoutError("the browser did not start within 30 s")
 
 
-def connected(address: str) -> Connection:
-    """A DevTools connection."""
-    return connect(address, max_size=None, close_timeout=1)
-
-
 @contextlib.contextmanager
 def page(
     url: str, width: int = 1280, height: int = 720, *, is_drawn: bool = False
@@ -246,13 +233,13 @@ def page(
     `is_drawn` the scene is seen; else it is there and moves, but its canvas stays empty."""
     start_browser()
     address = browser_address()
-    with connected(address) as socket:
-        browser = Target(socket)
+    with connect(address, **CONNECTION) as socket:
+        browser = Page(socket)
         context = browser.call("Target.createBrowserContext", disposeOnDetach=True)
         made = browser.call("Target.createTarget", url="about:blank", newWindow=True, **context)
         root = address.partition("/devtools/")[0]
-        with connected(f"{root}/devtools/page/{made['targetId']}") as socket_of_page:
-            shown = Page(socket_of_page)
+        with connect(f"{root}/devtools/page/{made['targetId']}", **CONNECTION) as socket_of_page:
+            shown = Page(socket_of_page, "Runtime", "Log", "Page")
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
             shown.call("Emulation.setDeviceMetricsOverride", **size)
             shown.call("Emulation.setFocusEmulationEnabled", enabled=True)  # never throttled

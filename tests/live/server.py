@@ -130,11 +130,8 @@ def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, 
 
 def missing_headers(headers: dict[str, str]) -> set[str]:
     """Security headers that are missing or wrong, and headers that reveal the server."""
-    rules = {
-        "X-Frame-Options": "DENY",
-        "X-Content-Type-Options": "nosniff",
-        "Referrer-Policy": "no-referrer",
-    }
+    rules = {"X-Frame-Options": "DENY", "X-Content-Type-Options": "nosniff"}
+    rules["Referrer-Policy"] = "no-referrer"
     found = {name for name, value in rules.items() if headers.get(name) != value}
     policy = headers.get("Content-Security-Policy", "")
     if not all(words in policy for words in ("default-src 'none'", "frame-ancestors 'none'")):

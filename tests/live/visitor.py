@@ -71,19 +71,15 @@ class Visitor:
 
     def press(self, key: str) -> None:
         """Press a key of the page, or run a command by its name."""
-        keys = re.compile(rf'<[^>]*data-key="{key.lower()}"[^>]*>')
-        if tag := next(
-            (found[0] for text in self.texts.values() if (found := keys.search(text))), ""
-        ):
-            values = dict(re.findall(r'(data-\w+)="([^"]*)"', tag))
-            value = json.loads(unescape(values.get("data-value", "null")))
-            if name := values.get("data-do"):
-                self.do(name, value)
-            else:
-                name = values["data-set"]
-                self.do(name, not self.values[name] if value is None else value)
+        tag = re.search(rf'<[^>]*data-key="{key.lower()}"[^>]*>', self.text)
+        if tag is None:
+            self.send(type="CommandTriggerMessage", uuid=self.commands[key])
             return
-        self.send(type="CommandTriggerMessage", uuid=self.commands[key])
+        values = dict(re.findall(r'(data-\w+)="([^"]*)"', tag[0]))
+        value = json.loads(unescape(values.get("data-value", "null")))
+        if name := values.get("data-set"):
+            value = not self.values[name] if value is None else value
+        self.do(name or values["data-do"], value)
 
     def wait(self, done: Callable[[list[dict[str, Any]]], Any], timeout: float = TIMEOUT) -> Any:
         """Receive messages until `done` of the latest ones is true; its value."""
@@ -101,12 +97,11 @@ class Visitor:
         assert isinstance(data, bytes)
         self.received += len(data)
         size = int.from_bytes(data[8:16], "little")
-        group = msgspec.msgpack.decode(
-            zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
-        )
-        for message in group["messages"]:
+        packed = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
+        messages = msgspec.msgpack.decode(packed)["messages"]
+        for message in messages:
             self.apply(message)
-        return group["messages"]
+        return messages
 
     def apply(self, message: dict[str, Any]) -> None:
         """Update the state by one message."""

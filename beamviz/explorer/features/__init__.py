@@ -3,7 +3,6 @@ visitors see the presenter's scene, and dragging the mass along the beam with th
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from viser import BatchedMeshHandle, SceneNodeDragEvent
@@ -75,13 +74,7 @@ PARALLEL = 0.03  # sine of the angle between view and beam below which no positi
 TINY = 1e-300
 
 
-class Sight(NamedTuple):
-    """The line of sight from `eye` (3,) through the point (3,) under the pointer, and the
-    orientation of the hub at that moment."""
-
-    eye: np.ndarray
-    point: np.ndarray
-    hub: SO3
+Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the eye, another point
 
 
 class MassDrag:
@@ -96,7 +89,7 @@ class MassDrag:
     def __init__(self, visitor: Visitor, view: BeamView):
         self.visitor, self.view = visitor, view
         self.offset, self.case = 0.0, visitor.state.case
-        self.sight: Sight | None = None
+        self.sight: Ray | None = None
         view.mass.on_drag(self.dragged)
         view.mass.on_click(self.clicked)
 
@@ -156,18 +149,18 @@ class MassDrag:
             self.view.choose_frame(self.view.share)
             visitor.camera.follow(self.view.frame.position - before, self.view.share)
 
-    def line_of_sight(self, point: np.ndarray) -> Sight:
-        """The present line of sight through a point (3,)."""
-        eye = np.asarray(self.visitor.client.camera.position)
-        return Sight(eye, point, SO3(np.array(self.view.rotor.wxyz)))
+    def line_of_sight(self, point: np.ndarray) -> Ray:
+        """The present line of sight through a point (3,) of the scene."""
+        turn_back = SO3(np.array(self.view.rotor.wxyz)).inverse()
+        eye, middle = np.array(self.visitor.client.camera.position), self.view.frame.position
+        return turn_back.apply(eye - middle), turn_back.apply(point - middle)
 
-    def nearest_coordinate(self, sight: Sight) -> float | None:
+    def nearest_coordinate(self, sight: Ray) -> float | None:
         """The reference coordinate of the point of the beam, straight or bent, that is nearest to a
         line of sight; None where that is not defined."""
-        view = self.view
-        points, _ = to_hub_frame(view.shapes, view.shapes.centreline)
-        turned = np.asarray(view.frame.position) + sight.hub.apply(points)
-        return nearest(turned, view.shapes.x, sight.eye, sight.point)
+        shapes = self.view.shapes
+        points, _ = to_hub_frame(shapes, shapes.centreline)
+        return nearest(points, shapes.x, *sight)
 
 
 def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) -> float | None:
