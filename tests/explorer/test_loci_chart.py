@@ -12,16 +12,10 @@ from hypothesis import strategies as st
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.drawing.modes import SampledModes
+from beamviz.explorer.features import veering
 from beamviz.explorer.features.loci_chart import Chart, ChartRequest, chart_data
 from beamviz.explorer.features.loci_tab import event_table, notes, resonance_table
-from beamviz.explorer.features.veering import (
-    LociPair,
-    VeeringRequest,
-    mode_shape,
-    pairs_data,
-    sentence,
-    shape_table,
-)
+from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import solve
@@ -201,11 +195,11 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
         assert abs(after.bending_fraction - before.bending_fraction) > 0.8
         assert at.bending_fraction == pytest.approx(0.5, abs=0.05)
     measures = request(tip, 0).chart.measures
-    assert "at γ 4.650 (gap 0.241)" in sentence(on, *measures)
-    assert "exchange their shapes" in sentence(on, *measures)
-    assert "uncoupled (gap 0)" in sentence(off, *measures)
-    assert "S1/B3 mixed 50:50" in shape_table(on, "")
-    assert "mixed" not in shape_table(off, "")
+    assert "at γ 4.650 (gap 0.241)" in veering.sentence(on, *measures)
+    assert "exchange their shapes" in veering.sentence(on, *measures)
+    assert "uncoupled (gap 0)" in veering.sentence(off, *measures)
+    assert "S1/B3 mixed 50:50" in veering.shape_table(on, "")
+    assert "mixed" not in veering.shape_table(off, "")
 
 
 def test_both_events_and_all_of_the_gap_are_in_view(tip, pairs):
@@ -233,23 +227,23 @@ def test_shapes_keep_their_signs_across_the_view(pairs):
 def test_a_branch_has_no_shape_where_it_is_not_solved(tip):
     """Above the modes solved for."""
     branch = replace(tip.loci.branches[0], mode_index=np.full(len(tip.loci.values), -1))
-    assert np.isnan(mode_shape(branch, 0).displacement).all()
+    assert np.isnan(veering.mode_shape(branch, 0).displacement).all()
 
 
 def test_loci_that_stay_far_apart_are_no_veering(tip):
     """S1 and B2 cross at 16.32; with Coriolis forces their gap is large."""
     pairs = request(tip, 1).pairs()
     assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
-    assert "the gap is too large for a veering" in sentence(
+    assert "the gap is too large for a veering" in veering.sentence(
         pairs[1], *request(tip, 1).chart.measures
     )
-    lines = pairs_data(pairs, request(tip, 1).chart)["lines"]
+    lines = veering.pairs_data(pairs, request(tip, 1).chart)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]
 
 
 def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     """Dashed without Coriolis forces; the gap as a vertical line of its length; the crossing."""
-    data = pairs_data(pairs, request(tip, 0).chart)
+    data = veering.pairs_data(pairs, request(tip, 0).chart)
     styles = [{run[2].split()[-1] for run in line["runs"]} for line in data["lines"]]
     assert styles == [{"dashed"}, {"dashed"}, {"thick"}, {"thick"}, {"measure"}]
     assert abs(np.diff(data["lines"][-1]["y"])[0]) == pytest.approx(0.241, abs=1e-3)

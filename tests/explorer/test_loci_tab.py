@@ -30,28 +30,17 @@ def chart_shown(guest: Visitor, beam: Beam, **options: Any) -> None:
     guest.wait(lambda latest: places(latest) == [expected])
 
 
-def line_at(guest: Visitor, x: float) -> bool:
-    """Wait until the line of the beam is at x."""
-    return guest.wait(lambda _: guest.charts["loci-chart"]["cursor"] == {"action": "gamma", "x": x})
-
-
-def test_the_chart_follows_the_sliders(guest):
-    """Another mass moves the crossing; the speed moves the line of the beam."""
+def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(guest, monkeypatch):
+    """Another mass moves the crossing; the speed only moves the line of the beam."""
     chart_shown(guest, TIP)
     guest.choose("alpha", 1.2)
     chart_shown(guest, TIP.replace(alpha=1.2))
-    guest.choose("gamma", 7.25)
-    line_at(guest, 7.25)
-
-
-def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(guest, monkeypatch):
-    """Only the line of the beam moves."""
-    chart_shown(guest, TIP)
     pause(guest, 0.7)
     monkeypatch.setattr(charts, "loci", None)  # a call would end in words
     guest.charts["loci-chart"].pop("lines")
     guest.choose("gamma", 6.5)
-    line_at(guest, 6.5)
+    line = {"action": "gamma", "x": 6.5}
+    guest.wait(lambda _: guest.charts["loci-chart"]["cursor"] == line)
     pause(guest, 0.7)
     assert "lines" not in guest.charts["loci-chart"]
     assert "unexpected" not in guest.text

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from live.visitor import frequency_text
 
 from beamviz.beam import Beam
-from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features import real_beam
 from beamviz.explorer.features.real_beam import ALL_FIELDS, FIELDS, PERCENT, edited, entries
@@ -172,9 +171,3 @@ def test_invalid_values_are_named_and_change_nothing(guest):
     guest.choose("real.length", 900)
     guest.wait(lambda _: guest.texts["real-error"] == "")
     guest.wait(lambda _: guest.values["real.length"] == 900)
-
-
-def test_large_numbers_have_no_exponent():
-    """48170 mm, not 4.817e+04 mm."""
-    texts = [significant(value, 4) for value in (48170.4, 1234.56, 123.456, 0.0123456)]
-    assert texts == ["48170", "1235", "123.5", "0.01235"]

@@ -38,6 +38,8 @@ def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
     hertz = messages.Measure("Hz", "f", "Hz")
     column = [hertz.number(value, 3) for value in (4.28, 32.28, 9999.97)]
     assert column == ["4.280", "32.28", "10000"]
+    texts = [messages.significant(value, 4) for value in (48170.4, 1234.56, 123.456, 0.0123456)]
+    assert texts == ["48170", "1235", "123.5", "0.01235"]  # without an exponent
 
 
 @given(st.sampled_from(list(PARAMETERS)), sizes, sizes, sizes, st.floats(0.1, 50))
