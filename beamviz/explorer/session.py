@@ -104,8 +104,8 @@ class SceneView(Feature):
         if answer and not self.is_pending:
             self.choose_shapes(answer)
         self.run_up.update_response(answer, self.shapes)
-        gamma = self.shapes.beam.gamma
-        self.clock.fit(self.choose_modes(), gamma, keep=not self.choose_pace)
+        frequencies = self.choose_modes()
+        self.clock.fit(frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
         self.choose_pace = self.choose_pace and not settled
         self.draw(settled=settled)
 

@@ -154,6 +154,10 @@ class Visitor:
                 self.page.props("undo", disabled=not self.history.past)
                 self.page.props("redo", disabled=not self.history.future)
 
+    def command(self, name: str, run: Callable[[], None]) -> None:
+        """Add a command to the palette (Ctrl+K)."""
+        self.client.gui.add_command(name).on_trigger(lambda _: run())
+
     def notify(self, title: str, message: str) -> None:
         """Show an error message for some seconds."""
         self.page.say(f"{title}: {message}", error=True)

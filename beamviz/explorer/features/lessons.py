@@ -45,8 +45,7 @@ class Lessons(Feature):
         for one in LESSONS:
             if one.scene == visitor.state.scene:
                 visitor.change(partial(replace, lesson=one.name))
-            command = visitor.client.gui.add_command(f"Lesson: {one.title}")
-            command.on_trigger(partial(lambda name, _: self.open(name), one.name))
+            visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
 
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""

@@ -125,8 +125,8 @@ class MapTab(Feature):
         if answer := self.job.answer:
             (along, up), (first, second, _) = answer.request.over, answer.request.measures
             with contextlib.suppress(ValueError):
-                numbers = map(float, str(place).split())
-                x, y = (one.plain(x) for one, x in zip((first, second), numbers, strict=True))
+                x, y = map(float, str(place).split())
+                x, y = first.plain(x), second.plain(y)
                 self.visitor.change(lambda state: state.changed(along, x).changed(up, y))
 
     @property

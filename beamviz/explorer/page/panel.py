@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from html import escape
 from typing import Any
@@ -112,7 +112,7 @@ def show_alone(visitor: Visitor, mode: Any) -> None:
 
 
 def add_commands(visitor: Visitor) -> None:
-    """Add the commands of the palette (Ctrl+K)."""
+    """Add the commands of the page, except those that begin a lesson."""
     edits = {
         "Play or pause": partial(toggled, "playing"),
         "Coriolis forces on or off": partial(toggled, "coriolis"),
@@ -121,18 +121,10 @@ def add_commands(visitor: Visitor) -> None:
         "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
         "Stationary frame": partial(State.changed, name="rotating_frame", value=False),
     }
-    commands: dict[str, Callable[[], None]] = {
-        **{name: partial(visitor.change, edit) for name, edit in edits.items()},
-        "Reset the scene": visitor.reset,
-        "Fit the view": visitor.reset_view,
-    }
-    for name, run in commands.items():
-        visitor.client.gui.add_command(name).on_trigger(partial(without_event, run))
-
-
-def without_event(run: Callable[[], None], _: object) -> None:
-    """Call `run`, as the handler of an event of viser."""
-    run()
+    for name, edit in edits.items():
+        visitor.command(name, partial(visitor.change, edit))
+    visitor.command("Reset the scene", visitor.reset)
+    visitor.command("Fit the view", visitor.reset_view)
 
 
 def show_answer(visitor: Visitor, solved: Solved | None, shown: list[int]) -> None:
