@@ -26,7 +26,7 @@ from beamviz.beam import Beam
 from beamviz.benchmark.work_precision import lapack_times, least_time
 from beamviz.solver import Solution, solve, solve_many
 from beamviz.solver.fem import straight_equilibrium
-from beamviz.solver.fem.ancf import PlanarBeam
+from beamviz.solver.fem.elements import PlanarBeam
 from beamviz.solver.problem import Problem
 
 PAPER = Problem()

@@ -6,6 +6,7 @@ where a stability margin falls to zero; or the iteration failed (NotConverged).
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -55,8 +56,16 @@ def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | No
     return None
 
 
+Solver = Callable[[float, NDArray], Root | None]
+
+
+def newton_at(increment: Callable[[float, NDArray], NDArray]) -> Solver:
+    """`newton` at a load, from a guess; increment(load, q)."""
+    return lambda load, guess: newton(partial(increment, load), guess)
+
+
 def continue_load(
-    solve_at: Callable[[float, NDArray], Root | None],
+    solve_at: Solver,
     start: NDArray,
     target: float,
     margin: Callable[[float, NDArray], float | NDArray],
@@ -65,39 +74,41 @@ def continue_load(
 ) -> Root:
     """Follow the equilibrium from `start` at load 0 to `target`, or to the limit below it.
 
-    solve_at(load, guess) returns the root on the branch of the guess, None if there is none.
-    margin(load, state), a number or several (k,), is 1 at rest; the branch ends where one of them
-    has fallen to zero. first_step: increment of the load, by default the whole target; it is halved
-    after a step that fails, doubled after one that succeeds, and after the first failure limited to
-    a share of the estimated distance to the limit. precision: relative, of the limit.
-    Raises NotConverged where the path stops although the margin has not vanished.
+    solve_at(load, guess) returns a root near the guess, None if there is none. margin(load, state),
+    a number or several (k,), is 1 at rest; a state with one that is not positive is not on the
+    branch, which ends where one has fallen to zero. first_step: increment of the load, by default
+    the whole target; it is halved after a step that fails, doubled after one that succeeds, and
+    after the first failure limited to a share of the estimated distance to the limit. precision:
+    relative, of the limit. Raises NotConverged where the path stops although no margin vanishes.
     """
     load, state, step, limit = 0.0, start, min(target, first_step), math.inf
     iterations, steps, rejected = 0, 0, False
+    margins = np.ones(1)  # at the load reached
     points: list[tuple[NDArray, float]] = []  # (margins, load), since the first step that failed
     while load < target:
         trial = min(load + step, target)
         root = solve_at(trial, state)
-        if root is None:
+        reached = np.atleast_1d(margin(trial, root.state)) if root else np.zeros(1)
+        if root is None or not reached.min() > 0:
             rejected, step = True, (trial - load) / 2
             if step > precision * trial:
                 continue
-            if np.min(margin(load, state)) < LIMIT_MARGIN:
+            if margins.min() < LIMIT_MARGIN:
                 return Root(state, iterations, load)
             raise NotConverged(
                 f"the equilibrium was followed to {load / target:.6g} of the load (gamma^2) in"
                 f" {steps} steps and not beyond, though no limit was found; a finer or a more even"
                 " mesh may help"
             )
-        load, state, step = trial, root.state, 2 * step
+        load, state, step, margins = trial, root.state, 2 * step, reached
         iterations, steps = iterations + root.iterations, steps + 1
         if not rejected:
             continue
-        points = [*points[1 - EXTRAPOLATED :], (np.atleast_1d(margin(load, state)), load)]
-        margins, loads = (np.array(column) for column in zip(*points, strict=True))
-        previous, limit = limit, min(vanishing_load(column, loads) for column in margins.T)
+        points = [*points[1 - EXTRAPOLATED :], (margins, load)]
+        history, loads = (np.array(column) for column in zip(*points, strict=True))
+        previous, limit = limit, min(vanishing_load(column, loads) for column in history.T)
         if load < limit <= target:
-            if abs(limit - previous) <= precision * limit and margins[-1].min() < LIMIT_MARGIN:
+            if abs(limit - previous) <= precision * limit and margins.min() < LIMIT_MARGIN:
                 return Root(state, iterations, limit)
             step = min(step, APPROACH * (limit - load))
     return Root(state, iterations)

@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
-from beamviz.solver.hp.refinement import solve_straight
+from beamviz.solver.hp import solve_hp
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Curve, Equilibrium, Fields, Solution, Stats, read_only, straight
 
@@ -139,17 +139,15 @@ def errors_against_reference(
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
     reference = replace(problem, modes=2 * modes, method=method, tolerance=REFERENCE_TOLERANCE)
-    exact = solve_straight([beam], replace(reference, elements=None, terms=None))[0]
+    exact = solve_hp([beam], replace(reference, elements=None, terms=None), 0.0)[0]
     if isinstance(exact, BeamvizError):
         return np.full(modes, np.inf)
-    exact_errors = exact.truncation + exact.rounding
     errors = np.empty(modes)
     for bending in (True, False):
         own = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
         partners = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)[: len(own)]
         if len(partners) < len(own):  # beyond the modes of the reference
             partners = np.append(partners, [2 * modes - 1] * (len(own) - len(partners)))
-        errors[own] = (
-            abs(omega_squared[own] - exact.omega_squared[partners]) + exact_errors[partners]
-        )
+        errors[own] = abs(omega_squared[own] - exact.omega_squared[partners])
+        errors[own] += exact.omega_squared_errors[partners]
     return errors

@@ -18,7 +18,7 @@ from beamviz.paper.figures import (
     to_markdown,
 )
 from beamviz.paper.tables import TABLES
-from beamviz.solver.fem.hermite import gauss, hermite
+from beamviz.solver.fem.elements import gauss, hermite
 
 CROSSINGS = [
     (figure, crossing)

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
-from beamviz.solver.fem.ancf import PlanarBeam
-from beamviz.solver.fem.hermite import (
+from beamviz.solver.fem.elements import (
+    PlanarBeam,
     assemble_vector,
     dense,
     element_coordinates,

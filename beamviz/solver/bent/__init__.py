@@ -14,6 +14,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver.bent.beam import BentBeam, BentModes, bent_modes, in_axes_of_the_beam
 from beamviz.solver.bent.equilibrium import (
     State,
     descend,
@@ -25,7 +26,6 @@ from beamviz.solver.bent.equilibrium import (
     upward,
 )
 from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
-from beamviz.solver.bent.modes import BentModes, bent_modes
 from beamviz.solver.bent.paths import (
     end_on_mesh,
     follow_speed,
@@ -33,7 +33,6 @@ from beamviz.solver.bent.paths import (
     state_at,
     states_on_both_sides,
 )
-from beamviz.solver.bent.tangent import BentBeam, in_axes_of_the_beam
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem

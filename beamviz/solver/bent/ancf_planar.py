@@ -15,13 +15,11 @@ from scipy.sparse.linalg import LinearOperator, eigs, splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
+from beamviz.solver.bent.beam import in_axes_of_the_beam, oscillating_or_growing, squared
 from beamviz.solver.bent.equilibrium import State
-from beamviz.solver.bent.modes import oscillating_or_growing, squared
-from beamviz.solver.bent.tangent import in_axes_of_the_beam
-from beamviz.solver.continuation import Root, continue_load, newton
+from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.fem import element_count
-from beamviz.solver.fem.ancf import TURN, PlanarBeam
-from beamviz.solver.fem.hermite import element_coordinates, gauss, interpolate
+from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, gauss, interpolate
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Fields, Solution, Stats
 
@@ -69,24 +67,22 @@ class PlanarProblem:
         start = guess.ravel()
         holding = self.residual(start)
 
-        def solve_at(share: float, near: NDArray) -> Root | None:
-            def increment(q: NDArray) -> NDArray:
-                dq = np.zeros_like(q)
-                try:
-                    left = self.residual(q) - (1 - share) * holding
-                    dq[self.free] = -splu(self.tangent(q)).solve(left)
-                except RuntimeError:
-                    raise np.linalg.LinAlgError from None
-                return dq
+        def increment(share: float, q: NDArray) -> NDArray:
+            dq = np.zeros_like(q)
+            try:
+                left = self.residual(q) - (1 - share) * holding
+                dq[self.free] = -splu(self.tangent(q)).solve(left)
+            except RuntimeError:
+                raise np.linalg.LinAlgError from None
+            return dq
 
-            found = newton(increment, near)
-            if found is None:
-                return None
-            turned = (found.state.reshape(guess.shape) * guess)[:, 2:].sum(axis=1) <= 0
-            return None if turned.any() else found
+        def forward(_: float, q: NDArray) -> float:
+            return float(((q.reshape(guess.shape) * guess)[:, 2:].sum(axis=1) > 0).all())
 
         try:
-            path = continue_load(solve_at, start, 1.0, lambda *_: 1.0, precision=SMALLEST_SHARE)
+            path = continue_load(
+                newton_at(increment), start, 1.0, forward, precision=SMALLEST_SHARE
+            )
         except NotConverged:
             raise NotConverged(
                 f"{len(self.model.nodes) - 1} elements have no state next to the exact one; use"

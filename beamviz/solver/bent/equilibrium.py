@@ -13,8 +13,8 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import lapack
 
+from beamviz.solver.bent.beam import BentBeam, Tangent
 from beamviz.solver.bent.mesh_design import folded_beam
-from beamviz.solver.bent.tangent import BentBeam, Tangent
 from beamviz.solver.hp.mesh import make_mesh
 
 DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 120, 12, 40

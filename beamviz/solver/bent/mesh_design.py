@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.solver.bent.modes import BentModes
-from beamviz.solver.bent.tangent import BentBeam
+from beamviz.solver.bent.beam import BentBeam, BentModes
 from beamviz.solver.hp.mesh import Mesh, make_mesh, reference
+from beamviz.solver.hp.mesh_design import distances, subdivided
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, HIGHEST_ORDER, LONGEST_ELEMENT = 10, 16, 0.5
@@ -58,23 +58,12 @@ def first_mesh(beam: Beam, problem: Problem) -> Mesh:
     for a, b in pairwise(ends):
         inside = folded.width[(folded.x > a) & (folded.x < b)]
         first, last = (inside[0], inside[-1]) if len(inside) else (1.0, 1.0)
-        breaks |= {a + distance for distance in _graded(LAYER * first, b - a)}
+        half = (b - a) / 2
+        breaks |= {a + distance for distance in distances(LAYER * first, GRADING, half)}
         if b < 1:
-            breaks |= {b - distance for distance in _graded(LAYER * last, b - a)}
-    spread = [0.0]
-    for a, b in pairwise(sorted(breaks)):
-        parts = math.ceil((b - a) / LONGEST_ELEMENT)
-        spread += [a + (b - a) * k / parts for k in range(1, parts + 1)]
+            breaks |= {b - distance for distance in distances(LAYER * last, GRADING, half)}
+    spread = subdivided(sorted(breaks), 1 / LONGEST_ELEMENT)
     return make_mesh(tuple(spread), (FIRST_ORDER,) * (len(spread) - 1))
-
-
-def _graded(distance: float, length: float) -> list[float]:
-    """Distances from an end up to half the length, each GRADING times the one before."""
-    found = []
-    while 2 * distance < length:
-        found.append(distance)
-        distance *= GRADING
-    return found
 
 
 def tails(bent: BentBeam, Q: np.ndarray, parity: int) -> np.ndarray:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import SPIN_UP
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver.bent.beam import BentBeam
 from beamviz.solver.bent.equilibrium import (
     CONVERGED,
     State,
@@ -23,7 +24,6 @@ from beamviz.solver.bent.equilibrium import (
     step_size,
 )
 from beamviz.solver.bent.mesh_design import first_mesh, folded_beam
-from beamviz.solver.bent.tangent import BentBeam
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
@@ -155,16 +155,15 @@ def _follow_load(
 ) -> Root:
     """The stable states of the beams at loads from 0 to a target, or to their limit."""
     first = _margins(start)
-    margins = {0.0: np.ones_like(first)}  # of the loads solved
 
     def solve_at(load: float, guess: NDArray) -> Root | None:
         found = newton(at(load), guess)
-        if found is None:
-            return None
-        margins[load] = _margins(found) / first
-        return Root(found.q, found.iterations) if margins[load].min() > 0 else None
+        return Root(found.q, found.iterations) if found else None
 
-    return continue_load(solve_at, start.q, target, lambda load, _: margins[load], *accuracy)
+    def margin(load: float, q: NDArray) -> NDArray:
+        return _margins(State(at(load), q, 0)) / first
+
+    return continue_load(solve_at, start.q, target, margin, *accuracy)
 
 
 def _margins(state: State) -> NDArray:

@@ -16,10 +16,10 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from beamviz.beam import Beam, check_int
 from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
-from beamviz.solver.continuation import Root, continue_load, newton
+from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Shapes, Solved, build_solution, modes_of_matrices
-from beamviz.solver.fem.ancf import PlanarBeam
-from beamviz.solver.fem.hermite import (
+from beamviz.solver.fem.elements import (
+    PlanarBeam,
     assemble_band,
     dense,
     element_coordinates,
@@ -130,18 +130,14 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
     Raises NoEquilibrium with the limit in gamma, and NotConverged.
     """
 
-    def solve_at(load: float, guess: NDArray) -> Root | None:
-        def increment(q: NDArray) -> NDArray:
-            dq = np.zeros_like(q)
-            dq[2::2] = -_solve_along(model, load, q, model.residual(q, load)[2::2])
-            return dq
+    def increment(load: float, q: NDArray) -> NDArray:
+        dq = np.zeros_like(q)
+        dq[2::2] = -_solve_along(model, load, q, model.residual(q, load)[2::2])
+        return dq
 
-        root = newton(increment, guess)
-        return root if root is not None and margin(load, root.state) > 0 else None
-
-    margin = partial(straight_margin, model)
     load = model.beam.gamma**2
-    path = continue_load(solve_at, model.unstressed, load, margin)
+    margin = partial(straight_margin, model)
+    path = continue_load(newton_at(increment), model.unstressed, load, margin)
     if path.limit is not None:
         raise _no_equilibrium(model, path.limit, path.state)
     if model.beam.delta >= 0 and not positive_definite(across(model.tangent(path.state, load))):

@@ -4,7 +4,7 @@ The entry point is `solve_hp`; Solutions and functions of x are built here from 
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 
@@ -14,7 +14,7 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import StraightModes
-from beamviz.solver.hp.refinement import solve_straight
+from beamviz.solver.hp.refinement import Refinement
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only, straight
 
@@ -28,9 +28,12 @@ def solve_hp(
 ) -> list[Solution | BeamvizError]:
     """The solution of each beam, or its NoEquilibrium or NotConverged. start: the clock
     (time.perf_counter) at the call. mesh_of: see `solve_many`."""
+    refinement = Refinement(beams, problem, problem.modes + extra_modes, mesh_of)
+    while refinement.waiting:
+        for indices, mesh in refinement.next_stacks():
+            refinement.solve_stack(indices, mesh)
     answers: list[Solution | BeamvizError] = []
-    straight = solve_straight(beams, problem, extra_modes, mesh_of)
-    for beam, found in zip(beams, straight, strict=True):
+    for beam, found in zip(beams, refinement.answers, strict=True):
         if isinstance(found, BeamvizError):
             answers.append(found)
             continue
@@ -52,22 +55,16 @@ def solve_hp(
     return answers
 
 
-@lru_cache(maxsize=64)
-def _from_clamp(grid: Grid, x: bytes) -> np.ndarray:
-    """grid.from_clamp(x), cached: the beams of a sweep share their grid and x."""
-    return read_only(grid.from_clamp(np.frombuffer(x)))
-
-
-@lru_cache(maxsize=64)
-def _at(grid: Grid, x: bytes) -> np.ndarray:
-    """grid.at(x), cached."""
-    return read_only(grid.at(np.frombuffer(x)))
+@lru_cache(maxsize=128)
+def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
+    """A matrix of a grid at x, cached: the beams of a sweep share their grid and x."""
+    return read_only(matrix(np.frombuffer(x)))
 
 
 def _curve(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of the equilibrium."""
-    points = x.tobytes()
-    return straight(*(rows(found.grid, points) @ found.f for rows in (_from_clamp, _at)))
+    matrices = found.grid.from_clamp, found.grid.at
+    return straight(*(_rows(matrix, x.tobytes()) @ found.f for matrix in matrices))
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +76,7 @@ class Shapes:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Displacements (len(x), 2, modes) along and across the beam."""
         found = self.found
-        rows = _from_clamp(found.grid, x.tobytes())
+        rows = _rows(found.grid.from_clamp, x.tobytes())
         return _displacements(rows, found.grid.J, found.f, found.kappa, found.s, found.mode_order)
 
 
@@ -131,7 +128,7 @@ def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
         return np.array([each.fields(at) for each, at in zip(solutions, x, strict=True)])
     grid = found[0].grid
     if all(one.grid is grid for one in found) and (x == x[0]).all():
-        rows, J = _from_clamp(grid, x[0].tobytes()), grid.J
+        rows, J = _rows(grid.from_clamp, x[0].tobytes()), grid.J
     else:
         names = ("breaks", "points", "weights", "J")
         arrays = [np.array([getattr(one.grid, name) for one in found]) for name in names]

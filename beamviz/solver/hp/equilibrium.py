@@ -6,7 +6,7 @@ other is followed from rest, alone, on its stable branch to its load or to the l
 """
 
 import math
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import accumulate
 from typing import Any, NamedTuple
 
@@ -40,6 +40,9 @@ LIMIT_ORDER = 12
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
 
 
+State = tuple[Mesh, np.ndarray]  # the stretch f (1, n) of one beam on a mesh
+
+
 class BeamStack(NamedTuple):
     """The parameters of a stack of beams, each (beams, 1), or a float in a stack of one."""
 
@@ -52,13 +55,10 @@ class BeamStack(NamedTuple):
     outward: bool  # whether no beam points inward
 
 
-State = tuple[Mesh, np.ndarray]  # the stretch f (1, n) of one beam on a mesh
-
-
 def single(beam: Beam) -> BeamStack:
     """A stack of one beam."""
-    alpha, beta, gamma, delta, mu = beam.alpha, beam.beta, beam.gamma, beam.delta, beam.mu
-    return BeamStack(alpha, beta, gamma, delta, mu, 1, delta >= 0)
+    numbers = beam.alpha, beam.beta, beam.gamma, beam.delta, beam.mu
+    return BeamStack(*numbers, 1, beam.delta >= 0)
 
 
 class Inertia(NamedTuple):
@@ -84,24 +84,21 @@ class AxialState(NamedTuple):
     margin: np.ndarray | None = None  # (beams,) 1 at rest, 0 at the limit; None without a limit
 
 
-def inertia(mesh: Mesh, beams: BeamStack) -> Inertia:
-    """The inertia of beams whose mass sits on a break of the mesh."""
+def axial_problem(mesh: Mesh, beams: BeamStack, law: StrainLaw) -> "AxialProblem":
+    """The problem of beams whose mass sits on a break of the mesh."""
     alpha, beta, *_ = beams
     if beams.size == 1:
-        return _shared_inertia(mesh, alpha, beta)
-    if mesh.breaks.ndim == 1 and (alpha == alpha[0]).all() and (beta == beta[0]).all():
-        return _shared_inertia(mesh, alpha.item(0), beta.item(0))
-    return _with_mass(mesh, alpha, beta)
+        inertia = _inertia(mesh, alpha, beta)
+    elif mesh.breaks.ndim == 1 and (alpha == alpha[0]).all() and (beta == beta[0]).all():
+        inertia = _inertia(mesh, alpha.item(0), beta.item(0))
+    else:
+        inertia = _inertia.__wrapped__(mesh, alpha, beta)
+    return AxialProblem(mesh, inertia, beams, law)
 
 
 @lru_cache(maxsize=64)
-def _shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
-    """`_with_mass`, cached: sweeps of other parameters keep the mass."""
-    return _with_mass(mesh, alpha, beta)
-
-
-def _with_mass(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) -> Inertia:
-    """The inertia of the mesh with a concentrated mass."""
+def _inertia(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) -> Inertia:
+    """The inertia of the mesh with a mass, cached: sweeps of other parameters keep the mass."""
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[..., None, :]
@@ -130,7 +127,7 @@ def has_unique_equilibrium(beams: Beam | BeamStack, law: StrainLaw) -> Any:
 
 
 class AxialProblem(NamedTuple):
-    """The equilibrium of a stack of beams on a mesh: w n(f) = load (G f + delta g) with
+    """A stack of beams on a mesh, and their equilibrium w n(f) = load (G f + delta g) with
     load = (gamma / mu)^2, the paper's eq. 40 for a straight beam.
 
     In a stack of several, each beam must be of small strain or have a unique equilibrium.
@@ -253,14 +250,11 @@ class AxialProblem(NamedTuple):
         """Continuation of the stable branch of a single beam from rest to a load."""
 
         def solve_at(trial: float, guess: np.ndarray) -> Root | None:
-            state = self.newton(trial, guess)
-            held = state.error[0] < math.inf and self.left_at_clamp(trial, state.f)[0] > 0
-            return Root(state.f, state.iterations) if held else None
+            f, iterations, error, _ = self.newton(trial, guess)
+            return Root(f, iterations) if error[0] < math.inf else None
 
-        def margin_at(reached: float, f: np.ndarray) -> float:
-            return float(self.margin(reached, f, math.inf)[0])
-
-        return continue_load(solve_at, np.ones((1, len(self.mesh.points))), load, margin_at)
+        margin = partial(self.margin, bound=math.inf)
+        return continue_load(solve_at, np.ones((1, len(self.mesh.points))), load, margin)
 
     def margin(self, load: Any, f: np.ndarray, bound: float = BOUND_SUFFICES) -> np.ndarray:
         """Stability margins (beams,) of equilibria f (beams, n): 1 at rest, 0 at the limit.
@@ -299,8 +293,7 @@ def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
     mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
-    stack = single(beam)
-    path = AxialProblem(mesh, inertia(mesh, stack), stack, law).follow(load)
+    path = axial_problem(mesh, single(beam), law).follow(load)
     return None if path.limit is None else no_equilibrium(beam, beam.mu * path.limit**0.5, law)
 
 
@@ -308,8 +301,7 @@ def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
     """The equilibrium of a beam of large strain on a coarse mesh, and its positions."""
     ends = unstretched_positions(beam).ends
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
-    stack = single(beam)
-    problem = AxialProblem(mesh, inertia(mesh, stack), stack, law)
+    problem = axial_problem(mesh, single(beam), law)
     load = (beam.gamma / beam.mu) ** 2
     # Where an equilibrium certainly exists the first guess suffices, within 1 %.
     guess = problem.first_guess(load, None, 0.0)[0] if law.hardens and beam.delta >= 0 else None

@@ -167,23 +167,20 @@ def choose_mesh(
         (N, N_end), (f, f_end) = span.N, span.f
         compression = max(compression, -N * f**power, -N_end * f_end**power)
         breaks.add(span.end)
-        if GRADING * span.distance_to_force_limit < span.length:
-            graded = _graded(span.distance_to_force_limit, span.length)
-            breaks.update(span.start + distance for distance in graded)
+        longest = span.length / GRADING
+        graded = distances(span.distance_to_force_limit, GRADING, longest)
+        breaks.update(span.start + distance for distance in graded)
         if span.slope > 0:
             # f ~ N^(1/3) of a large stretch is singular where n would be -0.2, its least value
-            distance = (N_end + 0.2 * mu**2) / span.slope
-            if GRADING * distance < span.length:
-                breaks.update(span.end - near for near in _graded(distance, span.length))
+            graded = distances((N_end + 0.2 * mu**2) / span.slope, GRADING, longest)
+            breaks.update(span.end - distance for distance in graded)
     waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     candidates = []
     for most in thin_above:
         thin = [layer.end for layer in layers if layer.order > most] if layers else []
         ends = sorted(breaks.union(thin))
         if waves > WAVES_PER_ELEMENT:
-            pieces = [math.ceil((b - a) * waves / WAVES_PER_ELEMENT) for a, b in pairwise(ends)]
-            parts = zip(pairwise(ends), pieces, strict=True)
-            ends = [a + (b - a) * i / n for (a, b), n in parts for i in range(n)] + ends[-1:]
+            ends = subdivided(ends, waves / WAVES_PER_ELEMENT)
         candidates.append(
             _with_orders(ends, layers, most, len(ends) > len(spans) + 1, waves, digits)
         )
@@ -262,10 +259,17 @@ def half_waves(mu: float, modes: int) -> int:
     return max(bending, stretching)
 
 
-def _graded(distance: float, length: float) -> list[float]:
-    """Distances of the breaks from the end of a span, for a singularity `distance` beyond it."""
+def distances(first: float, ratio: float, longest: float) -> list[float]:
+    """Distances of graded breaks from the end of a span, below `longest`."""
     breaks = []
-    while GRADING * distance < length:
-        breaks.append(distance)
-        distance *= GRADING
+    while first < longest:
+        breaks.append(first)
+        first *= ratio
     return breaks
+
+
+def subdivided(ends: list[float], density: float) -> list[float]:
+    """Breaks, at least `density` per unit of length, that divide the parts between `ends`."""
+    pieces = [math.ceil((b - a) * density) for a, b in pairwise(ends)]
+    parts = zip(pairwise(ends), pieces, strict=True)
+    return [a + (b - a) * i / n for (a, b), n in parts for i in range(n)] + ends[-1:]

@@ -16,7 +16,7 @@ import numpy as np
 
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
-from beamviz.solver.hp.equilibrium import AxialState, BeamStack, Inertia
+from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
 from beamviz.solver.hp.mesh import Grid, Mesh
 from beamviz.solver.problem import Problem
 
@@ -74,27 +74,26 @@ class Matrices(NamedTuple):
 
 
 def lowest_modes(
-    mesh: Mesh, inertia: Inertia, state: AxialState, beams: BeamStack, count: int, problem: Problem
+    axial: AxialProblem, state: AxialState, count: int, problem: Problem
 ) -> StraightModes:
     """The `count` lowest modes about the equilibria of a stack of beams.
 
     With Coriolis forces no beam of several may be at rest or point inward; LinAlgError is raised
     where one of several is unstable.
     """
-    matrices = stiffness_and_mass(mesh, inertia, state.f, beams, problem)
-    if problem.gyroscopic and (beams.size > 1 or beams.gamma):
-        return gyroscopic_modes(mesh, inertia, state, beams, matrices, count, problem)
-    return uncoupled_modes(mesh, state, beams, matrices, count, problem)
+    matrices = stiffness_and_mass(axial, state.f, problem)
+    coupled = problem.gyroscopic and (axial.beams.size > 1 or axial.beams.gamma)
+    solve = gyroscopic_modes if coupled else uncoupled_modes
+    return solve(axial, state, matrices, count, problem)
 
 
-def stiffness_and_mass(
-    mesh: Mesh, inertia: Inertia, f: np.ndarray, beams: BeamStack, problem: Problem
-) -> Matrices:
+def stiffness_and_mass(axial: AxialProblem, f: np.ndarray, problem: Problem) -> Matrices:
     """Vibration about the stretch f (beams, n), in terms of kappa = theta' and s = du'.
 
     The tension N = gamma^2 int_x^1 rho (u + delta) is computed from equilibrium: mu^2 n(f) would
     cancel where f is near 1.
     """
+    mesh, inertia, beams, _ = axial
     w, n = inertia.weights, f.shape[-1]
     across = f[..., None] * mesh.J  # kappa -> w' = f theta
     stiffness = np.zeros((len(f), 2, 2 * n))
@@ -111,18 +110,14 @@ def stiffness_and_mass(
 
 
 def uncoupled_modes(
-    mesh: Mesh,
-    state: AxialState,
-    beams: BeamStack,
-    matrices: Matrices,
-    count: int,
-    problem: Problem,
+    axial: AxialProblem, state: AxialState, matrices: Matrices, count: int, problem: Problem
 ) -> StraightModes:
     """The lowest modes of uncoupled families.
 
     The softening is a multiple of M: it shifts every omega^2, does not change the modes, and is
     subtracted at the end.
     """
+    mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
     shift = 0.0 if beams.outward else eigen.COMPRESSED
     v, size, added, nu = eigen.family_modes(K, M, d, G, count, shift)
@@ -142,44 +137,28 @@ def uncoupled_modes(
     picks = order
     if beams.size > 1:  # indices of the flattened stack
         picks = order + families.shape[1] * np.arange(len(order))[:, None]
-    return StraightModes(
-        mesh.grid,
-        state.f,
-        state.iterations,
-        v[:, 0],
-        v[:, 1],
-        order,
-        (order < omega_squared.shape[-1]).astype(float),
-        omega_squared.take(picks),
-        truncation.take(picks),
-        rounding.take(picks),
-        omega_squared,
-        truncation + rounding,
-        nu,
-    )
+    fraction = (order < omega_squared.shape[-1]).astype(float)
+    lowest = omega_squared.take(picks), truncation.take(picks), rounding.take(picks)
+    shapes = v[:, 0], v[:, 1], order, fraction
+    families = omega_squared, truncation + rounding, nu
+    return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, *families)
 
 
 def gyroscopic_modes(
-    mesh: Mesh,
-    inertia: Inertia,
-    state: AxialState,
-    beams: BeamStack,
-    matrices: Matrices,
-    count: int,
-    problem: Problem,
+    axial: AxialProblem, state: AxialState, matrices: Matrices, count: int, problem: Problem
 ) -> StraightModes:
     """The lowest modes of both families coupled by Coriolis forces.
 
     With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z changes omega^2 by
     e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega + z' K z / omega.
     """
-    gamma = np.reshape(beams.gamma, (-1, 1))
+    mesh, gamma = axial.mesh, np.reshape(axial.beams.gamma, (-1, 1))
     K = np.empty((len(state.f), 2, *matrices.K.shape[1:]))
     K[:, 0], K[:, 1] = matrices.K, mesh.eye * matrices.d[:, None]
     if problem.softening:
         K[:, 0] -= gamma[..., None] ** 2 * matrices.M
         K[:, 1] -= gamma[..., None] ** 2 * matrices.G
-    F = weighted_displacements(mesh, inertia, state.f)
+    F = weighted_displacements(axial, state.f)
     max_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
     omega_squared, s, kappa, condition, spectrum, definite = eigen.gyroscopic_modes(
         K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, max_condition
@@ -197,24 +176,15 @@ def gyroscopic_modes(
     truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition[:, None])
     with np.errstate(divide="ignore"):  # omega^2 is 0 on the limit of stability
         nu = 1 / spectrum[:, None]
-    return StraightModes(
-        mesh.grid,
-        state.f,
-        state.iterations,
-        kappa,
-        s,
-        None,
-        fractions,
-        omega_squared,
-        truncation[:, 0],
-        rounding[:, 0],
-        nu=nu,
-    )
+    lowest = omega_squared, truncation[:, 0], rounding[:, 0]
+    shapes = kappa, s, None, fractions
+    return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu)
 
 
-def weighted_displacements(mesh: Mesh, inertia: Inertia, f: np.ndarray) -> np.ndarray:
+def weighted_displacements(axial: AxialProblem, f: np.ndarray) -> np.ndarray:
     """F (beams, 2, n + 1, n), bending first, with M = F' F: displacements at the mesh points and at
     the concentrated mass, times the root of the mass there."""
+    mesh, inertia, *_ = axial
     across, n = f[..., None] * mesh.J, f.shape[-1]
     F = np.empty((len(f), 2, n + 1, n))
     F[:, 0, :n], F[:, 1, :n] = mesh.rooted @ across, mesh.rooted

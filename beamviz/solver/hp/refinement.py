@@ -20,13 +20,12 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
-    AxialProblem,
     AxialState,
     BeamStack,
     State,
+    axial_problem,
     coarse_equilibrium,
     has_unique_equilibrium,
-    inertia,
     is_small_strain,
     limit_error,
     single,
@@ -62,8 +61,6 @@ MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
 STRETCH_SHARE = 1e-3  # accepted error of the stretch, relative to the tolerance
 
-_numbers = attrgetter(*PARAMETERS)
-
 # A sweep allocates and frees arrays of about a megabyte. The C library of Linux returns them to the
 # system, and the page faults of the next ones take up to a fifth of the time of a sweep. Once a
 # larger block was freed, it keeps smaller ones. This block is never written to.
@@ -81,31 +78,18 @@ class Design(NamedTuple):
 Answer = StraightModes | BeamvizError
 
 
-def solve_straight(
-    beams: Sequence[Beam], problem: Problem, extra_modes: int = 0, mesh_of: Sequence[Beam] = ()
-) -> list[Answer]:
-    """Equilibrium and modes of each beam, or its NoEquilibrium or NotConverged. extra_modes,
-    mesh_of: see `solve_many`."""
-    refinement = Refinement(beams, problem, extra_modes, mesh_of)
-    while refinement.waiting:
-        for indices, mesh in refinement.next_stacks():
-            refinement.solve_stack(indices, mesh)
-    return refinement.answers
-
-
 class Refinement:
     """The state of a refinement. A beam is referred to by its index in `beams`.
 
-    waiting: the beams without an answer, and the digits that their attempts have added. alone:
-    beams that are not stacked. near_limit: the best attempt at beams near their limit of
-    equilibrium and its error ratio. attempt: number of the attempt.
+    count: number of modes. mesh_of: see `solve_many`. answers: of each beam. waiting: the beams
+    without one, and the digits that their attempts have added. alone: beams that are not stacked.
+    near_limit: the best attempt at beams near their limit of equilibrium and its error ratio.
     """
 
     def __init__(
-        self, beams: Sequence[Beam], problem: Problem, extra_modes: int, mesh_of: Sequence[Beam]
+        self, beams: Sequence[Beam], problem: Problem, count: int, mesh_of: Sequence[Beam]
     ):
-        self.beams, self.problem, self.mesh_of = beams, problem, mesh_of
-        self.count = problem.modes + extra_modes
+        self.beams, self.problem, self.count, self.mesh_of = beams, problem, count, mesh_of
         self.answers: list[Any] = [None] * len(beams)
         self.designs: dict[int, Design] = {}
         self.near_limit: dict[int, tuple[float, StraightModes]] = {}
@@ -113,7 +97,7 @@ class Refinement:
         self.alone = set(self.waiting)
         self.attempt = 0
         if len(beams) > 1:
-            self.numbers = np.array([_numbers(beam) for beam in beams])  # (beams, 5)
+            self.numbers = np.array(list(map(attrgetter(*PARAMETERS), beams)))  # (beams, 5)
             alpha, beta, gamma, delta, mu = self.numbers.T
             stack = BeamStack(alpha, beta, gamma, delta, mu, len(beams), False)
             stackable = is_small_strain(stack) | has_unique_equilibrium(stack, problem.strain_law)
@@ -289,15 +273,13 @@ class Refinement:
             designs = [self.designs[index] for index in indices if index in self.designs]
             designs = designs or list(self.designs.values())  # for meshes that were interpolated
             extra, start = max(design.extra_digits for design in designs), None
+        axial = axial_problem(mesh, beams, problem.strain_law)
         try:
-            rho = inertia(mesh, beams)
             if problem.rigid_tension:
                 state = AxialState(np.ones((1, mesh.weights.shape[-1])), 0, 0.0)
             else:
-                accept_error = STRETCH_SHARE * problem.tolerance / 10**extra
-                axial = AxialProblem(mesh, rho, beams, problem.strain_law)
-                state = axial.solve(start, accept_error)
-            modes = lowest_modes(mesh, rho, state, beams, self.count, problem)
+                state = axial.solve(start, STRETCH_SHARE * problem.tolerance / 10**extra)
+            modes = lowest_modes(axial, state, self.count, problem)
         except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
             if not one:  # an unstable beam among them
                 self.alone.update(indices)

@@ -26,7 +26,7 @@ from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.continuation import Root, continue_load, newton
+from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge
 from beamviz.solver.hp.mesh import interpolation_matrix
 from beamviz.solver.problem import Problem
@@ -96,14 +96,9 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
     """The stretch (n,) in balance with its own centrifugal force, followed from rest."""
     RJ, pull = R @ on.from_clamp, beam.delta * R.sum(axis=1)
 
-    def solve_at(load: float, guess: np.ndarray) -> Root | None:
-        def increment(f: np.ndarray) -> np.ndarray:
-            n, slope = law.force(f), law.stiffness(f)
-            tangent = np.diag(slope) - load * RJ
-            return -np.linalg.solve(tangent, n - load * (RJ @ f + pull))
-
-        root = newton(increment, guess)
-        return root if root is not None and margin(load, root.state) > 0 else None
+    def increment(load: float, f: np.ndarray) -> np.ndarray:
+        tangent = np.diag(law.stiffness(f)) - load * RJ
+        return -np.linalg.solve(tangent, law.force(f) - load * (RJ @ f + pull))
 
     def margin(load: float, f: np.ndarray) -> float:
         """1 at rest, 0 where the branch ends: the law's slope, and the beam's along itself."""
@@ -114,7 +109,7 @@ def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
         return min(slope.min(), 1 - load * softest)
 
     load = (beam.gamma / beam.mu) ** 2
-    path = continue_load(solve_at, np.ones(len(on.points)), load, margin)
+    path = continue_load(newton_at(increment), np.ones(len(on.points)), load, margin)
     if path.limit is not None:
         raise constitutive.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
     return path
