@@ -1,7 +1,7 @@
 """Public entry point: validates the options and dispatches to the chosen method and state."""
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from operator import attrgetter
@@ -17,16 +17,13 @@ from beamviz.errors import (
     NotConverged,
     unknown_keyword,
 )
-from beamviz.solver.hp import displacements as displacements
-from beamviz.solver.hp import family_spectrum as family_spectrum
-from beamviz.solver.hp import mesh_spectrum as mesh_spectrum
-from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.equilibrium import greatest_force as greatest_force
-from beamviz.solver.hp.equilibrium import is_small_strain as is_small_strain
-from beamviz.solver.hp.mesh import interpolation_matrix as interpolation_matrix
+from beamviz.solver.hp import displacements, family_spectrum, mesh_spectrum, solve_hp  # noqa: F401
+from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
+from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution
 
+Answer = Solution | BeamvizError
 MAX_MODES = 20
 TOLERANCES = (1e-12, 0.1)  # least and greatest relative error that may be asked for
 METHODS_WITH_BENT_STATES = ("auto", "ancf-planar")
@@ -68,7 +65,7 @@ def solve(
     model = (modes, method, strain, curvature, coriolis, plane)
     others = (tolerance, elements, terms, stiffening, softening, state)
     problem = parse_options(*model, *others, **unknown)
-    answer = _solve([beam], problem, start)[0]
+    answer = _solve([beam], problem, start, 0, ())[0]
     if isinstance(answer, BeamvizError):
         raise answer
     return answer
@@ -76,7 +73,7 @@ def solve(
 
 def solve_many(
     beams: Iterable[Beam], extra_modes: int = 0, mesh_of: Sequence[Beam] = (), **options: Any
-) -> list[Solution | BeamvizError]:
+) -> list[Answer]:
     """`solve` for many beams with the same options, in batches where the method allows it.
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
@@ -147,48 +144,46 @@ def _validated(*options: Any) -> Problem:
 
 
 def _solve(
-    beams: list[Beam],
-    problem: Problem,
-    start: float,
-    extra_modes: int = 0,
-    mesh_of: Sequence[Beam] = (),
-) -> list[Solution | BeamvizError]:
+    beams: list[Beam], problem: Problem, start: float, extra_modes: int, mesh_of: Sequence[Beam]
+) -> list[Answer]:
     """Dispatch to the package of the method; those other than `hp` are imported on first use."""
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
         return _solve_states(beams, problem, start, extra_modes)
     package = METHODS[problem.method].package
-    interruption.get()()
     if package == "hp":
+        interruption.get()()
         return solve_hp(beams, problem, start, extra_modes, mesh_of)
     if package == "fem":
         from beamviz.solver.fem import solve as solve_one
     else:
         from beamviz.solver.series import solve as solve_one
     more = replace(problem, modes=problem.modes + extra_modes)
-    answers: list[Solution | BeamvizError] = []
-    for beam in beams:
-        interruption.get()()
-        try:
-            answers.append(solve_one(beam, more, start))
-        except (NoEquilibrium, NotConverged) as error:
-            answers.append(error)
-    return answers
+    return [_attempt(solve_one, beam, more, start) for beam in beams]
+
+
+def _attempt(solve_one: Callable[..., Any], *arguments: Any) -> Any:
+    """What a solver of one beam returns, or NoEquilibrium or NotConverged in its place."""
+    interruption.get()()
+    try:
+        return solve_one(*arguments)
+    except (NoEquilibrium, NotConverged) as error:
+        return error
 
 
 def _solve_states(
     beams: list[Beam], problem: Problem, start: float, extra_modes: int
-) -> list[Solution | BeamvizError]:
+) -> list[Answer]:
     """The straight state of each beam where "stable" is asked for and it is, else a bent state;
     each bent state is the first guess for the next beam."""
     for beam in beams:
         _check_state(beam, problem)
-    straight: dict[int, Solution | BeamvizError] = {}
+    straight: dict[int, Answer] = {}
     if problem.state == "stable":
         where = [k for k, beam in enumerate(beams) if not beam.spin_up]
         first = replace(problem, state="straight")
-        found = _solve([beams[k] for k in where], first, start, extra_modes)
+        found = _solve([beams[k] for k in where], first, start, extra_modes, ())
         straight = dict(zip(where, found, strict=True))
-    answers: list[Solution | BeamvizError] = []
+    answers: list[Answer] = []
     near: Any = None  # the last bent state
     for k, beam in enumerate(beams):
         answer = straight.get(k)
@@ -197,11 +192,8 @@ def _solve_states(
             continue
         from beamviz.solver.bent import solve_by_method
 
-        interruption.get()()
-        try:
-            answer, near = solve_by_method(beam, problem, start, near, extra_modes)
-        except (NoEquilibrium, NotConverged) as error:
-            answer, near = error, None
+        found = _attempt(solve_by_method, beam, problem, start, near, extra_modes)
+        answer, near = (found, None) if isinstance(found, BeamvizError) else found
         answers.append(answer)
     return answers
 

@@ -35,10 +35,9 @@ def symmetric_modes(
     """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, and their vectors
     (n, count), V' M V = 1.
 
-    K (n, n) symmetric, M (n, n) symmetric positive semidefinite. shift: the eigenvalues of
-    K + shift M are computed, with a larger shift where that is not positive definite. Give one for
-    an indefinite K (a compressed beam): an eigenvalue near -shift makes the others inaccurate.
-    Raises NotConverged.
+    M is positive semidefinite. shift: the eigenvalues of K + shift M are computed, with a larger
+    shift where that is not positive definite. Give one for an indefinite K (a compressed beam): an
+    eigenvalue near -shift makes the others inaccurate. Raises NotConverged.
     """
     count = min(count, len(K))
     nu, V, added = _largest(M, K, count, shift)
@@ -130,56 +129,45 @@ class GyroscopicModes(NamedTuple):
     """Modes of a stack of coupled problems: q = Re (a, b) e^(i omega t), or e^(growth t) where
     omega^2 = -growth^2."""
 
-    omega_squared: np.ndarray  # (..., count) ascending
-    a: np.ndarray  # (..., na, count) complex, unit modal mass
-    b: np.ndarray  # (..., nb, count)
-    condition: np.ndarray  # (..., count) relative rounding error of omega^2 in units of EPS
-    spectrum: np.ndarray  # (..., n) all omega^2; infinite where only rounding error is known
+    omega_squared: np.ndarray  # (beams, count) ascending
+    a: np.ndarray  # (beams, na, count) complex, unit modal mass
+    b: np.ndarray  # (beams, nb, count)
+    condition: np.ndarray  # (beams, count) relative rounding error of omega^2 in units of EPS
+    spectrum: np.ndarray  # (beams, n) all omega^2; infinite where only rounding error is known
     definite: bool  # whether K is positive definite
 
 
+Stacks = tuple[np.ndarray, np.ndarray]  # matrices of each beam, of family a and of family b
+
+
 def gyroscopic_modes(
-    Ka: np.ndarray,
-    Fa: np.ndarray,
-    Kb: np.ndarray,
-    Fb: np.ndarray,
-    gamma: float | np.ndarray,
-    count: int,
-    max_condition: float = 1e6,
+    K: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_condition: float = 1e6
 ) -> GyroscopicModes:
-    """The `count` lowest modes of one problem, or of a stack of them with gamma (..., 1, 1).
+    """The `count` lowest modes of a stack of problems, gamma (beams, 1, 1).
 
     Frequencies are real by construction where K is positive definite; LinAlgError is raised where
     it is not for one of several. max_condition: condition of omega^2 above which a more accurate
     algorithm is used. Raises NotConverged.
     """
     try:
-        La, Lb = np.linalg.cholesky(Ka), np.linalg.cholesky(Kb)
+        L = np.linalg.cholesky(K[0]), np.linalg.cholesky(K[1])
     except np.linalg.LinAlgError:
-        if Ka.ndim > 2 and len(Ka) > 1:
+        if len(gamma) > 1:
             raise
-        one = [part.reshape(part.shape[-2:]) for part in (Ka, Fa, Kb, Fb)]
-        found = _indefinite(one[0], one[1], one[2], one[3], float(np.squeeze(gamma)), count)
-        omega_squared, a, b, spectrum = (
-            part.reshape(*Ka.shape[:-2], *part.shape) for part in found
-        )
+        one = K[0][0], F[0][0], K[1][0], F[1][0]
+        found = _indefinite(*one, gamma.item(), count)
+        omega_squared, a, b, spectrum = (part[None] for part in found)
         condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
         modes = GyroscopicModes(omega_squared, a, b, condition, spectrum, False)
     else:
-        modes = _definite_gyroscopic(La, Fa, Lb, Fb, gamma, count, max_condition)
-    mass = (abs(Fa @ modes.a) ** 2).sum(axis=-2) + (abs(Fb @ modes.b) ** 2).sum(axis=-2)
-    root = np.sqrt(mass)[..., None, :]
-    return modes._replace(a=modes.a / root, b=modes.b / root)
+        modes = _definite_gyroscopic(L, F, gamma, count, max_condition)
+    a, b = modes.a, modes.b
+    root = np.sqrt((abs(F[0] @ a) ** 2).sum(axis=1) + (abs(F[1] @ b) ** 2).sum(axis=1))[:, None]
+    return modes._replace(a=a / root, b=b / root)
 
 
 def _definite_gyroscopic(
-    La: np.ndarray,
-    Fa: np.ndarray,
-    Lb: np.ndarray,
-    Fb: np.ndarray,
-    gamma: float | np.ndarray,
-    count: int,
-    max_condition: float,
+    L: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_condition: float
 ) -> GyroscopicModes:
     """The modes for K = diag(La La', Lb Lb'), of any modal mass.
 
@@ -193,38 +181,29 @@ def _definite_gyroscopic(
     1/omega^2 the eigenvalues of Z' Z. These have half the digits where modes are far apart; then
     the singular values of Z restricted to the few vectors found replace them.
     """
+    (La, Lb), (Fa, Fb) = L, F
     na, nb, m = La.shape[-1], Lb.shape[-1], Fa.shape[-2]
     Ya, Yb = np.linalg.solve(La, Fa.mT), np.linalg.solve(Lb, Fb.mT).mT
-    Z = np.zeros((*La.shape[:-2], na + m, nb + m))
-    Z[..., :na, :nb] = -2 * gamma * (Ya @ Yb)
-    Z[..., :na, nb:], Z[..., na:, :nb] = Ya, Yb
-    spectrum, Y = _inverse_largest(Z.mT @ Z, count)
-    spectrum = spectrum[..., : na + nb]
-    omega_squared = spectrum[..., :count]
-    condition = abs(omega_squared / omega_squared[..., :1])
+    Z = np.zeros((len(La), na + m, nb + m))
+    Z[:, :na, :nb] = -2 * gamma * (Ya @ Yb)
+    Z[:, :na, nb:], Z[:, na:, :nb] = Ya, Yb
+    # One by one: numpy's stacked call starts threads, slower on small problems.
+    nu, Y = map(np.array, zip(*(largest(one, count) for one in Z.mT @ Z), strict=True))
+    with np.errstate(divide="ignore"):  # zero, by rounding: the inverse is infinite
+        spectrum, Y = 1 / nu[:, : na + nb], Y.mT
+    omega_squared = spectrum[:, :count]
+    condition = abs(omega_squared / omega_squared[:, :1])
     if condition.max() > max_condition:
         few = condition.max() < FAR_APART
         basis = Y if few else np.eye(nb + m)
         _, inverse, rotation = np.linalg.svd(Z @ basis, full_matrices=False)
-        omega_squared, Y = 1 / inverse[..., :count] ** 2, basis @ rotation[..., :count, :].mT
-        spectrum[..., :count] = omega_squared
-        condition = omega_squared / omega_squared[..., :1]
+        omega_squared, Y = 1 / inverse[:, :count] ** 2, basis @ rotation[:, :count].mT
+        spectrum[:, :count] = omega_squared
+        condition = omega_squared / omega_squared[:, :1]
         condition = np.sqrt(condition) + (EPS * condition**2 if few else 0)  # values, vectors
-    X = Z @ Y * np.sqrt(omega_squared)[..., None, :]
-    a = np.linalg.solve(La.mT, X[..., :na, :])
-    b = np.linalg.solve(Lb.mT, Y[..., :nb, :])
+    X = Z @ Y * np.sqrt(omega_squared)[:, None]
+    a, b = np.linalg.solve(La.mT, X[:, :na]), np.linalg.solve(Lb.mT, Y[:, :nb])
     return GyroscopicModes(omega_squared, a.astype(complex), 1j * b, condition, spectrum, True)
-
-
-def _inverse_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Inverse eigenvalues (..., n) of A, ascending, and the first `count` vectors."""
-    n = A.shape[-1]
-    # One by one: numpy's stacked call starts threads, slower on small problems.
-    found = [largest(one, count) for one in A.reshape(-1, n, n)]
-    nu, V = map(np.array, zip(*found, strict=True))
-    nu, V = nu.reshape(*A.shape[:-2], n), V.reshape(*A.shape[:-2], -1, n)
-    with np.errstate(divide="ignore"):  # zero, by rounding: the inverse is infinite
-        return 1 / nu, V.mT
 
 
 def _indefinite(

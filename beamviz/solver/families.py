@@ -69,10 +69,11 @@ def modes_of_matrices(
     Ma, Mb = (f.T @ f for f in F)
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
-        found = eigen.gyroscopic_modes(Ka, F[0], Kb, F[1], beam.gamma, problem.modes)
-        fraction = (abs(F[1] @ found.b) ** 2).sum(axis=0)
-        fields = partial(_fields, shapes[0](found.a), shapes[1](found.b), None)
-        return found.omega_squared, fraction, fields
+        stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
+        found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
+        a, b = found.a[0], found.b[0]
+        fields = partial(_fields, shapes[0](a), shapes[1](b), None)
+        return found.omega_squared[0], (abs(F[1] @ b) ** 2).sum(axis=0), fields
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     stretching, U = eigen.symmetric_modes(K[0], Ma, problem.modes)
     bending, W = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)

@@ -33,6 +33,7 @@ from beamviz.solver.bent.paths import (
     state_at,
     states_on_both_sides,
 )
+from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
@@ -42,7 +43,6 @@ REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside lim
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
 REFINEMENTS, MAX_UNKNOWNS = 14, 1000
 TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
-EPS = float(np.finfo(float).eps)
 
 
 def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -16,11 +16,11 @@ import numpy as np
 
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
+from beamviz.solver.eigen import EPS
 from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
 from beamviz.solver.hp.mesh import Grid, Mesh
 from beamviz.solver.problem import Problem
 
-EPS = float(np.finfo(float).eps)
 # Safety factors of the two error estimates: twice the least for which the errors of 5000 random
 # beams over the accepted domain were within their estimates (scripts/measure_error_bars.py).
 TRUNCATION_FACTOR = 12.0
@@ -159,9 +159,9 @@ def gyroscopic_modes(
         K[:, 0] -= gamma[..., None] ** 2 * matrices.M
         K[:, 1] -= gamma[..., None] ** 2 * matrices.G
     F = weighted_displacements(axial, state.f)
-    max_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
+    stacks = (K[:, 1], K[:, 0]), (F[:, 1], F[:, 0])
     omega_squared, s, kappa, condition, spectrum, definite = eigen.gyroscopic_modes(
-        K[:, 1], F[:, 1], K[:, 0], F[:, 0], gamma[..., None], count, max_condition
+        *stacks, gamma[..., None], count, problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
     )
     size = abs(omega_squared) + gamma**2
     v = np.empty((len(s), 2, *s.shape[1:]))

@@ -16,6 +16,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 from scipy.interpolate import PPoly
 
 from beamviz.beam import Beam
@@ -82,7 +83,8 @@ def series(beam: Beam, terms: int, Lambda: np.ndarray) -> Series:
     for part in parts(beam):
         c = recurrence(part, start, terms, Lambda)
         coefficients.append(c)
-        w, slope, moment, third = derivatives(c, part.length)
+        at_end = (np.asarray(polyval(part.length, polyder(c, k))) for k in range(4))
+        w, slope, moment, third = at_end
         N: float = sum(t * part.length**i for i, t in enumerate(part.tension))
         shear = N * slope - third
         if part.start + part.length == beam.beta:
@@ -101,15 +103,6 @@ def recurrence(part: Part, start: np.ndarray, terms: int, Lambda: np.ndarray) ->
         tension = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
         c[k + 4] = ((k + 1) * tension + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
     return c
-
-
-def derivatives(c: np.ndarray, xi: float) -> list[np.ndarray]:
-    """w, w', w'', w''' at xi: (2, k) each."""
-    found = []
-    for _ in range(4):
-        found.append(np.tensordot(xi ** np.arange(len(c)), c, 1))
-        c = c[1:] * np.arange(1, len(c))[:, None, None]
-    return found
 
 
 def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
