@@ -99,7 +99,7 @@ def solve_bent(
         allowed = 2 * problem.tolerance * abs(omega_squared) + rounding
         excess = float((truncation / allowed)[: problem.modes].max())
         if excess <= 1 and (verified or coarser is not None):
-            return _solution(beam, problem, state, modes, truncation + rounding, start), state
+            return _solution(state, modes, truncation + rounding, start), state
         state = _on_mesh(state, refined_mesh(state.beam, state.q, modes, problem.tolerance))
         coarser = omega_squared
     raise NotConverged(
@@ -231,15 +231,8 @@ def _energies(state: State, K: np.ndarray, B: np.ndarray, V: np.ndarray) -> np.n
     return np.array([stiffness, (1j * coriolis * swirl).real, inertia])
 
 
-def _solution(
-    beam: Beam,
-    problem: Problem,
-    state: State,
-    modes: BentModes,
-    errors: np.ndarray,
-    start: float,
-) -> Solution:
-    bent, grid = state.beam, state.beam.mesh.grid
+def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) -> Solution:
+    bent, beam, orders = state.beam, state.beam.beam, state.beam.mesh.orders
     moved = bent.displacements(state.q) @ modes.V
     theta = (bent.R @ bent.split(state.q)[1])[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
@@ -247,11 +240,9 @@ def _solution(
     stable = bool(modes.omega_squared.min() > 0) if beam.spin_up else modes.definite
     return Solution(
         beam=beam,
-        problem=problem,
+        problem=bent.problem,
         equilibrium=Equilibrium(stable, state.iterations, partial(_curve, state), state),
-        stats=Stats(
-            len(state.q), time.perf_counter() - start, "hp", len(grid.orders), max(grid.orders)
-        ),
+        stats=Stats(len(state.q), time.perf_counter() - start, "hp", len(orders), max(orders)),
         omega_squared=modes.omega_squared,
         estimate_errors=partial(np.array, errors),
         bending_energy_fraction=(abs(across) ** 2).sum(axis=0),

@@ -5,14 +5,14 @@ The entry point is `solve_hp`; Solutions and functions of x are built here from 
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import StraightModes
 from beamviz.solver.hp.refinement import Refinement
 from beamviz.solver.problem import Problem
@@ -32,27 +32,22 @@ def solve_hp(
     while refinement.waiting:
         for indices, mesh in refinement.next_stacks():
             refinement.solve_stack(indices, mesh)
-    answers: list[Solution | BeamvizError] = []
-    for beam, found in zip(beams, refinement.answers, strict=True):
-        if isinstance(found, BeamvizError):
-            answers.append(found)
-            continue
-        orders = found.grid.orders
-        stable = bool(found.omega_squared[0] >= 0)
-        seconds = time.perf_counter() - start
-        answers.append(
-            Solution(
-                beam,
-                problem,
-                Equilibrium(stable, found.iterations, partial(_curve, found)),
-                Stats(2 * len(found.f), seconds, "hp", len(orders), max(orders)),
-                found.omega_squared,
-                partial(np.add, found.truncation, found.rounding),
-                found.bending_energy_fraction,
-                Shapes(found),
-            )
-        )
-    return answers
+    answers = zip(beams, refinement.answers, strict=True)
+    return [
+        answer if isinstance(answer, BeamvizError) else _solution(beam, problem, start, answer)
+        for beam, answer in answers
+    ]
+
+
+def _solution(beam: Beam, problem: Problem, start: float, found: StraightModes) -> Solution:
+    """The Solution of modes on a mesh."""
+    stable, orders = bool(found.omega_squared[0] >= 0), found.grid.orders
+    equilibrium = Equilibrium(stable, found.iterations, partial(_curve, found))
+    seconds = time.perf_counter() - start
+    stats = Stats(2 * len(found.f), seconds, "hp", len(orders), max(orders))
+    errors = partial(np.add, found.truncation, found.rounding)
+    results = found.omega_squared, errors, found.bending_energy_fraction, Shapes(found)
+    return Solution(beam, problem, equilibrium, stats, *results)
 
 
 @lru_cache(maxsize=128)
@@ -75,9 +70,7 @@ class Shapes:
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Displacements (len(x), 2, modes) along and across the beam."""
-        found = self.found
-        rows = _rows(found.grid.from_clamp, x.tobytes())
-        return _displacements(rows, found.grid.J, found.f, found.kappa, found.s, found.mode_order)
+        return _displacements(_rows(self.found.grid.from_clamp, x.tobytes()), self.found)
 
 
 def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
@@ -126,39 +119,29 @@ def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
     found = [each.fields.found for each in solutions if isinstance(each.fields, Shapes)]
     if len(solutions) == 1 or not found:
         return np.array([each.fields(at) for each, at in zip(solutions, x, strict=True)])
-    grid = found[0].grid
-    if all(one.grid is grid for one in found) and (x == x[0]).all():
-        rows, J = _rows(grid.from_clamp, x[0].tobytes()), grid.J
-    else:
-        names = ("breaks", "points", "weights", "J")
-        arrays = [np.array([getattr(one.grid, name) for one in found]) for name in names]
-        stack = Grid(arrays[0], grid.orders, *arrays[1:])
-        rows, J = stack.from_clamp(x), stack.J
-    f, kappa, s = (np.array([getattr(one, name) for one in found]) for name in ("f", "kappa", "s"))
-    orders = [one.mode_order for one in found if one.mode_order is not None]
-    return _displacements(rows, J, f, kappa, s, np.array(orders) if orders else None)
+
+    def stacked(records: Sequence[Any], *names: str) -> dict[str, Any]:
+        return {name: np.array([getattr(one, name) for one in records]) for name in names}
+
+    first, grids = found[0], [one.grid for one in found]
+    order = () if first.mode_order is None else ("mode_order",)
+    modes = first._replace(**stacked(found, "f", "kappa", "s", *order))
+    if all(grid is first.grid for grid in grids) and (x == x[0]).all():
+        return _displacements(_rows(first.grid.from_clamp, x[0].tobytes()), modes)
+    grid = replace(first.grid, **stacked(grids, "breaks", "points", "weights", "J"))
+    return _displacements(grid.from_clamp(x), modes._replace(grid=grid))
 
 
-def _displacements(
-    from_clamp: np.ndarray,
-    J: np.ndarray,
-    f: np.ndarray,
-    kappa: np.ndarray,
-    s: np.ndarray,
-    mode_order: np.ndarray | None,
-) -> np.ndarray:
+def _displacements(from_clamp: np.ndarray, modes: StraightModes) -> np.ndarray:
     """Displacements (..., len(x), 2, modes): u = int s along the beam, w = int f theta across."""
+    kappa, s, mode_order = modes.kappa, modes.s, modes.mode_order
     if mode_order is not None:
-        modes = s.shape[-1]
-        place = mode_order % modes
-        if s.ndim == 2:
-            kappa, s = kappa[:, place], s[:, place]
-        else:
-            kappa, s = (np.take_along_axis(v, place[..., None, :], axis=-1) for v in (kappa, s))
-        bending = mode_order[..., None, :] < modes
+        count = s.shape[-1]
+        place, bending = mode_order[..., None, :] % count, mode_order[..., None, :] < count
+        kappa, s = (np.take_along_axis(v, place, axis=-1) for v in (kappa, s))
         kappa, s = np.where(bending, kappa, 0.0), np.where(bending, 0.0, s)
     # x is the last axis in memory: samples of one mode are contiguous.
     fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
     fields[..., 0, :] = s.mT @ from_clamp.mT
-    fields[..., 1, :] = (f[..., None] * (J @ kappa)).mT @ from_clamp.mT
+    fields[..., 1, :] = (modes.f[..., None] * (modes.grid.J @ kappa)).mT @ from_clamp.mT
     return np.swapaxes(fields, -3, -1)

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
@@ -36,19 +37,19 @@ class StraightModes(NamedTuple):
     """
 
     grid: Grid
-    f: np.ndarray  # (..., n) stretch at the mesh points
+    f: NDArray  # (..., n) stretch at the mesh points
     iterations: int
-    kappa: np.ndarray  # (..., n, modes) derivative of the rotation
-    s: np.ndarray  # (..., n, modes) gradient of the displacement along the beam
-    mode_order: np.ndarray | None  # (..., modes)
-    bending_energy_fraction: np.ndarray  # (..., modes) share of the kinetic energy
-    omega_squared: np.ndarray  # (..., modes) ascending
-    truncation: np.ndarray  # (..., modes) error of omega^2 from the order of the mesh
-    rounding: np.ndarray  # (..., modes) error of omega^2 from rounding
+    kappa: NDArray  # (..., n, modes) derivative of the rotation
+    s: NDArray  # (..., n, modes) gradient of the displacement along the beam
+    mode_order: NDArray | None  # (..., modes)
+    bending_energy_fraction: NDArray  # (..., modes) share of the kinetic energy
+    omega_squared: NDArray  # (..., modes) ascending
+    truncation: NDArray  # (..., modes) error of omega^2 from the order of the mesh
+    rounding: NDArray  # (..., modes) error of omega^2 from rounding
     # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
-    family_omega_squared: np.ndarray | None = None
-    family_errors: np.ndarray | None = None  # of omega^2, truncation and rounding
-    nu: np.ndarray | None = None  # (..., families, n) of all modes: see `mesh_spectrum`
+    family_omega_squared: NDArray | None = None
+    family_errors: NDArray | None = None  # of omega^2, truncation and rounding
+    nu: NDArray | None = None  # (..., families, n) of all modes: see `mesh_spectrum`
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
@@ -66,11 +67,11 @@ class Matrices(NamedTuple):
     G, the mass of a gradient.
     """
 
-    K: np.ndarray  # (beams, n, n)
-    M: np.ndarray  # (beams, n, n)
-    d: np.ndarray  # (beams, n)
-    G: np.ndarray  # (beams, n, n), or (n, n) where the beams share it
-    stiffness: np.ndarray  # (beams, 2, 2 n) of the unknown, then of its integral (tension)
+    K: NDArray  # (beams, n, n)
+    M: NDArray  # (beams, n, n)
+    d: NDArray  # (beams, n)
+    G: NDArray  # (beams, n, n), or (n, n) where the beams share it
+    stiffness: NDArray  # (beams, 2, 2 n) of the unknown, then of its integral (tension)
 
 
 def lowest_modes(
@@ -87,7 +88,7 @@ def lowest_modes(
     return solve(axial, state, matrices, count, problem)
 
 
-def stiffness_and_mass(axial: AxialProblem, f: np.ndarray, problem: Problem) -> Matrices:
+def stiffness_and_mass(axial: AxialProblem, f: NDArray, problem: Problem) -> Matrices:
     """Vibration about the stretch f (beams, n), in terms of kappa = theta' and s = du'.
 
     The tension N = gamma^2 int_x^1 rho (u + delta) is computed from equilibrium: mu^2 n(f) would
@@ -181,7 +182,7 @@ def gyroscopic_modes(
     return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu)
 
 
-def weighted_displacements(axial: AxialProblem, f: np.ndarray) -> np.ndarray:
+def weighted_displacements(axial: AxialProblem, f: NDArray) -> NDArray:
     """F (beams, 2, n + 1, n), bending first, with M = F' F: displacements at the mesh points and at
     the concentrated mass, times the root of the mass there."""
     mesh, inertia, *_ = axial
@@ -193,7 +194,7 @@ def weighted_displacements(axial: AxialProblem, f: np.ndarray) -> np.ndarray:
     return F
 
 
-def relative_tail(mesh: Mesh, matrices: Matrices, v: np.ndarray, scale: np.ndarray) -> np.ndarray:
+def relative_tail(mesh: Mesh, matrices: Matrices, v: NDArray, scale: NDArray) -> NDArray:
     """The energy (beams, 2, k), relative to `scale`, of the two highest polynomials of each element
     in shapes v (beams, 2, n, k) of the families, with the absolute value of the tension: an
     estimate of the change by a higher order. As it may nearly vanish by chance, that of a mode is
@@ -204,13 +205,8 @@ def relative_tail(mesh: Mesh, matrices: Matrices, v: np.ndarray, scale: np.ndarr
 
 
 def _errors(
-    mesh: Mesh,
-    state: AxialState,
-    scale: np.ndarray,
-    tail: np.ndarray,
-    size: np.ndarray,
-    condition: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, condition: NDArray
+) -> tuple[NDArray, NDArray]:
     """Estimated errors (beams, families, k) of omega^2: truncation, from the order of the mesh and
     the error of the stretch, and rounding.
 
