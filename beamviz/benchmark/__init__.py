@@ -199,8 +199,7 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: st
 
 
 def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
-    """Axes of one scene; above them its name, its numbers without the slenderness that all share,
-    and the solvers without an answer."""
+    """Axes of one scene; above them its name, its numbers and the solvers without an answer."""
     failures = "; ".join(_failures(rows))
     lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
     beam = SCENES[scene]

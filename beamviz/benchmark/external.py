@@ -278,10 +278,8 @@ def node_columns(beam: Beam, elements: int) -> tuple[list[float], list[bool]]:
         count = 1 if heavy else max(1, round(elements * (b - a)))
         corners += [a + (b - a) * (i + 1) / count for i in range(count)]
         dense += [heavy] * count
-    x = [corners[0]]
-    for a, b in pairwise(corners):
-        x += [(a + b) / 2, b]
-    return x, dense
+    x = np.interp(np.arange(2 * len(dense) + 1) / 2, np.arange(len(corners)), corners)
+    return x.tolist(), dense
 
 
 def calculix_version() -> str:

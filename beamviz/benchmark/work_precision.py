@@ -108,8 +108,7 @@ METHODS = tuple(
 
 
 class Row(NamedTuple):
-    """One solve: its time [s], its error and its distance from the paper's model, or, where these
-    are nan, the reason."""
+    """One solve: time [s], error and distance from the paper's model, or, where nan, the reason."""
 
     scene: str
     name: str

@@ -103,51 +103,34 @@ NO_MASS = "The nodes in the text are those of the beam without a mass, which is 
 HELD_ROOT = "likely from a root that holds the length of r' too: 1.584 with 20 elements"
 
 
-def _over_speed(name: str, beta: float, *crossings: PrintedCrossing) -> LociFigure:
-    """Frequencies over the rotation speed of a beam with alpha = 1."""
-    return LociFigure(name, Beam(1, beta), "gamma", 20, crossings=crossings, notes=OWN_RANGE)
+CROSSINGS: dict[str, list[tuple[Any, ...]]] = {
+    "fig5": [((3, 4), "9.2", "9.206", "9.373")],
+    "fig6": [((3, 4), "6.6", "6.662", "6.824"), ((2, 3), "17.3", "17.343", "17.589")],
+    "fig7": [((3, 4), "4.4", "4.406", "4.464"), ((2, 3), "16.2", "16.215", "16.319")],
+    "fig8": [((3, 4), "1.59", "1.570", "1.570", HELD_ROOT)],
+    "fig9": [((3, 4), "0.92", "0.921", "0.929")],
+    "fig10": [((3, 4), "0.48", "0.477", "0.485"), ((2, 3), "1.74", "1.747", "1.758")],
+    "fig11": [((4, 5), "0.09", "0.0877", "0.0872"), ((4, 5), "0.225", "0.2234", "0.2242")],
+}
 
 
-def _over_mass(name: str, gamma: float, *crossings: PrintedCrossing) -> LociFigure:
-    """Frequencies over the mass ratio of a tip mass."""
-    return LociFigure(name, Beam(gamma=gamma), "alpha", 2, crossings=crossings, notes=OWN_RANGE)
+def _loci(name: str, beam: Beam, over: str, stop: float, notes: str = OWN_RANGE) -> LociFigure:
+    """Five frequencies with their printed crossings."""
+    crossings = tuple(PrintedCrossing(*row) for row in CROSSINGS.get(name, ()))
+    return LociFigure(name, beam, over, stop, crossings=crossings, notes=notes)
 
 
 FIGURES: dict[str, Figure] = {
     figure.name: figure
     for figure in (
-        _over_speed("fig4", 0.3),
-        _over_speed("fig5", 0.5, PrintedCrossing((3, 4), "9.2", "9.206", "9.373")),
-        _over_speed(
-            "fig6",
-            0.8,
-            PrintedCrossing((3, 4), "6.6", "6.662", "6.824"),
-            PrintedCrossing((2, 3), "17.3", "17.343", "17.589"),
-        ),
-        _over_speed(
-            "fig7",
-            1,
-            PrintedCrossing((3, 4), "4.4", "4.406", "4.464"),
-            PrintedCrossing((2, 3), "16.2", "16.215", "16.319"),
-        ),
-        _over_mass("fig8", 0, PrintedCrossing((3, 4), "1.59", "1.570", "1.570", HELD_ROOT)),
-        _over_mass("fig9", 5, PrintedCrossing((3, 4), "0.92", "0.921", "0.929")),
-        _over_mass(
-            "fig10",
-            10,
-            PrintedCrossing((3, 4), "0.48", "0.477", "0.485"),
-            PrintedCrossing((2, 3), "1.74", "1.747", "1.758"),
-        ),
-        LociFigure(
-            "fig11",
-            Beam(alpha=0.5, gamma=5),
-            "beta",
-            1,
-            crossings=(
-                PrintedCrossing((4, 5), "0.09", "0.0877", "0.0872"),
-                PrintedCrossing((4, 5), "0.225", "0.2234", "0.2242"),
-            ),
-        ),
+        _loci("fig4", Beam(1, 0.3), "gamma", 20),
+        _loci("fig5", Beam(1, 0.5), "gamma", 20),
+        _loci("fig6", Beam(1, 0.8), "gamma", 20),
+        _loci("fig7", Beam(1), "gamma", 20),
+        _loci("fig8", Beam(), "alpha", 2),
+        _loci("fig9", Beam(gamma=5), "alpha", 2),
+        _loci("fig10", Beam(gamma=10), "alpha", 2),
+        _loci("fig11", Beam(alpha=0.5, gamma=5), "beta", 1, notes=""),
         ShapeFigure("fig12", Beam(), (1,), (0, 0.5, 1, 2), notes=OWN_MASSES),
         ShapeFigure("fig13", Beam(), (2,), (0, 0.5, 1, 2), notes=OWN_MASSES),
         ShapeFigure("fig14", Beam(), (1, 2, 3, 4, 5), (1,), stretching=4),

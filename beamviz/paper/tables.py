@@ -67,8 +67,7 @@ COLUMNS = {
 
 
 class Row(NamedTuple):
-    """The two lowest bending frequencies of one beam by column; limits of gamma where a column has
-    no equilibrium."""
+    """The two lowest bending frequencies of one beam by column, or the limit of gamma instead."""
 
     delta: float
     gamma: float
@@ -106,8 +105,7 @@ def rising(rows: list[Row]) -> str:
 
 
 def diverging(rows: list[Row]) -> str:
-    """Whether the deviation of FOAC from the paper's elements grows with the speed at each hub
-    radius."""
+    """Whether FOAC deviates more from the paper's elements with the speed, at each hub radius."""
     exceptions = []
     for before, after, mode in _successive(rows):
         first, second = (row.deviation("foac", mode, "ancf") for row in (before, after))

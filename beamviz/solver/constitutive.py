@@ -155,8 +155,7 @@ def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
 
 
 def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
-    """The error of a beam whose gamma is above `limit`, the greatest with an equilibrium, or too
-    little below it to be solved."""
+    """The error of a beam whose gamma is above `limit`, the greatest possible, or just below it."""
     where = f"no equilibrium beyond gamma = {limit:.9g}"
     if beam.gamma <= limit:
         where = f"too near the limit of equilibrium, gamma = {limit:.9g}, to be solved"

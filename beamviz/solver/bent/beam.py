@@ -267,8 +267,7 @@ def _gyroscopic(
 def _general(
     K: np.ndarray, F: np.ndarray, G: np.ndarray | None, gamma: float, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """s and vectors for an unsymmetric K: the largest eigenvalues of the inverse problem, without
-    Coriolis forces M v = (-1 / s^2) K v."""
+    """s and vectors for an unsymmetric K. Without Coriolis forces M v = (-1 / s^2) K v."""
     M, n = F.T @ F, len(K)
     if G is None:
         nu, V = np.linalg.eig(np.linalg.solve(K, M))  # 1 / omega^2

@@ -61,8 +61,7 @@ def is_straight(state: State) -> bool:
 
 
 def is_resolved(state: State) -> bool:
-    """Whether elements half as long have a stable state of the same energy: a long element may hide
-    a loop."""
+    """Whether halved elements have the same stable state: a long element may hide a loop."""
     coarse = state.beam
     breaks = np.array(coarse.mesh.breaks)
     halves = np.sort(np.concatenate((breaks, (breaks[1:] + breaks[:-1]) / 2)))
@@ -104,8 +103,7 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
 
 
 def straight_state(beam: BentBeam) -> State | None:
-    """The straight state, stable or not, by Newton's method in the stretch alone; None where it
-    does not converge."""
+    """The straight state, stable or not, by Newton's method; None where it does not converge."""
     n = len(beam.w)
     q = np.concatenate((np.ones(n), np.zeros(n)))
     for iteration in range(1, STRAIGHT_STEPS + 1):
@@ -153,8 +151,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
 
 
 def _newton_step(beam: BentBeam, q: np.ndarray, tangent: Tangent) -> tuple[np.ndarray, float]:
-    """Newton's step where the stiffness is positive definite, and its size, which is infinite
-    elsewhere."""
+    """Newton's step and its size, infinite where the stiffness is not positive definite."""
     scale = beam.scale
     L, info = lapack.dpotrf(scale[:, None] * tangent.K * scale, lower=1)
     if info:
@@ -207,8 +204,7 @@ def _line_search(
 
 
 def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> State | None:
-    """The equilibrium near a guess, a stable one where that is asked for; None where Newton's
-    method finds none."""
+    """The equilibrium near a guess, a `stable` one on demand; None where Newton's method fails."""
     scale = beam.scale
     for iteration in range(1, NEWTON_STEPS + 1):
         tangent = beam.tangent(q)

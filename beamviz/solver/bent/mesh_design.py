@@ -50,8 +50,7 @@ def folded_beam(beam: Beam, problem: Problem) -> FoldedBeam:
 
 
 def first_mesh(beam: Beam, problem: Problem) -> Mesh:
-    """Elements graded towards the clamp and both sides of the concentrated mass, where bending is
-    confined to a layer."""
+    """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
     folded = folded_beam(beam, problem)
     ends = [0.0, beam.beta, 1.0] if beam.alpha and 0 < beam.beta < 1 else [0.0, 1.0]
     breaks = set(ends)

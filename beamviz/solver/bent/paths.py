@@ -76,8 +76,7 @@ def _finer(state: State) -> State:
 
 
 def _slower(bent: BentBeam) -> State:
-    """A stable state of the same beam at the highest of some lower speeds that has one, found by
-    bisection: far above its limit a descent takes longest."""
+    """A stable state at the highest of some lower speeds that has one, found by bisection."""
     state, low, high = None, 1, SLOWEST + 1
     while low < high:
         k = (low + high) // 2

@@ -69,8 +69,7 @@ def element_count(problem: Problem) -> int:
 
 
 def _ancf(model: PlanarBeam) -> Assembled:
-    """The coordinates along and across the beam separately, about the equilibrium of the full
-    residual."""
+    """Stiffness by parts, along and across the beam, about the equilibrium of the full residual."""
     root = straight_equilibrium(model)
     q = root.state[::2]
     Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q))
@@ -169,8 +168,7 @@ def tip_stiffness(model: PlanarBeam, load: float, q: NDArray) -> float:
 
 
 def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> NDArray:
-    """The displacement under a force along the beam, clamped; np.linalg.LinAlgError where the
-    tangent is not positive definite."""
+    """The displacement under a force along the beam; LinAlgError for an indefinite tangent."""
     L = cholesky_banded(along(model.tangent(q, load)), lower=True, check_finite=False)
     return cho_solve_banded((L, True), force, check_finite=False)
 

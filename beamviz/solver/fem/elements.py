@@ -36,8 +36,7 @@ TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x; the paper's I~: r' x r'' = r
 
 
 def gauss(degree: int) -> tuple[NDArray, NDArray]:
-    """The fewest Gauss points in [0, 1] that integrate a polynomial of `degree` exactly, and
-    their weights."""
+    """The fewest Gauss points in [0, 1] exact for a polynomial of `degree`, and their weights."""
     points, weights = legendre.leggauss(degree // 2 + 1)
     return (points + 1) / 2, weights / 2
 

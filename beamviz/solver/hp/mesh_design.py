@@ -211,8 +211,7 @@ def _with_orders(
 
 
 def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
-    """Breaks and orders with elements above SPLIT_ORDER halved repeatedly; unchanged where that
-    exceeds MAX_UNKNOWNS."""
+    """Breaks and orders, elements above SPLIT_ORDER halved unless that exceeds MAX_UNKNOWNS."""
     halves, each = ends, orders
     while SPLIT_ORDER < max(each) < math.inf:
         k = each.index(max(each))
