@@ -6,7 +6,7 @@ oracle takes about half a second a beam, and its answers are kept in a file:
 
     python scripts/measure_error_bars.py [--beams 5000] [--truths FILE] [--out assets]
 
-With --bent the beams are bent ones (tests/oracle/bent_error_bars.py), the files are
+With --bent the beams are bent ones (tests/oracle/error_bars.py), the files are
 error_bars_bent.json and .md, and what is kept are the verdicts: remove them to measure anew.
 """
 
@@ -28,12 +28,10 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 import numpy as np  # noqa: E402
 import scipy  # noqa: E402
 from _arguments import Parser, count  # noqa: E402
-from oracle.bent_error_bars import (  # type: ignore[import-not-found]  # noqa: E402
-    bent_verdict,
-    random_bent_scene,
-)
 from oracle.error_bars import (  # type: ignore[import-not-found]  # noqa: E402
+    bent_verdict,
     oracle_answer,
+    random_bent_scene,
     random_scene,
     verdict,
 )

@@ -39,15 +39,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from beamviz.beam import Beam
+from oracle import eigen
 from oracle.collocation import Coefficients
-from oracle.eigen import (
-    UnresolvedError,
-    lowest,
-    lowest_gyroscopic,
-    lowest_gyroscopic_indefinite,
-    lowest_indefinite,
-    sign_changes,
-)
+from oracle.eigen import Pencil, UnresolvedError, sign_changes
 from oracle.equilibrium import STIFFNESS, Resolution, equilibrium, refined_mesh, shoot, stretch
 
 AT_REST = 12.0  # omega^2 of a beam at rest, its lowest
@@ -149,7 +143,8 @@ class Spectrum:
         if self.delta < 0:
             B = self.mesh.mass(4, 2, 0, -1 / self.force[1])
             A = self.mesh.differences(4) - self.mesh.integral(4, self._bending()) - spin * B
-            return lowest_indefinite(A, B, self.mesh.moving(4, (0,)), modes, self.least)
+            pencil = Pencil(A, B, self.mesh.moving(4, (0,)))
+            return eigen.lowest_indefinite(pencil, modes, self.least)
         squares, Y = self._family(self._bending(), 1 / self.force[1], modes, spin)
         for k in np.flatnonzero(squares < spin / 100):
             squares[k] = self._balance(Y[:, k])
@@ -191,7 +186,7 @@ class Spectrum:
         mesh, d = self.mesh, 2 if len(static) == 1 else 4
         B = mesh.mass(d, d // 2, 0, -unit)
         A = mesh.differences(d) - mesh.integral(d, static) - spin * B
-        squares, Y = lowest(A, B, mesh.moving(d, (0,)), modes)
+        squares, Y = eigen.lowest(Pencil(A, B, mesh.moving(d, (0,))), modes)
         for k in range(modes):
             if (found := sign_changes(Y[::d, k])) != k:
                 raise UnresolvedError(f"mode {k + 1} has {found} nodes")
@@ -205,10 +200,10 @@ class Spectrum:
         C = 2 * self.gamma * (mesh.mass(6, 3, 1, units[0]) + mesh.mass(6, 4, 0, units[1]))
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
         A = mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * B
-        moving = mesh.moving(6, (0, 1))
+        pencil = Pencil(A, B, mesh.moving(6, (0, 1)), C)
         if self.delta < 0 and self.bending(1)[0] < 0:
-            return lowest_gyroscopic_indefinite(A, B, C, moving, modes, self.least)
-        return lowest_gyroscopic(A, B, C, moving, modes) ** 2
+            return eigen.lowest_gyroscopic_indefinite(pencil, modes, self.least)
+        return eigen.lowest_gyroscopic(pencil, modes) ** 2
 
 
 def embedded(coefficients: Coefficients, unknowns: tuple[int, ...]) -> Coefficients:

@@ -1,6 +1,7 @@
 """The lowest eigenvalues of the collocated equations, for the oracle."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -9,72 +10,88 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, splu
 from oracle.collocation import Displacements
 
 LARGEST_DENSE = 900
+Linear = Callable[[np.ndarray], np.ndarray]
 
 
 class UnresolvedError(Exception):
     """The oracle could not reach its own accuracy: it returns nothing rather than junk."""
 
 
-def lowest(
-    A: csc_array, B: csc_array, moving: Displacements, modes: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The smallest eigenvalues of A y = lambda B y, all positive, and their y (n, modes).
+class Pencil(NamedTuple):
+    """A y = lambda B y, or with C the problem A y = omega C y + omega^2 B y.
 
-    B sees the displacements alone, so the iteration runs on them, weighted by the root of their
+    B and C see the displacements s alone, so iterations run on them, weighted by the root of their
     inertia: Green's function is symmetric, and in these variables nearly so is its matrix.
     """
-    load, solve = B @ moving.lift(A.shape[0]), factorised(A)
 
-    def response(shift: float, s: np.ndarray) -> np.ndarray:
-        return factorised(A - shift * B)(load @ s)
+    A: csc_array
+    B: csc_array
+    moving: Displacements
+    C: csc_array | None = None
 
+    def load(self, matrix: csc_array) -> csc_array:
+        """B or C as a matrix of weighted displacements."""
+        return matrix @ self.moving.lift(self.A.shape[0])
+
+    def dense(self, load: csc_array) -> np.ndarray:
+        """Weighted displacements under loads, as a full matrix."""
+        if load.shape[1] > LARGEST_DENSE:
+            raise UnresolvedError(f"{load.shape[1]} points: too many for all eigenvalues at once")
+        y = factorised(self.A)(load.toarray())
+        return np.sqrt(self.moving.inertia)[:, None] * y[self.moving.places]
+
+    def refined(self, value: complex, s: np.ndarray) -> tuple[complex, np.ndarray]:
+        """An eigenvalue to rounding by inverse iteration, with its y; the shift stays clear."""
+        B, C = self.load(self.B), None if self.C is None else self.load(self.C)
+        for _ in range(6):
+            shift = value * (1 - 1e-8)
+            if C is None:
+                y = factorised(self.A - shift * self.B)(B @ s)
+            else:
+                shifted = self.A - shift * self.C - shift**2 * self.B
+                y = factorised(shifted)(C @ s + 2 * shift * (B @ s))
+            moved = self.moving.weighted(y)
+            previous, value = value, shift + np.vdot(s, s) / np.vdot(s, moved)
+            s = moved / np.linalg.norm(moved)
+            if abs(value - previous) < 1e-6 * abs(value):  # and each step gains eight digits
+                return value, y
+        raise UnresolvedError(f"inverse iteration about {value:g} does not settle")
+
+
+def lowest(pencil: Pencil, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """The smallest lambda, all positive, and their y (n, modes)."""
+    load, solve, moving = pencil.load(pencil.B), factorised(pencil.A), pencil.moving
     start = np.sqrt(moving.inertia)
     nu, shapes = largest(lambda s: moving.weighted(solve(load @ s)), modes, start)
     if np.any(nu <= 0):
         raise UnresolvedError(f"eigenvalues {1 / nu} are not positive")
-    pairs = [inverse_iteration(response, moving, 1 / nu[k], shapes[:, k]) for k in np.argsort(-nu)]
+    pairs = [pencil.refined(1 / nu[k], shapes[:, k]) for k in np.argsort(-nu)]
     values, Y = zip(*pairs, strict=True)
     return np.array(values), np.column_stack(Y)
 
 
-def lowest_indefinite(
-    A: csc_array, B: csc_array, moving: Displacements, modes: int, least: float
-) -> np.ndarray:
-    """The smallest lambda with A y = lambda B y, negative ones first; none is below `least`."""
-    load = B @ moving.lift(A.shape[0])
+def lowest_indefinite(pencil: Pencil, modes: int, least: float) -> np.ndarray:
+    """The smallest lambda, negative ones first; none is below `least`."""
     with np.errstate(divide="ignore"):
-        nu, shapes = np.linalg.eig(dense(factorised(A), load, moving))
+        nu, shapes = np.linalg.eig(pencil.dense(pencil.load(pencil.B)))
         values = 1 / nu
-
-    def response(shift: complex, s: np.ndarray) -> np.ndarray:
-        return factorised(A - shift.real * B)(load @ s.real)
-
     picks = smallest(values.real, np.abs(nu.imag) <= 1e-6 * np.abs(nu), least, modes)
-    pairs = [inverse_iteration(response, moving, values[k].real, shapes[:, k].real) for k in picks]
-    return np.array([value for value, _ in pairs])
+    return np.array([pencil.refined(values[k].real, shapes[:, k].real)[0] for k in picks])
 
 
-def lowest_gyroscopic_indefinite(
-    A: csc_array, B: csc_array, C: csc_array, moving: Displacements, modes: int, least: float
-) -> np.ndarray:
-    """The smallest omega^2 with A y = omega C y + omega^2 B y; where omega is complex (the
-    motion grows while it swings) minus the square of its rate of growth.
+def lowest_gyroscopic_indefinite(pencil: Pencil, modes: int, least: float) -> np.ndarray:
+    """The smallest omega^2; where omega is complex (the motion grows while it swings) minus the
+    square of its rate of growth.
 
     omega comes with -omega and with its conjugate, so of all squares every other one is kept.
     """
-    lift, solve = moving.lift(A.shape[0]), factorised(A)
-    RB, RC = dense(solve, B @ lift, moving), dense(solve, C @ lift, moving)
+    RB, RC = (pencil.dense(pencil.load(matrix)) for matrix in (pencil.B, pencil.C))
     n, unit = len(RB), np.sqrt(np.linalg.norm(RB, 2))
     Z = np.block([[np.zeros((n, n)), unit * np.eye(n)], [RB / unit, RC]])
     nu, shapes = np.linalg.eig(Z)
     picks = smallest(growing(1 / nu), np.ones(2 * n, bool), least, 2 * modes)[::2]
-
-    def response(shift: complex, s: np.ndarray) -> np.ndarray:
-        load = C @ lift @ s + 2 * shift * (B @ lift @ s)
-        return factorised((A - shift * C - shift**2 * B).astype(complex))(load)
-
-    pairs = [inverse_iteration(response, moving, 1 / nu[k], shapes[:n, k]) for k in picks]
-    return growing(np.array([value for value, _ in pairs]))
+    shapes = shapes[:n].astype(complex)
+    return growing(np.array([pencil.refined(complex(1 / nu[k]), shapes[:, k])[0] for k in picks]))
 
 
 def growing(omega: np.ndarray) -> np.ndarray:
@@ -90,54 +107,34 @@ def smallest(values: np.ndarray, kept: np.ndarray, least: float, count: int) -> 
     return places[np.argsort(values[places], kind="stable")][:count]
 
 
-def dense(
-    solve: Callable[[np.ndarray], np.ndarray], load: csc_array, moving: Displacements
-) -> np.ndarray:
-    """Weighted displacements under weighted loads, as a full matrix."""
-    if load.shape[1] > LARGEST_DENSE:
-        raise UnresolvedError(f"{load.shape[1]} points: too many for all eigenvalues at once")
-    y = solve(load.toarray())
-    return np.sqrt(moving.inertia)[:, None] * y[moving.places]
-
-
-def lowest_gyroscopic(
-    A: csc_array, B: csc_array, C: csc_array, moving: Displacements, modes: int
-) -> np.ndarray:
-    """The smallest omega > 0 with A y = omega C y + omega^2 B y; they come in pairs +-omega.
+def lowest_gyroscopic(pencil: Pencil, modes: int) -> np.ndarray:
+    """The smallest omega > 0; they come in pairs +-omega.
 
     With nu = 1 / omega, s the displacements and t = nu s it reads nu t = A^-1 (C t + B s).
     """
-    lift, solve = moving.lift(A.shape[0]), factorised(A)
-    B_load, C_load = B @ lift, C @ lift
-    start = np.sqrt(moving.inertia)
+    B, C = (pencil.load(matrix) for matrix in (pencil.B, pencil.C))
+    solve, weighted = factorised(pencil.A), pencil.moving.weighted
+    start = np.sqrt(pencil.moving.inertia)
     n = len(start)
-    unit = np.sqrt(np.linalg.norm(moving.weighted(solve(B_load @ start))) / np.linalg.norm(start))
+    unit = np.sqrt(np.linalg.norm(weighted(solve(B @ start))) / np.linalg.norm(start))
 
     def inverse(st: np.ndarray) -> np.ndarray:
         s, t = st[:n], st[n:]
-        return np.append(unit * t, moving.weighted(solve(C_load @ t + B_load @ s / unit)))
-
-    def response(shift: float, s: np.ndarray) -> np.ndarray:
-        load = C_load @ s + 2 * shift * (B_load @ s)
-        return factorised(A - shift * C - shift**2 * B)(load)
+        return np.append(unit * t, weighted(solve(C @ t + B @ s / unit)))
 
     nu, shapes = largest(inverse, 2 * modes, np.append(start, start))
     forward = [k for k in np.argsort(-nu) if nu[k] > 0]
     if len(forward) != modes:
         raise UnresolvedError(f"frequencies {1 / nu} do not come in pairs")
-    return np.array(
-        [inverse_iteration(response, moving, 1 / nu[k], shapes[:n, k])[0] for k in forward]
-    )
+    return np.array([pencil.refined(1 / nu[k], shapes[:n, k])[0] for k in forward])
 
 
-def factorised(matrix: csc_array) -> Callable[[np.ndarray], np.ndarray]:
+def factorised(matrix: csc_array) -> Linear:
     """b -> the solution of matrix y = b."""
     return splu(matrix.tocsc(), permc_spec="NATURAL").solve  # a band already
 
 
-def largest(
-    apply: Callable[[np.ndarray], np.ndarray], modes: int, start: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def largest(apply: Linear, modes: int, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The largest eigenvalues, all real, and vectors of a linear function of vectors."""
     operator = LinearOperator((len(start),) * 2, apply, dtype=float)
     try:
@@ -147,24 +144,6 @@ def largest(
     if np.any(np.abs(nu.imag) > 1e-9 * np.abs(nu)):
         raise UnresolvedError(f"eigenvalues {1 / nu} are not real")
     return nu.real, shapes.real
-
-
-def inverse_iteration(
-    response: Callable[[complex, np.ndarray], np.ndarray],
-    moving: Displacements,
-    value: complex,
-    s: np.ndarray,
-) -> tuple[complex, np.ndarray]:
-    """An eigenvalue to rounding, with its unknowns; the shift stays clear of the eigenvalue."""
-    for _ in range(6):
-        shift = value * (1 - 1e-8)
-        y = response(shift, s)
-        moved = moving.weighted(y)
-        previous, value = value, shift + np.vdot(s, s) / np.vdot(s, moved)
-        s = moved / np.linalg.norm(moved)
-        if abs(value - previous) < 1e-6 * abs(value):  # and each step gains eight digits
-            return value, y
-    raise UnresolvedError(f"inverse iteration about {value:g} does not settle")
 
 
 def sign_changes(w: np.ndarray) -> int:

@@ -9,8 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers import slow
-from oracle.bent_error_bars import bent_verdict, random_bent_scene
-from oracle.error_bars import Scene
+from oracle.error_bars import Scene, bent_verdict, random_bent_scene
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, loci, solve
 from beamviz.solver import solve_many

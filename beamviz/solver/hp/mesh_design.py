@@ -167,13 +167,13 @@ def choose_mesh(
         (N, N_end), (f, f_end) = span.N, span.f
         compression = max(compression, -N * f**power, -N_end * f_end**power)
         breaks.add(span.end)
-        longest = span.length / GRADING
-        graded = distances(span.distance_to_force_limit, GRADING, longest)
-        breaks.update(span.start + distance for distance in graded)
-        if span.slope > 0:
-            # f ~ N^(1/3) of a large stretch is singular where n would be -0.2, its least value
-            graded = distances((N_end + 0.2 * mu**2) / span.slope, GRADING, longest)
-            breaks.update(span.end - distance for distance in graded)
+        first, longest = span.distance_to_force_limit, span.length / GRADING
+        if first < longest:
+            breaks.update(span.start + near for near in distances(first, GRADING, longest))
+        # f ~ N^(1/3) of a large stretch is singular where n would be -0.2, its least value
+        first = (N_end + 0.2 * mu**2) / span.slope if span.slope > 0 else math.inf
+        if first < longest:
+            breaks.update(span.end - near for near in distances(first, GRADING, longest))
     waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     candidates = []
     for most in thin_above:
