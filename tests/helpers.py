@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from beamviz.frequency_loci import Loci
+from beamviz.solver import Solution
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
 
@@ -46,6 +47,13 @@ def contents(folder: Path) -> dict[str, bytes]:
     """The bytes of every file in a folder, by name."""
     paths = (path for path in folder.rglob("*") if path.is_file())
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+def within_the_bars(found: Solution, exact: Solution, slack: Any = 0.0) -> bool:
+    """Whether omega^2 of two solutions differ by no more than their errors, and a slack."""
+    error = abs(found.omega_squared - exact.omega_squared)
+    allowed = found.omega_squared_errors + exact.omega_squared_errors + slack
+    return bool(np.all(error <= allowed))
 
 
 def sorted_frequencies(found: Loci) -> np.ndarray:

@@ -141,7 +141,7 @@ class Spectrum:
         """omega^2 of the lowest bending modes; an inward beam may buckle, and hide nodes."""
         spin = self.gamma**2 if plane == "chordwise" else 0.0
         if self.delta < 0:
-            B = self.mesh.mass(4, 2, 0, -1 / self.force[1])
+            B = self.mesh.mass(4, {(2, 0): -1 / self.force[1]})
             A = self.mesh.differences(4) - self.mesh.integral(4, self._bending()) - spin * B
             pencil = Pencil(A, B, self.mesh.moving(4, (0,)))
             return eigen.lowest_indefinite(pencil, modes, self.least)
@@ -184,7 +184,7 @@ class Spectrum:
     ) -> tuple[np.ndarray, np.ndarray]:
         """omega^2 and unknowns of one family, Lambda = omega^2 + spin: A y = omega^2 B y."""
         mesh, d = self.mesh, 2 if len(static) == 1 else 4
-        B = mesh.mass(d, d // 2, 0, -unit)
+        B = mesh.mass(d, {(d // 2, 0): -unit})
         A = mesh.differences(d) - mesh.integral(d, static) - spin * B
         squares, Y = eigen.lowest(Pencil(A, B, mesh.moving(d, (0,))), modes)
         for k in range(modes):
@@ -195,9 +195,9 @@ class Spectrum:
     def coupled(self, modes: int) -> np.ndarray:
         """omega^2 with Coriolis: A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
         mesh = self.mesh
-        units = 1 / self.force[0], 1 / self.force[1]
-        B = mesh.mass(6, 3, 0, -units[0]) + mesh.mass(6, 4, 1, -units[1])
-        C = 2 * self.gamma * (mesh.mass(6, 3, 1, units[0]) + mesh.mass(6, 4, 0, units[1]))
+        p, V = 1 / self.force[0], 1 / self.force[1]
+        B = mesh.mass(6, {(3, 0): -p, (4, 1): -V})
+        C = 2 * self.gamma * mesh.mass(6, {(3, 1): p, (4, 0): V})
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
         A = mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * B
         pencil = Pencil(A, B, mesh.moving(6, (0, 1)), C)

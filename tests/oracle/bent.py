@@ -72,7 +72,7 @@ def bent_truth(
 def _mesh(beam: Beam, points: int, layers: float, guess: Callable) -> Mesh:
     """Elements that halve towards the ends of what is smooth, down to the width of a layer."""
     mass_inside = beam.alpha > 0 and 0 < beam.beta < 1
-    ends = [0.0, *([beam.beta] if mass_inside else []), 1.0]
+    ends = [0.0, beam.beta, 1.0] if mass_inside else [0.0, 1.0]
     x = np.linspace(0, 1, 401)
     r, _, f = guess(x)
     arm = np.hypot(r[:, 0] + beam.delta, r[:, 1])
@@ -109,12 +109,8 @@ class _Problem:
         ones = np.ones_like(mesh.x)
         self.integral = mesh.integral(D, {(a, a): ones for a in range(D)})
         turn, spin = self.beam.gamma**2, self.beam.spin_up
-        self.load = (  # of P by r, spread and at the mass
-            mesh.mass(D, 4, 0, -turn)
-            + mesh.mass(D, 5, 1, -turn)
-            + mesh.mass(D, 4, 1, -spin)
-            + mesh.mass(D, 5, 0, spin)
-        )
+        load = {(4, 0): -turn, (5, 1): -turn, (4, 1): -spin, (5, 0): spin}
+        self.load = mesh.mass(D, load)  # of P by r, spread and at the mass
         at_hub = np.zeros(mesh.size(D))
         at_hub[0::D] = self.beam.delta
         self.hub_load = self.load @ at_hub
@@ -122,22 +118,17 @@ class _Problem:
     def state(self, guess: Callable) -> tuple[np.ndarray, np.ndarray]:
         """Unknowns z and the stretch (elements, p) of the state, by Newton's method."""
         mesh = self.mesh
-        x = np.concatenate(
-            [np.append(left, row) for left, row in zip(mesh.lefts, mesh.x, strict=True)] + [[1.0]]
-        )
+        x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
         r, a, f = guess(x)
-        z = np.zeros((len(x), D))
-        z[:, :2], z[:, 2] = r, a
-        z[:, 3:] = self.carried(x, r, a, f)
+        z = np.column_stack((r, a, self.carried(x, r, a, f)))
         f = f[:-1].reshape(len(mesh.lefts), -1)[:, 1:]
         z, last = z.ravel(), np.inf
         scale = np.tile(np.maximum(abs(z.reshape(-1, D)).max(axis=0), 1.0), len(x))
         for _ in range(NEWTON_STEPS):
             F, C, f = self.slopes(z, f)
-            rhs = np.zeros((len(x) - 1, D)).reshape(len(mesh.lefts), -1, D)
-            rhs[:, 1:] = F
-            flat = np.append(rhs.ravel(), np.zeros(D))
-            residual = self.skeleton @ z - self.integral @ flat - self.load @ z - self.hub_load
+            slope = np.zeros_like(z)
+            mesh.at_points(slope, D)[:] = F
+            residual = self.skeleton @ z - self.integral @ slope - self.load @ z - self.hub_load
             A = self.skeleton - mesh.integral(D, C) - self.load
             step = splu(A.tocsc()).solve(-residual)
             z, size = z + step, abs(step / scale).max()
@@ -204,14 +195,14 @@ class _Problem:
         _, C, _ = self.slopes(z, f)
         T0 = (self.skeleton - mesh.integral(D, C) - self.load).tocsc()
         solve, T1 = splu(T0).solve, 0.0 * T0
-        T2 = mesh.mass(D, 4, 0, -1.0) + mesh.mass(D, 5, 1, -1.0)
+        T2 = mesh.mass(D, {(4, 0): -1.0, (5, 1): -1.0})
         n, rng = mesh.size(D), np.random.default_rng(0)
         if not (coriolis and gamma):
             operator = LinearOperator((n, n), lambda v: solve(T2 @ v), dtype=float)
             nu = eigs(operator, count + 4, v0=rng.random(n), return_eigenvectors=False)
             omega = np.sqrt(1 / nu.astype(complex))
         else:
-            T1 = 2j * gamma * (mesh.mass(D, 4, 1, -1.0) - mesh.mass(D, 5, 0, -1.0))
+            T1 = 2j * gamma * mesh.mass(D, {(4, 1): -1.0, (5, 0): 1.0})
 
             def inverse(v: np.ndarray) -> np.ndarray:
                 rhs = T1 @ v[:n] + T2 @ v[n:]
@@ -225,12 +216,8 @@ class _Problem:
         order = np.lexsort((omega.imag, omega.real.round(9)))
         omega = omega[order][:count]
         high = abs(omega) > HIGH * abs(omega).min()  # lost digits to the lower ones
-        return np.array(
-            [
-                _refined(T0, T1, T2, one) if far else one
-                for one, far in zip(omega, high, strict=True)
-            ]
-        )
+        omega[high] = [_refined(T0, T1, T2, one) for one in omega[high]]
+        return omega
 
 
 def _refined(T0, T1, T2, omega: complex) -> complex:

@@ -97,14 +97,17 @@ class Mesh:
             for (a, b), c in coefficients.items()
         )
 
-    def mass(self, d: int, a: int, b: int, unit: float) -> csc_array:
-        """Y_a' holds unit rho Y_b: spread over the beam, and a jump at the mass."""
-        spread = self.integral(d, {(a, b): np.full((len(self.lengths), self.points), unit)})
+    def mass(self, d: int, units: dict[tuple[int, int], float]) -> csc_array:
+        """Y_a' holds units[a, b] rho Y_b: spread over the beam, and a jump at the mass."""
+        ones = np.ones((len(self.lengths), self.points))
+        total = self.integral(d, {pair: unit * ones for pair, unit in units.items()})
         if self.mass_element is None:
-            return spread
-        row = self.equation(d, self.mass_element, self.points, a)
-        column = self.unknown(d, self.mass_element + 1, -1, b)
-        return spread + self.matrix(d, row, column, unit * self.alpha)
+            return total
+        for (a, b), unit in units.items():
+            row = self.equation(d, self.mass_element, self.points, a)
+            column = self.unknown(d, self.mass_element + 1, -1, b)
+            total = total + self.matrix(d, row, column, unit * self.alpha)
+        return total
 
     def moving(self, d: int, displacements: tuple[int, ...]) -> Displacements:
         """The unknowns numbered in `displacements` at the points and at the mass."""

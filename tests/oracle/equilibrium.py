@@ -169,7 +169,7 @@ def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) 
     """All X and N (n,), by Newton's method on the collocated equations."""
     x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
     y = initial_values(x, pieces)
-    load = mesh.mass(2, 1, 0, -(beam.gamma**2))
+    load = mesh.mass(2, {(1, 0): -(beam.gamma**2)})
     linear = mesh.differences(2) - load
     stretching = mesh.integral(2, {(0, 0): np.ones_like(mesh.x)})
     clamp = np.zeros_like(y)

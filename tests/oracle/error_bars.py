@@ -69,16 +69,9 @@ def random_options(rng: np.random.Generator) -> dict[str, Any]:
 def random_beam(rng: np.random.Generator, strain: str) -> Beam:
     mu = 10 ** rng.uniform(1, 4)
     fastest = min(200.0, 5 * mu)
-    delta = pick(
-        rng,
-        {
-            rng.uniform(0, 20): 0.3,
-            10 ** rng.uniform(-3, np.log10(20)): 0.25,
-            0.0: 0.2,
-            rng.uniform(-2, 0): 0.15,
-            -(10 ** rng.uniform(-3, np.log10(2))): 0.1,
-        },
-    )
+    outward = {rng.uniform(0, 20): 0.3, 10 ** rng.uniform(-3, np.log10(20)): 0.25, 0.0: 0.2}
+    inward = {rng.uniform(-2, 0): 0.15, -(10 ** rng.uniform(-3, np.log10(2))): 0.1}
+    delta = pick(rng, outward | inward)
     logarithmic = 10 ** rng.uniform(-2, np.log10(fastest))
     gamma = pick(rng, {rng.uniform(0, fastest): 0.4, logarithmic: 0.5, fastest: 0.1})
     if delta < 0 and rng.random() < 0.7:  # near buckling, and not only far beyond it
@@ -120,11 +113,7 @@ def oracle_answer(scene: Scene) -> dict[str, Any]:
 def verdict(scene: Scene, answer: dict[str, Any]) -> dict[str, Any]:
     """The solver's answer against the oracle's: `kind` and processor time `seconds`; where both
     have modes also the `error`, the `reported` one and the `oracle_error` of each frequency."""
-    return judged(
-        scene,
-        lambda solution: _solved(solution, answer),
-        lambda error: _no_equilibrium(scene, answer, error),
-    )
+    return judged(scene, partial(_solved, answer), partial(_no_equilibrium, scene, answer))
 
 
 def judged(
@@ -168,26 +157,30 @@ def _no_equilibrium(scene: Scene, answer: dict[str, Any], error: NoEquilibrium) 
     return {"kind": kind if true else "wrong-limit", "says": str(error)}
 
 
-def _solved(solution: Solution, answer: dict[str, Any]) -> dict[str, Any]:
+def _solved(answer: dict[str, Any], solution: Solution) -> dict[str, Any]:
     if "squares" not in answer:
         missed = answer["missing"] == "no-equilibrium"
         return {"kind": "missed-limit" if missed else "unknown", "says": answer["missing"]}
     if not _same_branch(solution, answer):
         return {"kind": "wrong-branch", "says": f"tip {solution.equilibrium.tip}"}
     error, reported, oracle_error = compared(solution, answer)
-    within = np.all(error <= reported + oracle_error)
-    gaps = np.diff(np.sqrt(np.abs(answer["squares"])))
-    apart = gaps > 2 * np.maximum(reported, oracle_error)[1:]
+    sizes = np.sqrt(np.abs(answer["squares"]))
+    found = held(error, reported, oracle_error, sizes)
+    apart = np.diff(sizes) > 2 * np.maximum(reported, oracle_error)[1:]
     known = np.all(apart) and "mixed" not in answer["families"]
-    if within and known and list(solution.families) != answer["families"]:
+    if found["kind"] == "within" and known and list(solution.families) != answer["families"]:
         return {"kind": "wrong-family", "says": f"{solution.families}"}
-    return {
-        "kind": "within" if within else "outside",
-        "error": error.tolist(),
-        "reported": reported.tolist(),
-        "oracle_error": oracle_error.tolist(),
-        "sizes": np.sqrt(np.abs(answer["squares"])).tolist(),
-    }
+    return found
+
+
+def held(
+    error: np.ndarray, reported: np.ndarray, oracle_error: np.ndarray, sizes: np.ndarray
+) -> dict[str, Any]:
+    """The verdict on errors (modes,), and they."""
+    kind = "within" if np.all(error <= reported + oracle_error) else "outside"
+    names = ("error", "reported", "oracle_error", "sizes")
+    values = (error.tolist(), reported.tolist(), oracle_error.tolist(), sizes.tolist())
+    return {"kind": kind, **dict(zip(names, values, strict=True))}
 
 
 def _same_branch(solution: Solution, answer: dict[str, Any]) -> bool:
@@ -290,11 +283,4 @@ def _bent_solved(scene: Scene, solution: Solution) -> dict[str, Any]:
     ours = np.where(still, solution.growth_rates, solution.frequencies)
     theirs = np.where(still, abs(truth.omega.imag), truth.omega.real)
     oracle_error = truth.differences + ROUNDING * abs(truth.omega)
-    error = abs(ours - theirs)
-    return {
-        "kind": "within" if np.all(error <= solution.errors + oracle_error) else "outside",
-        "error": error.tolist(),
-        "reported": solution.errors.tolist(),
-        "oracle_error": oracle_error.tolist(),
-        "sizes": abs(truth.omega).tolist(),
-    }
+    return held(abs(ours - theirs), solution.errors, oracle_error, abs(truth.omega))

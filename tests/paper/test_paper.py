@@ -1,5 +1,7 @@
 """What the paper prints, and what is found: its numbers, its statements, and the causes given."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -7,24 +9,15 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from beamviz import Beam, solve
-from beamviz.paper import plots, tables
-from beamviz.paper.figures import (
-    FIGURES,
-    MODELS,
-    LociFigure,
-    locate,
-    printed_numbers,
-    to_csv,
-    to_markdown,
-)
+from beamviz.paper import figures, plots, tables
+from beamviz.paper.figures import FIGURES, MODELS, locate
 from beamviz.paper.tables import TABLES
 from beamviz.solver.fem.elements import gauss, hermite
 
 CROSSINGS = [
     (figure, crossing)
     for figure in FIGURES.values()
-    if isinstance(figure, LociFigure)
-    for crossing in figure.crossings
+    for crossing in getattr(figure, "crossings", ())
 ]
 
 # figure, printed number, the models within a unit of its last digit.
@@ -36,16 +29,14 @@ fig17 0.78344 both, fig18 22.0345 both, fig19 0.50355 both, fig19 0.86768 both
 """
 
 
-@pytest.fixture(scope="module")
-def computed():
-    """The rows of every table."""
-    return {name: tables.compute(table) for name, table in TABLES.items()}
+@cache
+def computed(name):
+    """The rows of a table."""
+    return tables.compute(TABLES[name])
 
 
-@pytest.fixture(scope="module")
-def pages(computed):
-    """The page of every table."""
-    return {name: tables.to_markdown(TABLES[name], rows) for name, rows in computed.items()}
+def page_of(name):
+    return tables.to_markdown(TABLES[name], computed(name))
 
 
 def test_captions_name_the_fixed_parameters():
@@ -61,15 +52,14 @@ def test_captions_name_the_fixed_parameters():
 
 @pytest.mark.slow
 def test_the_models_that_fit_each_printed_number():
-    """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16; the first
-    stretching mode is the fourth at alpha 1 and the third at alpha 2 (figures 14 and 15)."""
-    found = list(printed_numbers())
+    """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16."""
+    found = list(figures.printed_numbers())
     fits = [f"{row.figure} {row.printed} {row.fits}" for row in found]
     assert fits == FITS.strip().replace(",\n", ", ").split(", ")
-    page = to_markdown(found)
+    page = figures.to_markdown(found)
     assert "Of the 11 crossings the material measure fits 9, the spatial one" in page
     assert "fits 5" in page
-    lines = to_csv(found).splitlines()
+    lines = figures.to_csv(found).splitlines()
     assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
     assert len(lines) == 1 + len(found)
 
@@ -115,9 +105,9 @@ def bar(alpha, held, mu=70.0, elements=20):
     return np.sqrt(eigh(K[np.ix_(free, free)], M[np.ix_(free, free)], eigvals_only=True)[0])
 
 
-def test_columns_are_solves(computed):
+def test_columns_are_solves():
     """Every column is the answer of solve() for its beam."""
-    table, row = TABLES["table2"], computed["table2"][-1]
+    table, row = TABLES["table2"], computed("table2")[-1]
     beam = table.beam.replace(delta=row.delta, gamma=row.gamma)
     assert (row.delta, row.gamma) == (1, 50)
     for name in table.columns:
@@ -126,9 +116,9 @@ def test_columns_are_solves(computed):
     assert row.deviation("foac", 0) == pytest.approx(53.46691 / 39.74517 - 1, abs=1e-5)
 
 
-def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed, pages):
+def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges():
     """At gamma 40 and 50 with delta 1 a hencky beam has no equilibrium; at 30 it still has."""
-    rows, page = computed["table4"], pages["table4"]
+    rows, page = computed("table4"), page_of("table4")
     assert [row.gamma for row in rows if "hencky" in row.limits] == [40, 50]
     assert {round(row.limits["hencky"], 4) for row in rows if row.limits} == {31.4887}
     assert page.count("no equilibrium beyond γ = 31.4887") == 4
@@ -137,8 +127,9 @@ def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges(computed, pages
     assert (last[-1], last[8]) == ("hencky 31.488726", "")
 
 
-def test_pages_of_the_tables(pages):
+def test_pages_of_the_tables():
     """Where the text holds and where it does not; our numbers are not taken for the paper's."""
+    pages = {name: page_of(name) for name in TABLES}
     for name, page in pages.items():
         assert "**The body of the paper's table is not available to this project.**" in page
         assert all(tables.COLUMNS[column].title in page for column in TABLES[name].columns)

@@ -32,20 +32,13 @@ def folder(tmp_path_factory):
 
 
 @cache
-def computed(figure):
-    """The loci of a figure by curvature measure."""
-    return plots.compute_loci(figure)
-
-
-@cache
 def drawn(figure):
-    """The picture of a figure with loci."""
-    return plots.draw_loci(figure, computed(figure), plots.crossings(figure, computed(figure)))
-
-
-def annotations(picture):
-    """Every annotation of a picture."""
-    return [text for text in picture.axes[0].texts if isinstance(text, Annotation)]
+    """The loci of a figure by curvature measure, their crossings, the picture, its annotations."""
+    computed = plots.compute_loci(figure)
+    crossings = plots.crossings(figure, computed)
+    picture = plots.draw_loci(figure, computed, crossings)
+    notes = [text for text in picture.axes[0].texts if isinstance(text, Annotation)]
+    return computed, crossings, picture, notes
 
 
 @pytest.mark.slow
@@ -54,13 +47,12 @@ def test_all_files(tmp_path):
     assert main(["reproduce", "--out", str(tmp_path)]) == 0
     expected = {f"{name}.{ending}" for name in (*TABLES, "numbers") for ending in ("csv", "md")}
     expected |= {f"{name}.{ending}" for name in FIGURES for ending in ("csv", "png", "svg")}
-    assert {file.name for file in tmp_path.iterdir()} == expected | {"index.md"}
+    assert set(contents(tmp_path)) == expected | {"index.md"}
     assert_readable(tmp_path, list(FIGURES))
 
 
 def test_some_files(folder):
-    """Every file is linked under its caption, every picture and every table of numbers can be
-    read."""
+    """Every file is linked under its caption; pictures and tables of numbers can be read."""
     assert_readable(folder, [name for name in SOME if name in FIGURES])
     index = (folder / "index.md").read_text(encoding="utf-8")
     for words in ("**Table 4.** First and second chordwise", "## Figure 13\n\nSecond mode shape"):
@@ -72,9 +64,7 @@ def assert_readable(folder, shown):
     size of a column or more with something on it, an SVG that is XML, and a CSV file of numbers
     with complete rows."""
     page = (folder / "index.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"\]\(([^)]+)\)", page)) == {
-        file.name for file in folder.iterdir() if file.name != "index.md"
-    }
+    assert {*re.findall(r"\]\(([^)]+)\)", page), "index.md"} == set(contents(folder))
     assert page.count("![") == len(shown)
     assert "not available to this project" in page
     for name in shown:
@@ -90,10 +80,15 @@ def assert_readable(folder, shown):
         assert np.isfinite(numbers).all()
 
 
+def table(folder, name):
+    """The rows of a CSV file as dicts."""
+    with (folder / f"{name}.csv").open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
 def test_loci_are_solves(folder):
     """The frequencies of figure 5 at gamma 10, by both measures, are those of solve()."""
-    with (folder / "fig5.csv").open(newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["gamma"] == "10"]
+    rows = [row for row in table(folder, "fig5") if row["gamma"] == "10"]
     assert [row["curvature"] for row in rows] == ["spatial", "material"]
     for row in rows:
         solution = solve(Beam(alpha=1, beta=0.5, gamma=10), curvature=row["curvature"])
@@ -103,8 +98,7 @@ def test_loci_are_solves(folder):
 
 def test_shapes_are_solves(folder):
     """The last point of figure 13 is the tip of the second mode for each mass ratio."""
-    with (folder / "fig13.csv").open(newline="") as file:
-        *_, last = csv.DictReader(file)
+    last = table(folder, "fig13")[-1]
     for alpha in (0, 0.5, 1, 2):
         tip = solve(Beam(alpha=alpha), 2).shape(1, [1.0])[0, 1]
         assert abs(float(last[f"mode2_B2_alpha{alpha:g}"])) == pytest.approx(abs(tip), rel=1e-5)
@@ -123,9 +117,9 @@ def test_shapes_are_solves(folder):
 )
 def test_printed_numbers_stand_beside_ours(name, notes):
     """Each crossing, node and constant is annotated with both numbers."""
-    text = "\n".join(note.get_text() for note in annotations(drawn(FIGURES[name])))
-    assert all(note in text for note in notes)
     figure = FIGURES[name]
+    text = "\n".join(note.get_text() for note in drawn(figure)[-1])
+    assert all(note in text for note in notes)
     assert text.count("paper ") == len(figure.crossings + figure.nodes) + (name == "fig18")
 
 
@@ -133,13 +127,13 @@ def test_printed_numbers_stand_beside_ours(name, notes):
 def test_figures_cross_where_the_numbers_say(figure):
     """The crossings of a whole figure are those located around the printed values; loci are drawn
     for both curvature measures where they differ."""
-    found = plots.crossings(figure, computed(figure))
+    _, found, picture, _ = drawn(figure)
     printed = {row.printed: row for row in found if row.printed}
     assert set(printed) == set(figure.crossings)
     for crossing, row in printed.items():
         for name, event in row.events.items():
             assert event.at == pytest.approx(locate(figure, crossing, **MODELS[name]).at, rel=1e-6)
-    dashed = [line for line in drawn(figure).axes[0].lines if line.get_linewidth() == 0.9]
+    dashed = [line for line in picture.axes[0].lines if line.get_linewidth() == 0.9]
     at_rest = figure.over != "gamma" and figure.beam.gamma == 0
     assert len(dashed) == (0 if at_rest else figure.modes)
 
@@ -147,14 +141,12 @@ def test_figures_cross_where_the_numbers_say(figure):
 @pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
 def test_annotations_cover_nothing(figure):
     """Annotations lie in the frame, apart from each other and off the lines."""
-    picture = drawn(figure)
-    axes = picture.axes[0]
+    computed, _, picture, notes = drawn(figure)
+    axes, renderer = picture.axes[0], picture.canvas.get_renderer()
     frame, lines = axes.get_window_extent(), LabelPlacer(axes).line_points
-    notes = [note for note in annotations(picture) if note.arrow_patch]
-    boxes = [Text.get_window_extent(note, picture.canvas.get_renderer()) for note in notes]
-    assert len(boxes) == len(figure.nodes or figure.constants) + len(
-        computed(figure)["spatial"].events
-    )
+    boxes = [Text.get_window_extent(note, renderer) for note in notes if note.arrow_patch]
+    events = computed["spatial"].events
+    assert len(boxes) == len(figure.nodes or figure.constants) + len(events)
     for k, box in enumerate(boxes):
         assert np.all(frame.min <= box.min)
         assert np.all(box.max <= frame.max)

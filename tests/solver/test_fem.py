@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from strategies import beams
 
 from beamviz import Beam, solve
 from beamviz.errors import NoEquilibrium, NotConverged
@@ -59,30 +60,21 @@ def frequency(label, beam, **options):
     return solution.frequencies[solution.labels.index(label)]
 
 
-scenes = {
-    "alpha": st.floats(0, 3),
-    "beta": st.floats(0, 1),
-    "gamma": st.floats(0.1, 30),
-    "delta": st.floats(0, 2),
-}
-
-
 @settings(max_examples=25)
 @given(
-    **scenes,
+    beam=beams(alpha=(0, 3), gamma=(0.1, 30), delta=(0, 2), mu=(100, 100)),
     strain=st.sampled_from(sorted(STRAIN_LAWS)),
     curvature=st.sampled_from(sorted(CURVATURES)),
     coriolis=st.booleans(),
     plane=st.sampled_from(["chordwise", "flapwise"]),
 )
-def test_planar_elements_agree_with_those_by_parts(alpha, beta, gamma, delta, **options):
+def test_planar_elements_agree_with_those_by_parts(beam, **options):
     """The full planar tangent and half its coordinates at a time are the same discretisation."""
-    beam = Beam(alpha, beta, gamma, delta, mu=100)
     try:
         parts, planar = (solve(beam, method=method, elements=10, **options) for method in ANCF)
     except (NoEquilibrium, NotConverged):  # of either, alike
         return
-    scale = abs(parts.omega_squared) + gamma**2
+    scale = abs(parts.omega_squared) + beam.gamma**2
     assert np.all(abs(planar.omega_squared - parts.omega_squared) <= 1e-7 * scale)
     assert planar.labels == parts.labels
     assert planar.equilibrium.tip == pytest.approx(parts.equilibrium.tip, rel=1e-9)
@@ -122,16 +114,14 @@ def test_linear_law_in_closed_form():
 
 @settings(max_examples=40)
 @given(
-    mu=st.floats(10, 10000),
+    beam=beams(alpha=(0, 100), beta=(1, 1), gamma=(0, 0), delta=(0, 20), mu=(10, 10000)),
     speed=st.floats(0, 1),
-    alpha=st.floats(0, 100),
-    delta=st.floats(0, 20),
     curvature=st.sampled_from(sorted(CURVATURES)),
 )
-def test_green_always_has_an_outward_state(mu, speed, alpha, delta, curvature):
+def test_green_always_has_an_outward_state(beam, speed, curvature):
     """With green strain and delta >= 0 every beam with no mass or a tip mass has an equilibrium,
     in tension everywhere and stable."""
-    beam = Beam(alpha=alpha, gamma=speed * min(200, 5 * mu), delta=delta, mu=mu)
+    beam = beam.replace(gamma=speed * min(200, 5 * beam.mu))
     state = solve(beam, method="ancf", curvature=curvature).equilibrium
     assert state.status == "stable"
     assert state.stretch(np.linspace(0, 1, 41)).min() > 1 - 1e-6

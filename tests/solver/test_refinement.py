@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import within_the_bars
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import beams
@@ -13,11 +14,6 @@ from beamviz.solver.hp.mesh_design import MAX_ORDER
 from beamviz.solver.hp.refinement import Refinement
 
 EXACT = 1e-11
-
-
-def within_the_bars(coarse, fine):
-    error = abs(coarse.omega_squared - fine.omega_squared)
-    return np.all(error <= coarse.omega_squared_errors + fine.omega_squared_errors)
 
 
 @pytest.mark.parametrize(

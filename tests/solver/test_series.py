@@ -3,9 +3,11 @@ the limits of other methods; rates declared and measured; where they fail they s
 
 import numpy as np
 import pytest
+from helpers import within_the_bars
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import QUICK, truth
+from strategies import beams
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
@@ -48,17 +50,15 @@ def test_chebyshev_against_the_oracle(seed):
 @pytest.mark.slow
 @settings(max_examples=20, deadline=None)
 @given(
+    beam=beams(beta=(0.05, 1), gamma=(0, 15), delta=(-1, 1), mu=(70, 70)),
     alpha=st.sampled_from([0.0, 0.1, 1.0, 30.0]),
-    beta=st.floats(0.05, 1),
-    gamma=st.floats(0, 15),
-    delta=st.floats(-1, 1),
     plane=st.sampled_from(["chordwise", "flapwise"]),
 )
-def test_power_series_are_exact_for_rigid_tension(alpha, beta, gamma, delta, plane):
+def test_power_series_are_exact_for_rigid_tension(beam, alpha, plane):
     """The limit of foac to 8 digits, unstable beams and interior masses included, with shapes;
     as long as the beam is not much longer than its bending layers."""
-    tension = 0.5 + abs(delta) + alpha * abs(beta + delta)
-    beam = Beam(alpha, beta, min(gamma, 12 / tension**0.5), delta)
+    tension = 0.5 + abs(beam.delta) + alpha * abs(beam.beta + beam.delta)
+    beam = beam.replace(alpha=alpha, gamma=min(beam.gamma, 12 / tension**0.5))
     found = solve(beam, method="power-series", plane=plane, terms=120)
     exact = solve(beam, method="foac", plane=plane, tolerance=1e-10)
     slack = 1e-8 * (abs(exact.omega_squared) + beam.gamma**2) + exact.omega_squared_errors
@@ -72,23 +72,16 @@ def test_power_series_are_exact_for_rigid_tension(alpha, beta, gamma, delta, pla
 
 @settings(max_examples=25, deadline=None)
 @given(
-    alpha=st.floats(0, 3),
-    beta=st.floats(0, 1),
-    gamma=st.floats(0, 30),
-    delta=st.floats(-1, 1),
+    beam=beams(alpha=(0, 3), gamma=(0, 30), delta=(-1, 1), mu=(70, 70)),
     terms=st.integers(6, 14),
     coriolis=st.booleans(),
 )
-def test_error_bars_of_assumed_modes_hold(alpha, beta, gamma, delta, terms, coriolis):
+def test_error_bars_of_assumed_modes_hold(beam, terms, coriolis):
     """The reported errors cover the distance to foac, with few terms and with lost digits."""
-    beam = Beam(alpha, beta, gamma, delta)
     found = solve(beam, method="assumed-modes", terms=terms, coriolis=coriolis)
     exact = solve(beam, method="foac", coriolis=coriolis, tolerance=1e-8)
-    covered = (
-        found.omega_squared_errors + exact.omega_squared_errors + 1e-9 * abs(exact.omega_squared)
-    )
     if found.labels == exact.labels:
-        assert np.all(abs(found.omega_squared - exact.omega_squared) <= covered)
+        assert within_the_bars(found, exact, 1e-9 * abs(exact.omega_squared))
 
 
 # beam, mode (from 0), declared order in 1 / terms of the frequency's error. A mass at the tip has
@@ -107,24 +100,19 @@ ASSUMED_RATES = [
 def test_assumed_modes_converge_as_declared(beam, mode, declared):
     """Algebraically, as long as cosh leaves digits."""
     exact = solve(beam, method="foac", tolerance=1e-11)
-    errors = []
-    for terms in (5, 10):
-        solution = solve(beam, method="assumed-modes", terms=terms)
-        assert solution.labels[mode] == exact.labels[mode]
-        errors.append(relative_errors(solution, exact)[mode])
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(declared, abs=0.3)
+    coarse, fine = (solve(beam, method="assumed-modes", terms=terms) for terms in (5, 10))
+    assert coarse.labels[mode] == fine.labels[mode] == exact.labels[mode]
+    far, near = (relative_errors(found, exact)[mode] for found in (coarse, fine))
+    assert np.log2(far / near) == pytest.approx(declared, abs=0.3)
 
 
 @pytest.mark.parametrize(
     ("method", "gamma", "terms", "first", "others"),
     [
         ("assumed-modes", 2, 10, 1e-6, 1e-6),
-        ("assumed-modes", 2, 14, np.inf, np.inf),  # beyond twelve functions cosh cancels
-        ("assumed-modes", 2, 20, np.inf, np.inf),
+        *(("assumed-modes", 2, n, np.inf, np.inf) for n in (14, 20)),  # beyond twelve, cosh cancels
         ("power-series", 10, 200, 1e-9, np.inf),
-        ("power-series", 20, 200, np.inf, np.inf),  # digits are lost with speed
-        ("power-series", 30, 200, np.inf, np.inf),
-        ("power-series", 40, 200, np.inf, np.inf),
+        *(("power-series", gamma, 200, np.inf, np.inf) for gamma in (20, 30, 40)),  # lost by speed
     ],
 )
 def test_lost_digits_are_reported(method, gamma, terms, first, others):
@@ -138,14 +126,7 @@ def test_lost_digits_are_reported(method, gamma, terms, first, others):
 
 
 @pytest.mark.parametrize(
-    "beam",
-    [
-        Beam(gamma=2),
-        Beam(alpha=1, gamma=10),
-        Beam(alpha=1, beta=0.5, gamma=10),
-        Beam(gamma=5, delta=-1),
-    ],
-    ids=str,
+    "beam", [Beam(gamma=2), Beam(1, 1, 10), Beam(1, 0.5, 10), Beam(0, 1, 5, -1)]
 )
 def test_chebyshev_converges_exponentially(beam):
     """Each 4 orders more divide the largest of five errors by at least 20, down to rounding."""
