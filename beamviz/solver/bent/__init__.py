@@ -14,25 +14,10 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver.bent.beam import BentBeam, BentModes, bent_modes, in_axes_of_the_beam
-from beamviz.solver.bent.equilibrium import (
-    State,
-    descend,
-    is_resolved,
-    is_same,
-    is_straight,
-    newton,
-    stable_states,
-    upward,
-)
+from beamviz.solver.bent import paths
+from beamviz.solver.bent.beam import BentBeam, BentModes, State, bent_modes, in_axes_of_the_beam
+from beamviz.solver.bent.equilibrium import descend, is_resolved, newton, stable_states
 from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
-from beamviz.solver.bent.paths import (
-    end_on_mesh,
-    follow_speed,
-    spin_up_state,
-    state_at,
-    states_on_both_sides,
-)
 from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh
@@ -47,20 +32,17 @@ TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, s
 
 def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of a state."""
-    beam, grid = state.beam, state.beam.mesh.grid
-    f, kappa = beam.split(state.q)
-    return beam.position(state.q, x), grid.at(x) @ f, grid.from_clamp(x) @ kappa
+    grid = state.beam.mesh.grid
+    return state.position(x), grid.at(x) @ state.f, grid.from_clamp(x) @ state.kappa
 
 
 def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Displacements (len(x), 2, modes) along and across the bent beam, V (2 n, modes)."""
-    beam, n = state.beam, len(state.q) // 2
-    f, kappa = beam.split(state.q)
-    c, s = (direction[:, None] for direction in beam.directions(state.q))
-    df, turn = V[:n], f[:, None] * (beam.J @ V[n:])
-    rows = beam.mesh.grid.from_clamp(x)
+    df, dkappa = np.split(V, 2)
+    c, s = state.direction[..., None]
+    turn, rows = state.f[:, None] * (state.beam.J @ dkappa), state.beam.mesh.grid.from_clamp(x)
     moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
-    return in_axes_of_the_beam(*moved, rows @ kappa)
+    return in_axes_of_the_beam(*moved, rows @ state.kappa)
 
 
 def solve_by_method(
@@ -91,7 +73,7 @@ def solve_bent(
     coarser: np.ndarray | None = None  # omega^2 on the mesh before; a neighbour's mesh is known
     verified = near is not None and state.beam.mesh is near.beam.mesh
     for _ in range(REFINEMENTS):
-        modes = bent_modes(state.beam, state.q, state.tangent.K, count)
+        modes = bent_modes(state, count)
         omega_squared = modes.omega_squared
         truncation, rounding = _errors(state, modes)
         if coarser is not None:
@@ -100,7 +82,7 @@ def solve_bent(
         excess = float((truncation / allowed)[: problem.modes].max())
         if excess <= 1 and (verified or coarser is not None):
             return _solution(state, modes, truncation + rounding, start), state
-        state = _on_mesh(state, refined_mesh(state.beam, state.q, modes, problem.tolerance))
+        state = _on_mesh(state, refined_mesh(state, modes, problem.tolerance))
         coarser = omega_squared
     raise NotConverged(
         f"errors are still {excess:.1e} times the tolerance {problem.tolerance:g} with"
@@ -118,13 +100,13 @@ def other_states(solution: Solution, near: Sequence[Solution]) -> list[Solution]
     if near:
         guesses = (_state_near(beam, problem, one) for one in bent_states(near))
     else:
-        guesses = states_on_both_sides(bent) if beam.spin_up else stable_states(bent)
+        guesses = paths.states_on_both_sides(bent) if beam.spin_up else stable_states(bent)
     for guess in guesses:
         with suppress(NoEquilibrium, NotConverged):
-            if guess is None or any(is_same(guess, one) for one in seen) or not is_resolved(guess):
+            if guess is None or any(map(guess.is_same, seen)) or not is_resolved(guess):
                 continue
             other, state = solve_by_method(beam, problem, start, guess, 0)
-            if not (is_straight(state) or any(is_same(state, one) for one in seen)):
+            if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)
                 found.append(other)
     return found
@@ -134,15 +116,15 @@ def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
     """The limit point of a bent state, located twice: the second time from the state beside the
     first place, on the mesh that resolves it."""
     (state,) = bent_states([solution])
-    end = end_on_mesh(state, over, stop)
+    end = paths.end_on_mesh(state, over, stop)
     if end is not None:
         own = getattr(solution.beam, over)
-        beside = state_at(state, over, end - NEARER * (end - own))
+        beside = paths.state_at(state, over, end - NEARER * (end - own))
         if beside:
             problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
             with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
                 _, nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
-                end = end_on_mesh(nearer, over, stop) or end
+                end = paths.end_on_mesh(nearer, over, stop) or end
     return end
 
 
@@ -160,12 +142,12 @@ def _first_state(beam: Beam, problem: Problem) -> State:
         if isinstance(straight, NoEquilibrium):
             raise straight
     bent = BentBeam(first_mesh(beam, problem), still, problem)
-    states = stable_states(bent) or [follow_speed(bent)]
+    states = stable_states(bent) or [paths.follow_speed(bent)]
     if beam.spin_up:
-        return spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
+        return paths.spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
     for state in states:
-        if not is_straight(state):
-            return replace(state, q=upward(state.beam, state.q))
+        if not state.is_straight:
+            return state.upward
     raise NoEquilibrium(
         f"gamma = {beam.gamma:.6g}: no bent state found, the straight one is stable", math.nan
     )
@@ -186,14 +168,14 @@ def _on_mesh(state: State, refined: Mesh) -> State:
         raise NotConverged(
             f"a bent state needs more than {MAX_UNKNOWNS} unknowns here; ask for a larger tolerance"
         )
-    q = old.resampled(state.q, refined)
+    q = state.resampled(refined)
     beam, steady = old.changed(refined), not old.beam.spin_up
     found = newton(beam, q, stable=steady) or (descend(beam, q) if steady else None)
     if found is None and steady:
-        found = follow_speed(beam)
+        found = paths.follow_speed(beam)
     if found is None:
         raise NotConverged("Newton's method left a bent state when its mesh was refined")
-    return replace(found, iterations=state.iterations + found.iterations)
+    return State(beam, found.q, state.iterations + found.iterations)
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
@@ -204,27 +186,23 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     """
     bent, omega, V = state.beam, modes.frequencies, modes.V
     squares = -((modes.growth_rates + 1j * omega) ** 2)
-    K, B = state.tangent.K, bent.displacements(state.q)
-    exact = _energies(state, K, B, V)
+    exact = _energies(state, V)
     stiffness, _, inertia = exact
     size = abs(squares) * inertia + abs(stiffness)
     truncation = np.zeros_like(omega)
     for parity in (0, 1):
-        lower = state.q - tails(bent, state.q, parity)
-        for energies in (
-            _energies(state, bent.tangent(lower).K, bent.displacements(lower), V),
-            _energies(state, K, B, V - tails(bent, V, parity)),
-        ):
+        lower = State(bent, state.q - tails(bent, state.q, parity))
+        for energies in (_energies(lower, V), _energies(state, V - tails(bent, V, parity))):
             dK, dG, dM = energies - exact
             truncation += abs(dK + omega * dG - squares * dM) * 2 * abs(squares) / size
-    rounding = (abs(np.diag(K))[:, None] * abs(V) ** 2).sum(axis=0)
+    rounding = (abs(np.diag(state.stiffness))[:, None] * abs(V) ** 2).sum(axis=0)
     return TRUNCATION_FACTOR * truncation, ROUNDING_FACTOR * EPS * rounding
 
 
-def _energies(state: State, K: np.ndarray, B: np.ndarray, V: np.ndarray) -> np.ndarray:
+def _energies(state: State, V: np.ndarray) -> np.ndarray:
     """Stiffness v' K v, gyroscopic and inertia terms (3, modes) of shapes."""
-    moved = B @ V  # (2, m, modes)
-    stiffness = (V.conj() * (K @ V)).sum(axis=0).real
+    moved = state.displacements @ V  # (2, m, modes)
+    stiffness = (V.conj() * (state.stiffness @ V)).sum(axis=0).real
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
     inertia = (abs(moved) ** 2).sum(axis=(0, 1))
@@ -233,8 +211,8 @@ def _energies(state: State, K: np.ndarray, B: np.ndarray, V: np.ndarray) -> np.n
 
 def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) -> Solution:
     bent, beam, orders = state.beam, state.beam.beam, state.beam.mesh.orders
-    moved = bent.displacements(state.q) @ modes.V
-    theta = (bent.R @ bent.split(state.q)[1])[:, None]
+    moved = state.displacements @ modes.V
+    theta = (bent.R @ state.kappa)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     # An Euler force may make vibrations grow; unstable is a state that is left without vibration.
     stable = bool(modes.omega_squared.min() > 0) if beam.spin_up else modes.definite

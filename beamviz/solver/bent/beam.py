@@ -16,9 +16,11 @@ the inverse problem is solved, as in `beamviz.solver.eigen`: the lowest frequenc
 largest eigenvalues.
 """
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
@@ -28,17 +30,13 @@ from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
+MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
+STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
+SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
 
 
-class Tangent(NamedTuple):
-    """Residual and tangent stiffness of a state."""
-
-    residual: np.ndarray  # (2 n,) derivative of the energy by (f, kappa), less the Euler force
-    K: np.ndarray  # (2 n, 2 n) symmetric without a spin-up
-
-
-def in_axes_of_the_beam(dx: np.ndarray, dy: np.ndarray, angle: np.ndarray) -> np.ndarray:
+def in_axes_of_the_beam(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
     """Displacements (k, 2, modes) along and across the beam at points with an angle (k,), of those
     in x and in y (k, modes)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
@@ -46,10 +44,7 @@ def in_axes_of_the_beam(dx: np.ndarray, dy: np.ndarray, angle: np.ndarray) -> np
 
 
 class BentBeam:
-    """A beam on a mesh whose breaks hold the concentrated mass.
-
-    A state q (2 n,) is the stretch f at the n Gauss points and after it kappa.
-    """
+    """A beam on a mesh whose breaks hold the concentrated mass."""
 
     def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
         self.mesh, self.beam, self.problem = mesh, beam, problem
@@ -62,65 +57,99 @@ class BentBeam:
         self.law = problem.strain_law
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
+        # (2 n,) 1 / sqrt of the stiffness of the beam at rest: the unknowns' natural units
+        self.scale = 1 / np.sqrt(np.concatenate((beam.mu**2 * self.w, self.w)))
 
     def changed(self, mesh: Mesh | None = None, /, **numbers: Any) -> "BentBeam":
         """On another mesh, or with other numbers of the beam."""
         return BentBeam(mesh or self.mesh, self.beam.replace(**numbers), self.problem)
 
+
+class State:
+    """A state of a bent beam: the stretch f at the n Gauss points and after it kappa, in q (2 n,).
+
+    iterations: that an equilibrium took. theta (n,): angle [rad]. direction (2, n): cos theta and
+    sin theta. arms (2, m): x and y of each mass from the axis of rotation.
+    """
+
+    def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
+        self.beam, self.q, self.iterations = beam, q, iterations
+        self.f, self.kappa = np.split(q, 2)
+        self.theta = beam.J @ self.kappa
+        self.direction = np.stack((np.cos(self.theta), np.sin(self.theta)))
+        self.arms = (self.f * self.direction) @ beam.R.T
+        self.arms[0] += beam.beam.delta
+
+    def position(self, x: NDArray) -> NDArray:
+        """Position (len(x), 2) of reference points, from the clamp."""
+        return self.beam.mesh.grid.from_clamp(x) @ (self.f * self.direction).T
+
+    def resampled(self, mesh: Mesh) -> NDArray:
+        """q by interpolation at the Gauss points of another mesh."""
+        rows = self.beam.mesh.grid.at(mesh.points)
+        return np.concatenate((rows @ self.f, rows @ self.kappa))
+
     @property
-    def scale(self) -> np.ndarray:
-        """1 / sqrt of the stiffness of the beam at rest (2 n,): the unknowns' natural units."""
-        return 1 / np.sqrt(np.concatenate((self.beam.mu**2 * self.w, self.w)))
+    def mirrored(self) -> "State":
+        """Its mirror image, bent to the other side."""
+        return State(self.beam, np.concatenate((self.f, -self.kappa)), self.iterations)
 
-    def rigidities(self, q: np.ndarray) -> np.ndarray:
-        """Material stiffness (2 n,) of each unknown, without softening by compression."""
-        f, _ = self.split(q)
-        axial = self.beam.mu**2 * np.maximum(self.law.stiffness(f), 0.1)
-        return np.concatenate((self.w * axial, self.w * f**self.power))
+    @property
+    def upward(self) -> "State":
+        """The state or its mirror image: that whose tip has y >= 0."""
+        return self.mirrored if self.beam.w @ (self.f * self.direction[1]) < 0 else self
 
-    def split(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Stretch f (n,) and kappa (n,) of a state."""
-        n = len(self.w)
-        return q[:n], q[n:]
+    def is_same(self, other: "State") -> bool:
+        """Whether two states are one, or mirror images."""
+        return abs(self.energy - other.energy) <= SAME_ENERGY * (1 + abs(other.energy))
 
-    def resampled(self, q: np.ndarray, mesh: Mesh) -> np.ndarray:
-        """A state by interpolation at the Gauss points of another mesh."""
-        rows = self.mesh.grid.at(mesh.points)
-        return np.concatenate([rows @ part for part in self.split(q)])
-
-    def directions(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """cos theta (n,) and sin theta (n,)."""
-        theta = self.J @ self.split(q)[1]
-        return np.cos(theta), np.sin(theta)
-
-    def largest_angle(self, q: np.ndarray) -> float:
+    @property
+    def largest_angle(self) -> float:
         """The largest angle [rad] of the beam from where it is clamped."""
-        return float(abs(self.J @ self.split(q)[1]).max())
+        return float(abs(self.theta).max())
 
-    def energy(self, q: np.ndarray) -> float:
-        """Potential energy of a state, without the Euler force; infinite where f <= 0."""
-        stored, centrifugal = self.energies(q)
+    @property
+    def is_straight(self) -> bool:
+        """Whether no point of the beam has turned."""
+        return self.largest_angle <= STRAIGHT
+
+    def step_size(self, step: NDArray) -> float:
+        """The size of a step in units of the largest that descent takes."""
+        df, dkappa = np.split(step, 2)
+        turn, stretch = abs(self.beam.J @ dkappa).max(), abs(df / self.f).max()
+        return float(max(turn / MAX_TURN, stretch / MAX_STRETCH))
+
+    @cached_property
+    def energies(self) -> tuple[float, float]:
+        """Stored and centrifugal energy, without the Euler force: their sum scales the rounding
+        error of their difference. Infinite where f <= 0."""
+        if not self.f.min() > 0:
+            return np.inf, 0.0
+        bent, (x, y) = self.beam, self.arms
+        stored = bent.beam.mu**2 * bent.law.strain(self.f) ** 2 + self.f**bent.power * self.kappa**2
+        centrifugal = bent.beam.gamma**2 * (bent.mass @ (x * x + bent.softens * y * y))
+        return float(bent.w @ stored) / 2, float(centrifugal) / 2
+
+    @property
+    def energy(self) -> float:
+        """Potential energy, without the Euler force."""
+        stored, centrifugal = self.energies
         return stored - centrifugal
 
-    def energies(self, q: np.ndarray) -> tuple[float, float]:
-        """Its terms, stored and by the centrifugal force: their sum scales its rounding error."""
-        f, kappa = self.split(q)
-        if not f.min() > 0:
-            return np.inf, 0.0
-        c, s = self.directions(q)
-        x, y = self.R @ (f * c) + self.beam.delta, self.R @ (f * s)
-        stored = self.beam.mu**2 * self.law.strain(f) ** 2 + f**self.power * kappa**2
-        centrifugal = self.beam.gamma**2 * (self.mass @ (x * x + self.softens * y * y))
-        return float(self.w @ stored) / 2, float(centrifugal) / 2
+    @property
+    def rigidities(self) -> NDArray:
+        """Material stiffness (2 n,) of each unknown, without softening by compression."""
+        bent = self.beam
+        axial = bent.beam.mu**2 * np.maximum(bent.law.stiffness(self.f), 0.1)
+        return np.concatenate((bent.w * axial, bent.w * self.f**bent.power))
 
-    def local_stiffness(self, q: np.ndarray) -> np.ndarray:
+    @cached_property
+    def local_stiffness(self) -> NDArray:
         """Stiffness (n + 1,) in f of deformations much shorter than the beam, the angle following:
         the second derivative of the energy density less what kappa takes of it; at the points and,
         by the force and the moment there, at the clamp."""
-        f, kappa = self.split(q)
-        p, mu2, law = self.power, self.beam.mu**2, self.law
-        load_x, _ = self.distributed_loads(q)
-        moment, pull = f @ self.loads(q)[1], load_x.sum()  # at the clamp
+        f, p, mu2, law = self.f, self.beam.power, self.beam.beam.mu**2, self.beam.law
+        moment, pull = f @ self.loads[1], self.distributed_loads[0].sum()  # at the clamp
         f0 = float(f[0])
         for _ in range(SECTION_STEPS):
             stiffness = mu2 * law.stiffness(f0) - p * (p + 1) / 2 * f0 ** (-p - 2) * moment**2
@@ -128,102 +157,115 @@ class BentBeam:
             if stiffness <= 0 or abs(excess) <= 1e-9 * stiffness * f0:
                 break
             f0 -= float(np.clip(excess / stiffness, -0.3 * f0, 0.3 * f0))
-        softening = p * (p + 1) / 2 * f ** (p - 2) * kappa**2
+        softening = p * (p + 1) / 2 * f ** (p - 2) * self.kappa**2
         return np.append(mu2 * law.stiffness(f) - softening, stiffness)
 
-    def distributed_loads(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Centrifugal and Euler force (m,) in x and in y on each mass."""
-        (f, _), (c, s), beam = self.split(q), self.directions(q), self.beam
-        gamma2, spin_up = beam.gamma**2, beam.spin_up
-        x, y = self.R @ (f * c) + beam.delta, self.R @ (f * s)
-        load_y = gamma2 * self.softens * y - spin_up * x
-        return self.mass * (gamma2 * x + spin_up * y), self.mass * load_y
+    @property
+    def collapses(self) -> bool:
+        """Whether some short piece of the beam is not stable (Legendre's condition)."""
+        return not self.local_stiffness.min() > 0
 
-    def loads(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    @property
+    def is_stable(self) -> bool:
+        """Whether the stiffness is positive definite, on the mesh and for short deformations."""
+        return lapack.dpotrf(self.scaled_stiffness, lower=1)[1] == 0 and not self.collapses
+
+    @cached_property
+    def distributed_loads(self) -> tuple[NDArray, NDArray]:
+        """Centrifugal and Euler force (m,) in x and in y on each mass."""
+        bent, (x, y) = self.beam, self.arms
+        gamma2, spin_up = bent.beam.gamma**2, bent.beam.spin_up
+        load_y = gamma2 * bent.softens * y - spin_up * x
+        return bent.mass * (gamma2 * x + spin_up * y), bent.mass * load_y
+
+    @cached_property
+    def loads(self) -> tuple[NDArray, NDArray]:
         """Force (n,) along the beam and across it of all that lies further out, times weights."""
-        (c, s), (x, y) = self.directions(q), (load @ self.R for load in self.distributed_loads(q))
+        (c, s), (x, y) = self.direction, (load @ self.beam.R for load in self.distributed_loads)
         return x * c + y * s, y * c - x * s
 
-    def residual(self, q: np.ndarray) -> np.ndarray:
+    @cached_property
+    def residual(self) -> NDArray:
         """Derivative (2 n,) of the energy by (f, kappa), less the Euler force (paper, eq. 40)."""
-        (f, kappa), (along, across), p = self.split(q), self.loads(q), self.power
-        axial = self.beam.mu**2 * self.law.force(f) + p * f ** (p - 1) * kappa**2 / 2
-        return np.concatenate(
-            (self.w * axial - along, self.w * f**p * kappa - (f * across) @ self.J)
-        )
+        bent, f, kappa, p = self.beam, self.f, self.kappa, self.beam.power
+        along, across = self.loads
+        axial = bent.beam.mu**2 * bent.law.force(f) + p * f ** (p - 1) * kappa**2 / 2
+        moment = bent.w * f**p * kappa - (f * across) @ bent.J
+        return np.concatenate((bent.w * axial - along, moment))
 
-    def tangent(self, q: np.ndarray) -> Tangent:
-        """Residual and tangent stiffness of a state (paper, eqs. 40-44)."""
-        (f, kappa), (c, s), (along, across) = self.split(q), self.directions(q), self.loads(q)
-        w, J, n, p, beam = self.w, self.J, len(f), self.power, self.beam
+    @cached_property
+    def stiffness(self) -> NDArray:
+        """Tangent (2 n, 2 n), symmetric without a spin-up (paper, eqs. 42-44)."""
+        bent, f, kappa, (along, across) = self.beam, self.f, self.kappa, self.loads
+        w, J, n, p, beam = bent.w, bent.J, len(f), bent.power, bent.beam
         gamma2, spin_up = beam.gamma**2, beam.spin_up
         b, db, ddb = f**p, p * f ** (p - 1), p * (p - 1) * f ** (p - 2)
         # d(x, y) = R (t df + f n J dkappa), on which the load works that moves along.
-        load = np.array([[gamma2, spin_up], [-spin_up, gamma2 * self.softens]])
-        t, fn = np.stack((c, s)), f * np.stack((-s, c))
-        along_t, along_n = self.inertia * (t.T @ load @ t), self.inertia * (fn.T @ load @ fn)
-        mixed = (-np.diag(across) - self.inertia * (t.T @ load @ fn)) @ J
+        load = np.array([[gamma2, spin_up], [-spin_up, gamma2 * bent.softens]])
+        t, fn = self.direction, f * np.stack((-self.direction[1], self.direction[0]))
+        along_t, along_n = bent.inertia * (t.T @ load @ t), bent.inertia * (fn.T @ load @ fn)
+        mixed = (-np.diag(across) - bent.inertia * (t.T @ load @ fn)) @ J
         i = np.arange(n)
         K = np.empty((2 * n, 2 * n))
-        K[:n, :n] = np.diag(w * (beam.mu**2 * self.law.stiffness(f) + ddb * kappa**2 / 2)) - along_t
+        K[:n, :n] = np.diag(w * (beam.mu**2 * bent.law.stiffness(f) + ddb * kappa**2 / 2)) - along_t
         K[:n, n:], K[n:, :n] = mixed, mixed.T
         if spin_up:
-            K[n:, :n] = J.T @ (-np.diag(across) - self.inertia * (fn.T @ load @ t))
+            K[n:, :n] = J.T @ (-np.diag(across) - bent.inertia * (fn.T @ load @ t))
         K[n:, n:] = J.T @ (np.diag(f * along) - along_n) @ J
         K[i, n + i] += w * db * kappa
         K[n + i, i] += w * db * kappa
         K[n + i, n + i] += w * b
-        return Tangent(self.residual(q), K)
+        return K
 
-    def displacements(self, q: np.ndarray) -> np.ndarray:
+    @cached_property
+    def scaled_stiffness(self) -> NDArray:
+        """The tangent (2 n, 2 n) in the unknowns' natural units."""
+        scale = self.beam.scale
+        return scale[:, None] * self.stiffness * scale
+
+    @cached_property
+    def displacements(self) -> NDArray:
         """B (2, m, 2 n), root of the mass times d(x, y) / d(f, kappa): the inertia is B' B."""
-        (f, _), (c, s), J, R = self.split(q), self.directions(q), self.J, self.R
+        f, (c, s), J, R = self.f, self.direction, self.beam.J, self.beam.R
         B = np.stack(
             (np.hstack((R * c, -(R * (f * s)) @ J)), np.hstack((R * s, (R * (f * c)) @ J)))
         )
-        return B * np.sqrt(self.mass)[:, None]
-
-    def position(self, q: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Position (len(x), 2) of reference points, from the clamp."""
-        f, _ = self.split(q)
-        return self.mesh.grid.from_clamp(x) @ np.column_stack(
-            [f * direction for direction in self.directions(q)]
-        )
+        return B * np.sqrt(self.beam.mass)[:, None]
 
 
 class BentModes(NamedTuple):
     """The lowest modes: frequency and growth rate from s = growth + i frequency."""
 
-    frequencies: np.ndarray  # (count,) ascending
-    growth_rates: np.ndarray  # (count,) real part of s; 0 without a spin-up
-    V: np.ndarray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
+    frequencies: NDArray  # (count,) ascending
+    growth_rates: NDArray  # (count,) real part of s; 0 without a spin-up
+    V: NDArray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
     definite: bool  # whether K is positive definite: a stable state, where it is symmetric
 
     @property
-    def omega_squared(self) -> np.ndarray:
+    def omega_squared(self) -> NDArray:
         """Squared frequencies (count,); minus squared growth rates of modes without frequency."""
         return squared(self.growth_rates + 1j * self.frequencies)
 
 
-def squared(s: np.ndarray) -> np.ndarray:
+def squared(s: NDArray) -> NDArray:
     """Squared frequencies; minus squared growth rates of modes without a frequency."""
     return np.where(s.imag <= STILL * abs(s.real), -(s.real**2), s.imag**2)
 
 
-def oscillating_or_growing(s: np.ndarray) -> np.ndarray:
+def oscillating_or_growing(s: NDArray) -> NDArray:
     """Of each pair s and -s the one with a frequency above 0, or that grows."""
     still = abs(s.imag) <= STILL * abs(s)
     return np.where(np.where(still, s.real < 0, s.imag < 0), -s, s)
 
 
-def bent_modes(bent: BentBeam, q: np.ndarray, K: np.ndarray, count: int) -> BentModes:
-    """The `count` lowest modes about a state q (2 n,) with the tangent stiffness K (2 n, 2 n).
+def bent_modes(state: State, count: int) -> BentModes:
+    """The `count` lowest modes about a state.
 
     A state without a spin-up has to be stable, which the descent to it guarantees. Raises
     NotConverged where the stiffness of such a state is not positive definite.
     """
-    scale, gamma = bent.scale, bent.beam.gamma
-    K, B = scale[:, None] * K * scale, bent.displacements(q) * scale
+    bent, gamma = state.beam, state.beam.beam.gamma
+    scale, K, B = bent.scale, state.scaled_stiffness, state.displacements * bent.scale
     F = B.reshape(-1, len(scale))  # M = F' F
     G = None
     if bent.problem.gyroscopic and gamma:
@@ -246,8 +288,8 @@ def bent_modes(bent: BentBeam, q: np.ndarray, K: np.ndarray, count: int) -> Bent
 
 
 def _gyroscopic(
-    L: np.ndarray, F: np.ndarray, G: np.ndarray, gamma: float, count: int
-) -> tuple[np.ndarray, np.ndarray]:
+    L: NDArray, F: NDArray, G: NDArray, gamma: float, count: int
+) -> tuple[NDArray, NDArray]:
     """With Coriolis forces, p = L' q and r = F q': the inverse of (p, r)' = s (p, r) is the skew
     matrix T = [[-C, -X], [X', 0]], C = 2 gamma L^-1 G L^-T, X = L^-1 F'. Its eigenvalues
     1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each."""
@@ -265,8 +307,8 @@ def _gyroscopic(
 
 
 def _general(
-    K: np.ndarray, F: np.ndarray, G: np.ndarray | None, gamma: float, count: int
-) -> tuple[np.ndarray, np.ndarray]:
+    K: NDArray, F: NDArray, G: NDArray | None, gamma: float, count: int
+) -> tuple[NDArray, NDArray]:
     """s and vectors for an unsymmetric K. Without Coriolis forces M v = (-1 / s^2) K v."""
     M, n = F.T @ F, len(K)
     if G is None:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.solver.bent.beam import BentBeam, BentModes
+from beamviz.solver.bent.beam import BentBeam, BentModes, State
 from beamviz.solver.hp.mesh import Mesh, make_mesh, reference
 from beamviz.solver.hp.mesh_design import distances, subdivided
 from beamviz.solver.problem import Problem
@@ -78,10 +78,10 @@ def tails(bent: BentBeam, Q: np.ndarray, parity: int) -> np.ndarray:
     return found
 
 
-def refined_mesh(bent: BentBeam, q: np.ndarray, modes: BentModes, tolerance: float) -> Mesh:
+def refined_mesh(state: State, modes: BentModes, tolerance: float) -> Mesh:
     """A mesh with a higher order, or halves, where the tails of the state or of a shape are."""
-    n = len(bent.w)
-    q = tails(bent, q, 0) + tails(bent, q, 1)
+    bent, n = state.beam, len(state.f)
+    q = tails(bent, state.q, 0) + tails(bent, state.q, 1)
     V = abs(tails(bent, modes.V, 0)) ** 2 + abs(tails(bent, modes.V, 1)) ** 2
     stiffness = 1 / bent.scale**2
     breaks, orders, start = [0.0], [], 0

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,17 +11,8 @@ from numpy.typing import NDArray
 
 from beamviz.beam import SPIN_UP
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver.bent.beam import BentBeam
-from beamviz.solver.bent.equilibrium import (
-    CONVERGED,
-    State,
-    descend,
-    guesses,
-    is_straight,
-    newton,
-    stable_states,
-    step_size,
-)
+from beamviz.solver.bent.beam import BentBeam, State
+from beamviz.solver.bent.equilibrium import CONVERGED, descend, guesses, newton, stable_states
 from beamviz.solver.bent.mesh_design import first_mesh, folded_beam
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
@@ -46,7 +36,7 @@ def follow_speed(bent: BentBeam) -> State:
     for _ in range(MAX_MESHES):
         start = _finer(start)
         path = _follow(bent, start)
-        if path.limit is not None and is_straight(start):
+        if path.limit is not None and start.is_straight:
             bifurcated = _bifurcated(bent, start.beam.mesh, _speed(start, path.limit))
             if bifurcated:
                 start = bifurcated
@@ -71,8 +61,7 @@ def _finer(state: State) -> State:
     breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
     orders = (mesh.orders[0], *mesh.orders)
     finer = make_mesh(tuple(breaks), tuple(min(order + 2, ORDER) for order in orders))
-    q = state.beam.resampled(state.q, finer)
-    return newton(state.beam.changed(finer), q, stable=True) or state
+    return newton(state.beam.changed(finer), state.resampled(finer), stable=True) or state
 
 
 def _slower(bent: BentBeam) -> State:
@@ -102,7 +91,7 @@ def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
     beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
         found = descend(beyond, guess)
-        if found and not is_straight(found):
+        if found and not found.is_straight:
             return found
     return None
 
@@ -160,7 +149,7 @@ def _follow_load(
         return Root(found.q, found.iterations) if found else None
 
     def margin(load: float, q: NDArray) -> NDArray:
-        return _margins(State(at(load), q, 0)) / first
+        return _margins(State(at(load), q)) / first
 
     return continue_load(solve_at, start.q, target, margin, *accuracy)
 
@@ -168,13 +157,11 @@ def _follow_load(
 def _margins(state: State) -> NDArray:
     """Margins of stability, positive for a stable state: the lowest eigenvalue of the stiffness,
     the least stretch, and the least local stiffness."""
-    beam, q = state.beam, state.q
-    K = beam.scale[:, None] * state.tangent.K * beam.scale
-    if beam.beam.spin_up:
-        lowest = np.linalg.eigvals(K).real.min()
+    if state.beam.beam.spin_up:
+        lowest = np.linalg.eigvals(state.scaled_stiffness).real.min()
     else:
-        lowest = scipy.linalg.eigvalsh(K, subset_by_index=(0, 0))[0]
-    return np.array([lowest, q[: len(q) // 2].min(), beam.local_stiffness(q).min()])
+        lowest = scipy.linalg.eigvalsh(state.scaled_stiffness, subset_by_index=(0, 0))[0]
+    return np.array([lowest, state.f.min(), state.local_stiffness.min()])
 
 
 def spin_up_state(beam: BentBeam, rest: State) -> State:
@@ -191,20 +178,19 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
         spin_up = float(np.clip(share * target, *SPIN_UP.limits))
         return beam.changed(spin_up=spin_up)
 
-    q, iterations = _on_the_side_of_the_force(rest, target), rest.iterations
-    found, reached, step = rest, 0.0, 1.0
+    found, iterations = _on_the_side_of_the_force(rest, target), rest.iterations
+    reached, step = 0.0, 1.0
     while reached < 1:
         share = min(1.0, reached + step)
-        near = newton(at(share), q)
-        if near is None or collapses(near.beam, near.q):
+        near = newton(at(share), found.q)
+        if near is None or near.collapses:
             step /= 2
             if step > SMALLEST_STEP:
                 continue
-            near = _around_limit_points(at, q, reached)
-            share = 1.0
-        found, q, iterations = near, near.q, iterations + near.iterations
+            near, share = _around_limit_points(at, found, reached), 1.0
+        found, iterations = near, iterations + near.iterations
         reached, step = share, 1.5 * step
-    return replace(found, beam=beam, iterations=iterations)
+    return State(beam, found.q, iterations)
 
 
 def states_on_both_sides(beam: BentBeam) -> list[State]:
@@ -213,23 +199,27 @@ def states_on_both_sides(beam: BentBeam) -> list[State]:
     target = beam.beam.spin_up
     found = []
     for rest, side in product(stable_states(beam.changed(spin_up=0.0)), (target, -target)):
-        start = replace(rest, q=_on_the_side_of_the_force(rest, side))
         with suppress(NotConverged):
-            state = state_at(start, "spin_up", target)
-            if state and not is_straight(rest):
+            state = state_at(_on_the_side_of_the_force(rest, side), "spin_up", target)
+            if state and not rest.is_straight:
                 found.append(state)
     return found
 
 
-def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) -> State:
-    """The state at p = 1, followed from that at a lower p by the arc length of the path (Riks):
+def _on_the_side_of_the_force(state: State, spin_up: float) -> State:
+    """The state or its mirror image: that on which the Euler force of a spin-up does work."""
+    x, y = state.arms
+    return state.mirrored if -spin_up * (state.beam.mass @ (x * y)) < 0 else state
+
+
+def _around_limit_points(at: Callable[[float], BentBeam], start: State, p: float) -> State:
+    """The state at p = 1, followed from one at a lower p by the arc length of the path (Riks):
     R(q, p) = 0 with one more equation, that of a plane across the path. Raises NoEquilibrium where
     the beam collapses or winds around its clamp, and NotConverged."""
-    beam, limit = at(p), p
-    n, w = len(q), np.sqrt(beam.w)
-    unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * beam.split(q)[1])), [1.0]))
-    direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(q, p)
-    steps, end, most = 0, "", beam.largest_angle(q) + 2 * math.pi
+    n, w, limit = len(start.q), np.sqrt(start.beam.w), p
+    unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * start.kappa)), [1.0]))
+    direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(start.q, p)
+    steps, end, most = 0, "", start.largest_angle + 2 * math.pi
     while not end and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
@@ -237,9 +227,10 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
         if found is None:
             arc /= 2
             continue
-        if collapses(at(float(found[-1])), found[:-1]):
-            end = f"collapses ({beam.problem.strain} strain)"
-        elif beam.largest_angle(found[:-1]) > most:
+        state = State(at(float(found[-1])), found[:-1])
+        if state.collapses:
+            end = f"collapses ({start.beam.problem.strain} strain)"
+        elif state.largest_angle > most:
             end = "winds around its clamp"
         elif found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
             return last
@@ -258,19 +249,14 @@ def _around_limit_points(at: Callable[[float], BentBeam], q: NDArray, p: float) 
     )
 
 
-def collapses(beam: BentBeam, q: NDArray) -> bool:
-    """Whether some short piece of the beam is not stable (Legendre's condition)."""
-    return bool(beam.local_stiffness(q).min() <= 0)
-
-
 def _bordered(
     at: Callable[[float], BentBeam], z: NDArray, across: NDArray
 ) -> tuple[NDArray, NDArray]:
     """The tangent of R(q, p) by q and p with the row `across` below it, and R."""
-    q, p = z[:-1], float(z[-1])
-    tangent, h = at(p).tangent(q), DIFFERENCE
-    slope = (at(p + h).residual(q) - at(p - h).residual(q)) / (2 * h)
-    return np.vstack((np.column_stack((tangent.K, slope)), across)), tangent.residual
+    p, h = float(z[-1]), DIFFERENCE
+    state, before, beyond = (State(at(load), z[:-1]) for load in (p, p - h, p + h))
+    slope = (beyond.residual - before.residual) / (2 * h)
+    return np.vstack((np.column_stack((state.stiffness, slope)), across)), state.residual
 
 
 def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> NDArray | None:
@@ -279,20 +265,10 @@ def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> 
         A, residual = _bordered(at, z, across)
         step = -np.linalg.solve(A, np.append(residual, 0.0))
         z = z + step
-        beam = at(float(z[-1]))
-        size = step_size(beam, z[:-1], step[:-1])
-        if not (size < 1 and z[: len(beam.w)].min() > 0):
+        state = State(at(float(z[-1])), z[:-1])
+        size = state.step_size(step[:-1])
+        if not (size < 1 and state.f.min() > 0):
             return None
         if size < CONVERGED:
             return z
     return None
-
-
-def _on_the_side_of_the_force(state: State, spin_up: float) -> np.ndarray:
-    """The state or its mirror image: that on which the Euler force of a spin-up does work."""
-    beam, q = state.beam, state.q.copy()
-    (f, kappa), (c, s) = beam.split(q), beam.directions(q)
-    x, y = beam.R @ (f * c) + beam.beam.delta, beam.R @ (f * s)
-    if -spin_up * (beam.mass @ (x * y)) < 0:
-        q[len(f) :] = -kappa
-    return q
