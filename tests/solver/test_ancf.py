@@ -9,20 +9,14 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
-from beamviz.solver.fem.elements import (
-    PlanarBeam,
-    assemble_vector,
-    dense,
-    element_coordinates,
-    gauss,
-    hermite,
-    mass,
-)
+from beamviz.solver.fem import elements
+from beamviz.solver.fem.elements import PlanarBeam, element_coordinates, gauss, hermite
 from beamviz.solver.problem import Problem
 
 NODES = np.array([0, 0.12, 0.35, 0.6, 1])
 STEP = 1e-30
 TURN = np.array([[0, -1], [1, 0]])  # I~
+SOFT = 10.0  # slenderness: bending is a hundredth of stretching, not a five-thousandth
 every_model = pytest.mark.parametrize(
     ("strain", "curvature"), list(itertools.product(STRAIN_LAWS, CURVATURES))
 )
@@ -31,9 +25,6 @@ every_model = pytest.mark.parametrize(
 def planar(strain="green", curvature="spatial", mu=70.0, plane="chordwise", **numbers):
     problem = Problem(strain=strain, curvature=curvature, plane=plane)
     return PlanarBeam(NODES, Beam(mu=mu, gamma=0, **numbers), problem)
-
-
-SOFT = 10.0  # slenderness: bending is a hundredth of stretching, not a five-thousandth
 
 
 def bent(seed):
@@ -56,7 +47,7 @@ def energy(q, model, points=5):
 
 
 def force(q, model):
-    return assemble_vector(model.force(element_coordinates(q, 4)))
+    return elements.assemble_vector(model.force(element_coordinates(q, 4)))
 
 
 def tangent(q, model):
@@ -96,7 +87,7 @@ def test_residual_and_tangent_with_load(seed):
     model = planar(plane=plane, alpha=2, beta=0.6, delta=-0.4)
     q, load = model.unstressed + 0.1 * rng.standard_normal(20), 30 * rng.random()
     K = complex_step(lambda q: model.residual(q, load), q)
-    assert dense(model.tangent(q, load)) == pytest.approx(K, abs=1e-12 * np.abs(K).max())
+    assert elements.dense(model.tangent(q, load)) == pytest.approx(K, abs=1e-12 * np.abs(K).max())
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -105,9 +96,8 @@ def test_force_and_tangent_of_the_paper(seed):
     the tangent its eq. 44, with its one unsymmetric term, -6 Gamma q q' S'S', made symmetric: as
     printed it is not the derivative of eq. 17."""
     model, q_e = planar(mu=SOFT), element_coordinates(bent(seed), 4)
-    Q_f, K = map(
-        np.array, zip(*(paper_element(e, q, SOFT) for e, q in enumerate(q_e)), strict=True)
-    )
+    paper = [paper_element(e, q, SOFT) for e, q in enumerate(q_e)]
+    Q_f, K = map(np.array, zip(*paper, strict=True))
     assert model.force(q_e) == pytest.approx(-Q_f, abs=1e-12 * np.abs(Q_f).max())
     K_e, scale = model.stiffness(q_e), np.abs(K).max()
     assert K_e == pytest.approx((K + K.swapaxes(1, 2)) / 2, abs=1e-12 * scale)
@@ -159,5 +149,5 @@ def test_mass_matrix_of_the_paper():
         [54, 13 * l, 156, -22 * l],
         [-13 * l, -3 * l**2, -22 * l, 4 * l**2],
     ]
-    (m,) = mass(np.array([0.4, 0.7]), 0.0, 0.5)
+    (m,) = elements.mass(np.array([0.4, 0.7]), 0.0, 0.5)
     assert m == pytest.approx(l / 420 * np.array(textbook), rel=1e-13)

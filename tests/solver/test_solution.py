@@ -23,10 +23,7 @@ def test_nodes_do_not_depend_on_the_phase_of_a_mode(gamma):
     beam = Beam(delta=-1, gamma=gamma)
     without, with_coriolis = solve(beam), solve(beam, coriolis=True)
     assert with_coriolis.labels == without.labels
-    for label, expected, found in zip(
-        without.labels, without.nodes, with_coriolis.nodes, strict=True
-    ):
-        assert len(found) == len(expected), label
+    for expected, found in zip(without.nodes, with_coriolis.nodes, strict=True):
         assert found == pytest.approx(expected, abs=2e-3)
     assert without.nodes[1] == pytest.approx([0.779], abs=4e-3)
 
@@ -68,9 +65,8 @@ def test_arrays_of_a_solution_are_read_only(method):
     """They are computed once and may be shared."""
     solution = solve(Beam(alpha=1, beta=0.5, gamma=2), method=method)
     names = "omega_squared omega_squared_errors frequencies errors growth_rates"
-    arrays = [getattr(solution, name) for name in (*names.split(), "bending_energy_fraction")]
-    arrays += [solution.nodes[1], solution.equilibrium.tip]
-    for array in arrays:
+    results = [getattr(solution, name) for name in (*names.split(), "bending_energy_fraction")]
+    for array in (*results, solution.nodes[1], solution.equilibrium.tip):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
 
@@ -95,12 +91,8 @@ def test_a_solve_passes_few_modules_and_calls():
 
 X = np.linspace(0, 1, 11)
 BEAM = Beam(alpha=0.5, beta=0.4, gamma=3)
-CASES = [
-    (method, coriolis)
-    for method, row in METHODS.items()
-    for coriolis in (False, True)
-    if not (coriolis and CORIOLIS in row.unsupported)
-]
+CASES = [(method, False) for method in METHODS]
+CASES += [(method, True) for method, row in METHODS.items() if CORIOLIS not in row.unsupported]
 
 
 @pytest.mark.parametrize(("method", "coriolis"), CASES)
@@ -111,14 +103,14 @@ def test_a_solution_pickles(method, coriolis):
         copy = pickle.loads(pickle.dumps(solution))
         assert (copy.beam, copy.problem, copy.stats) == (BEAM, solution.problem, solution.stats)
         assert copy.labels == solution.labels
-        for original, copied in [
-            (solution.frequencies, copy.frequencies),
-            (solution.errors, copy.errors),
-            (solution.displacement(X), copy.displacement(X)),
-            (solution.equilibrium.position(X), copy.equilibrium.position(X)),
-            (solution.equilibrium.stretch(X), copy.equilibrium.stretch(X)),
-        ]:
+        for original, copied in zip(arrays(solution), arrays(copy), strict=True):
             assert np.array_equal(original, copied)
+
+
+def arrays(solution):
+    state = solution.equilibrium
+    functions = (solution.displacement(X), state.position(X), state.stretch(X))
+    return solution.frequencies, solution.errors, *functions
 
 
 def test_an_error_in_place_of_a_solution_pickles():
