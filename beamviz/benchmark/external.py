@@ -215,16 +215,9 @@ def calculix(beam: Beam, elements: int, modes: int) -> np.ndarray:
     """omega^2 (modes,) of CalculiX. Raises NotConverged."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "beam.inp").write_text("\n".join(calculix_input(beam, elements, modes)))
+        options: dict[str, Any] = {"cwd": folder, "env": {**os.environ, **THREADS}}
         try:
-            done = subprocess.run(
-                [CCX, "beam"],
-                cwd=folder,
-                env={**os.environ, **THREADS},
-                capture_output=True,
-                text=True,
-                timeout=TIMEOUT,
-                check=False,
-            )
+            done = run_program("beam", **options, timeout=TIMEOUT)
         except subprocess.TimeoutExpired:
             raise NotConverged(f"CalculiX took more than {TIMEOUT:g} s") from None
         found = EIGENVALUE.findall((Path(folder) / "beam.dat").read_text())
@@ -285,10 +278,14 @@ def node_columns(beam: Beam, elements: int) -> tuple[list[float], list[bool]]:
 def calculix_version() -> str:
     """The version of CalculiX. Raises PackageNotFoundError where it is not on the path."""
     try:
-        done = subprocess.run([CCX, "-v"], capture_output=True, text=True, check=False)
+        return run_program("-v").stdout.split()[-1]
     except OSError:
         raise PackageNotFoundError(CCX) from None
-    return done.stdout.split()[-1]
+
+
+def run_program(argument: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    """CalculiX run to its end, whatever its exit code."""
+    return subprocess.run([CCX, argument], capture_output=True, text=True, check=False, **options)
 
 
 EXUDYN = (partial(version, "exudyn"), "pip install exudyn")

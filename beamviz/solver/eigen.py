@@ -109,8 +109,7 @@ def _largest(
 
 
 def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """All nu (descending) of M v = nu K v and the first `count` v as rows; None if K is not
-    positive definite."""
+    """All nu (descending) of M v = nu K v, the first `count` v as rows; None for indefinite K."""
     n = len(K)
     if n >= FEW:
         L, info = lapack.dpotrf(K.T, lower=1)

@@ -113,20 +113,14 @@ class Solved(NamedTuple):
 def build_solution(
     beam: Beam, problem: Problem, start: float, solved: Solved, *, order: int, elements: int = 1
 ) -> Solution:
-    """The Solution; start: the clock (time.perf_counter) at the call."""
+    """The Solution; start: the clock at the call."""
     omega_squared, fraction, fields = solved.modes
     stable = bool(omega_squared[0] >= 0)
-    seconds = time.perf_counter() - start
-    return Solution(
-        beam=beam,
-        problem=problem,
-        equilibrium=Equilibrium(stable, solved.iterations, solved.curve),
-        stats=Stats(solved.dof, seconds, problem.method, elements, order),
-        omega_squared=read_only(omega_squared),
-        estimate_errors=partial(errors_against_reference, beam, problem, omega_squared, fraction),
-        bending_energy_fraction=read_only(fraction),
-        fields=fields,
-    )
+    equilibrium = Equilibrium(stable, solved.iterations, solved.curve)
+    stats = Stats(solved.dof, time.perf_counter() - start, problem.method, elements, order)
+    errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
+    results = read_only(omega_squared), errors, read_only(fraction), fields
+    return Solution(beam, problem, equilibrium, stats, *results)
 
 
 def errors_against_reference(

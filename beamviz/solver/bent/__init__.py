@@ -113,8 +113,7 @@ def other_states(solution: Solution, near: Sequence[Solution]) -> list[Solution]
 
 
 def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
-    """The limit point of a bent state, located twice: the second time from the state beside the
-    first place, on the mesh that resolves it."""
+    """The limit point of a bent state, located again on the mesh that resolves the state there."""
     (state,) = bent_states([solution])
     end = paths.end_on_mesh(state, over, stop)
     if end is not None:
@@ -216,14 +215,9 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) 
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     # An Euler force may make vibrations grow; unstable is a state that is left without vibration.
     stable = bool(modes.omega_squared.min() > 0) if beam.spin_up else modes.definite
-    return Solution(
-        beam=beam,
-        problem=bent.problem,
-        equilibrium=Equilibrium(stable, state.iterations, partial(_curve, state), state),
-        stats=Stats(len(state.q), time.perf_counter() - start, "hp", len(orders), max(orders)),
-        omega_squared=modes.omega_squared,
-        estimate_errors=partial(np.array, errors),
-        bending_energy_fraction=(abs(across) ** 2).sum(axis=0),
-        fields=partial(_fields, state, modes.V),
-        spin_up_growth=modes.growth_rates if beam.spin_up else None,
-    )
+    equilibrium = Equilibrium(stable, state.iterations, partial(_curve, state), state)
+    stats = Stats(len(state.q), time.perf_counter() - start, "hp", len(orders), max(orders))
+    fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, state, modes.V)
+    results = modes.omega_squared, partial(np.array, errors), fraction, fields
+    growth = modes.growth_rates if beam.spin_up else None
+    return Solution(beam, bent.problem, equilibrium, stats, *results, growth)

@@ -109,17 +109,11 @@ def solve_planar(
     stable = exact.equilibrium.stable and bool(omega_squared.min() > 0)
     fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
     errors = abs(omega_squared - exact.omega_squared[:count]) + exact.omega_squared_errors[:count]
-    return Solution(
-        beam=beam,
-        problem=problem,
-        equilibrium=Equilibrium(stable, iterations, partial(_curve, nodes, q), state),
-        stats=Stats(len(planar.free), time.perf_counter() - start, problem.method, elements, 3),
-        omega_squared=omega_squared,
-        estimate_errors=partial(np.array, errors),
-        bending_energy_fraction=_across_fraction(fields, nodes, beam),
-        fields=fields,
-        spin_up_growth=s.real if beam.spin_up else None,
-    )
+    equilibrium = Equilibrium(stable, iterations, partial(_curve, nodes, q), state)
+    stats = Stats(len(planar.free), time.perf_counter() - start, problem.method, elements, 3)
+    fraction, growth = _across_fraction(fields, nodes, beam), s.real if beam.spin_up else None
+    results = omega_squared, partial(np.array, errors), fraction, fields
+    return Solution(beam, problem, equilibrium, stats, *results, growth)
 
 
 def _curve(nodes: NDArray, q: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:

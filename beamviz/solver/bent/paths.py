@@ -127,8 +127,7 @@ def state_at(start: State, over: str, value: float) -> State | None:
 
 
 def _follow_number(start: State, over: str, stop: float) -> Root:
-    """The stable states that continue one to another value of a number of the beam; loads are
-    distances from its own."""
+    """States that continue one to another value of a number; loads are distances from its own."""
     bent, own = start.beam, float(getattr(start.beam.beam, over))
     sign = math.copysign(1.0, stop - own)
 
@@ -155,8 +154,7 @@ def _follow_load(
 
 
 def _margins(state: State) -> NDArray:
-    """Margins of stability, positive for a stable state: the lowest eigenvalue of the stiffness,
-    the least stretch, and the least local stiffness."""
+    """Margins of stability: the lowest eigenvalue, the least stretch, the least local stiffness."""
     if state.beam.beam.spin_up:
         lowest = np.linalg.eigvals(state.scaled_stiffness).real.min()
     else:

@@ -41,11 +41,8 @@ Assembled = tuple[NDArray, int, NDArray, NDArray]
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """Equilibrium and modes on `problem.elements` elements (the paper's 20 by default).
-
-    start: the clock (time.perf_counter) at the call. Raises InvalidInput, NoEquilibrium with the
-    limit, and NotConverged.
-    """
+    """Equilibrium and modes on `problem.elements` elements (the paper's 20 by default), or an error
+    of `beamviz.solve`. start: the clock at the call."""
     elements = element_count(problem)
     nodes = np.linspace(0.0, 1.0, elements + 1)
     model = PlanarBeam(nodes, beam, problem)
@@ -236,8 +233,7 @@ def bending(model: PlanarBeam, q: NDArray) -> NDArray:
 
 
 def prestressed(model: PlanarBeam, u: NDArray) -> NDArray:
-    """Stiffness of each element across the unstretched beam under the tension mu^2 u' of a
-    linear bar: (n, 4, 4)."""
+    """Stiffness of each element under a linear bar's tension mu^2 u', unstretched: (n, 4, 4)."""
     tension = model.weights * model.beam.mu**2 * gradient(model, u)
     return _form(model.ddS, model.weights) + _form(model.dS, tension)
 

@@ -26,8 +26,7 @@ def solve_hp(
     extra_modes: int = 0,
     mesh_of: Sequence[Beam] = (),
 ) -> list[Solution | BeamvizError]:
-    """The solution of each beam, or its NoEquilibrium or NotConverged. start: the clock
-    (time.perf_counter) at the call. mesh_of: see `solve_many`."""
+    """The solution of each beam, or its error. start: the clock at the call. See `solve_many`."""
     refinement = Refinement(beams, problem, problem.modes + extra_modes, mesh_of)
     while refinement.waiting:
         for indices, mesh in refinement.next_stacks():

@@ -32,11 +32,8 @@ SERIES = {
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """Equilibrium and modes with `problem.terms` terms.
-
-    start: the clock (time.perf_counter) at the call. Raises InvalidInput, NoEquilibrium with the
-    limit, and NotConverged.
-    """
+    """Equilibrium and modes with `problem.terms` terms, or an error of `beamviz.solve`. start: the
+    clock at the call."""
     method = SERIES[problem.method]
     terms = method.default if problem.terms is None else problem.terms
     terms = check_int("terms", terms, method.least, method.most)
