@@ -24,7 +24,6 @@ from beamviz.solver.fem.elements import (
     dense,
     element_coordinates,
     interpolate,
-    positive_definite,
 )
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
@@ -136,8 +135,11 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
     path = continue_load(newton_at(increment), model.unstressed, load, margin)
     if path.limit is not None:
         raise _no_equilibrium(model, path.limit, path.state)
-    if model.beam.delta >= 0 and not positive_definite(across(model.tangent(path.state, load))):
-        raise _overshoot(model, load, path.state)  # an outward beam does not buckle
+    if model.beam.delta >= 0:  # an outward beam does not buckle
+        try:
+            cholesky_banded(across(model.tangent(path.state, load)), lower=True)
+        except np.linalg.LinAlgError:
+            raise _overshoot(model, load, path.state) from None
     return path
 
 

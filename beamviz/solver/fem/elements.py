@@ -21,7 +21,6 @@ is free.
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cholesky_banded
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import StrainLaw
@@ -121,15 +120,6 @@ def dense(A: NDArray) -> NDArray:
         rows, columns = j[k:], j[: n - k]
         full[rows, columns] = full[columns, rows] = diagonal[: n - k]
     return full
-
-
-def positive_definite(A: NDArray) -> bool:
-    """Whether a symmetric band is positive definite."""
-    try:
-        cholesky_banded(A, lower=True, check_finite=False)
-    except np.linalg.LinAlgError:
-        return False
-    return True
 
 
 class PlanarBeam:

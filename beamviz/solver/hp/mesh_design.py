@@ -194,11 +194,8 @@ def _with_orders(
 ) -> tuple[int, tuple[float, ...], tuple[int, ...]]:
     """Unknowns, breaks and orders of a mesh; graded: whether some of its elements are thin."""
     least = (SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits) * GRADED_ORDER if graded else 0.0
-    orders, start = [], ends[0]
-    for end in ends[1:]:
-        waves_here = waves * (end - start)
-        orders.append(max(PER_HALF_WAVE * waves_here + AT_LEAST + PER_DIGIT * digits, least))
-        start = end
+    smooth, per_length = AT_LEAST + PER_DIGIT * digits, PER_HALF_WAVE * waves
+    orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:
         element = ends.index(layer.x) - (layer.end < layer.x)
         need = layer.order if layer.order <= most else layer.own_order
