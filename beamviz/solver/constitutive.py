@@ -141,11 +141,6 @@ def bending_stiffness(f: np.ndarray, curvature_power: int) -> np.ndarray:
     return (f * f) ** (2 - curvature_power)  # powers of -1 and 0 are fast
 
 
-def tension_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:
-    """N f, the coefficient of theta^2."""
-    return mu**2 * law.force(f) * f
-
-
 def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
     """N L^2 / (E I) at x (n,) of a beam that does not stretch; at the mass, the tension inboard."""
     distributed = (1 - x) * ((1 + x) / 2 + beam.delta)

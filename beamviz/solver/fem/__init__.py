@@ -172,20 +172,13 @@ def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> 
     return cho_solve_banded((L, True), force, check_finite=False)
 
 
-def carried_force(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
-    """Axial force / mu^2 at each node that balances the load outboard of it: (n + 1,).
-
-    It depends on positions only, so it stays correct where the stretch of the elements does not.
-    """
-    parts = model.centrifugal_force(element_coordinates(q, 4), load)
-    outward = parts[:, 0] + parts[:, 4]
-    return np.append(np.cumsum(outward[::-1])[::-1], 0.0) / model.beam.mu**2
-
-
 def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
     """The error for a path that ends at a load `limit`, with the cause."""
-    law, gamma = model.law, math.sqrt(limit)
-    f, n = model.slopes(q)[:, 0], carried_force(model, limit, q)
+    law, gamma, f = model.law, math.sqrt(limit), model.slopes(q)[:, 0]
+    # Axial force / mu^2 at the nodes that balances the load outboard of them: it depends on
+    # positions only, so it stays correct where the stretch of the elements does not.
+    outward = model.centrifugal_force(element_coordinates(q, 4), limit)[:, ::4].sum(axis=1)
+    n = np.append(np.cumsum(outward[::-1])[::-1], 0.0) / model.beam.mu**2
     reason = "the stiffness of the beam along itself falls to zero there"
     ends = ((law.min_stretch, f.min(), n.min()), (law.max_stretch, f.max(), n.max()))
     for end, f_reached, n_carried in ends:
@@ -230,7 +223,7 @@ def bending(model: PlanarBeam, q: NDArray) -> NDArray:
     angle = model.dS / f[..., None]  # theta = w'/f
     slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
     stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature_power)
-    tension = model.weights * constitutive.tension_stiffness(f, model.beam.mu, model.law)
+    tension = model.weights * model.beam.mu**2 * model.law.force(f) * f  # N f
     return _form(slope, stiffness) + _form(angle, tension)
 
 

@@ -71,7 +71,10 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     """
     interior = beam.alpha > 0 and 0 < beam.beta < 1
     on = grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
-    R = on.to_tip + beam.alpha * _value_at_mass(on, beam)
+    R = on.to_tip.copy()
+    if beam.beta in on.ends[1:]:  # the value at the mass acts on what is inboard of it
+        inboard = (order + 1) * on.ends.index(beam.beta)
+        R[:inboard, inboard - 1] += beam.alpha
     root = equilibrium(on, R, beam, problem.strain_law)
     f = root.state
     stretching = _stretching(on, R, f, beam, problem)
@@ -80,16 +83,6 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     return Solved(
         merge(stretching, bending, problem.modes), 2 * len(on.points), curve, root.iterations
     )
-
-
-def _value_at_mass(on: Grid, beam: Beam) -> np.ndarray:
-    """(n, n): values -> the value at the mass, inboard of it; 0 outboard."""
-    size = len(on.points) // (len(on.ends) - 1)
-    inboard = size * on.ends.index(beam.beta) if beam.beta in on.ends else 0
-    value = np.zeros((len(on.points), len(on.points)))
-    if inboard:
-        value[:inboard, inboard - 1] = 1.0
-    return value
 
 
 def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
