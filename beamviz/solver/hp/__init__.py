@@ -31,11 +31,11 @@ def solve_hp(
     while refinement.waiting:
         for indices, mesh in refinement.next_stacks():
             refinement.solve_stack(indices, mesh)
-    answers = zip(beams, refinement.answers, strict=True)
-    return [
-        answer if isinstance(answer, BeamvizError) else _solution(beam, problem, start, answer)
-        for beam, answer in answers
-    ]
+    answers: list[Solution | BeamvizError] = []
+    for beam, found in zip(beams, refinement.answers, strict=True):
+        failed = isinstance(found, BeamvizError)
+        answers.append(found if failed else _solution(beam, problem, start, found))
+    return answers
 
 
 def _solution(beam: Beam, problem: Problem, start: float, found: StraightModes) -> Solution:
