@@ -68,8 +68,7 @@ def test_the_models_that_fit_each_printed_number():
     ("figure", "crossing"), CROSSINGS, ids=lambda part: getattr(part, "at", part[0])
 )
 def test_a_printed_crossing_has_equal_frequencies(figure, crossing):
-    """Where a printed crossing is located, a bending and the stretching frequency are equal, and
-    the two are the loci numbered in the paper."""
+    """There a bending and the stretching frequency are equal, and the loci those of the paper."""
     event = locate(figure, crossing, **MODELS["spatial"])
     assert (event.kind, event.gap) == ("crossing", 0)
     solution = solve(figure.beam.replace(**{figure.over: event.at}), 6, tolerance=1e-9)

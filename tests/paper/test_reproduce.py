@@ -125,8 +125,7 @@ def test_printed_numbers_stand_beside_ours(name, notes):
 
 @pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
 def test_figures_cross_where_the_numbers_say(figure):
-    """The crossings of a whole figure are those located around the printed values; loci are drawn
-    for both curvature measures where they differ."""
+    """Crossings are those located around printed values; loci by both curvature measures."""
     _, found, picture, _ = drawn(figure)
     printed = {row.printed: row for row in found if row.printed}
     assert set(printed) == set(figure.crossings)
@@ -156,8 +155,7 @@ def test_annotations_cover_nothing(figure):
 
 @pytest.mark.slow
 def test_some_names_only(folder, tmp_path, run):
-    """Only what is named is written, the same every time; the index is of all that is there, in
-    the paper's order."""
+    """Only what is named is written, always the same; the index is of all, in the paper's order."""
     code, out, _ = run("reproduce", "table4", "--out", str(tmp_path))
     assert (code, out) == (0, f"{tmp_path / 'index.md'}\n")
     _, _, err = run("reproduce", "fig19", "fig17", "fig19", "--out", str(tmp_path))

@@ -67,8 +67,7 @@ def complex_step(function, q):
 @pytest.mark.parametrize("mu", [SOFT, 70.0])
 @pytest.mark.parametrize("seed", range(3))
 def test_force_and_tangent_are_derivatives(strain, curvature, mu, seed):
-    """At random bent states the force is dU/dq and the tangent d^2 U/dq^2, to rounding, and the
-    tangent is symmetric."""
+    """The force is dU/dq and the tangent d^2 U/dq^2 to rounding, and symmetric, at bent states."""
     model, q = planar(strain, curvature, mu), bent(seed)
     F = complex_step(lambda q: energy(q, model), q)
     K = complex_step(lambda q: force(q, model), q)

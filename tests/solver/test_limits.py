@@ -28,8 +28,7 @@ LIMITS = [
 @pytest.mark.parametrize("method", NONLINEAR)
 @pytest.mark.parametrize(("strain", "delta", "limit", "near", "coarse", "reason"), LIMITS)
 def test_limit_of_the_speed(method, strain, delta, limit, near, coarse, reason):
-    """The same limit, however far beyond it the speed is; the paper's elements name its reason.
-    Just below there is a stable state."""
+    """However far beyond the limit; the elements name its reason; a stable state just below."""
 
     def at(gamma):
         return solve(Beam(gamma=gamma, delta=delta), strain=strain, method=method)
@@ -186,8 +185,7 @@ INWARD = [
 @pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("beam", INWARD)
 def test_unstable_beams(beam, coriolis):
-    """However far beyond buckling: all modes asked for, errors that are positive and hold, and the
-    growth rates of elements that share no discretisation with them."""
+    """Far beyond buckling: all modes, errors that hold, growth rates as by other elements."""
     rough, fine = (solve(beam, coriolis=coriolis, tolerance=t) for t in (1e-3, 1e-9))
     assert rough.equilibrium.status == "unstable"
     assert len(rough.omega_squared) == 5

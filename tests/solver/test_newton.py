@@ -76,8 +76,7 @@ def test_folds_of_all_sizes(peak, bend, beyond):
 @pytest.mark.parametrize("longest", [0.05, 1.0])
 @pytest.mark.parametrize("short", [0.3, 1e-4, 1e-8])
 def test_just_below_a_fold(short, longest):
-    """A load below the limit, however little, has an equilibrium and gets it, also after steps
-    that failed for being too long and with the limit in full sight."""
+    """A load just below the limit has an equilibrium and gets it, also after steps that failed."""
     path, _ = follow(
         1 - short,
         lambda q: q * (2 - q),

@@ -127,8 +127,7 @@ def test_rigid_tension_without_stiffening_is_no_coupling():
 
 @pytest.mark.parametrize("softening", [True, False])
 def test_coriolis_forces_with_and_without_softening(softening):
-    """The coupled frequencies are those of the uncoupled modes with the gyroscopic term between
-    them, M q" + 2 gamma G q' + K q = 0 in first order."""
+    """Frequencies are those of the uncoupled modes with the gyroscopic term between them."""
     apart = solve(SWITCHED, modes=20, softening=softening)
     x = (GAUSS + 1) / 4
     x, w = np.append(np.append(x, x + 0.5), 0.5), np.append(np.tile(WEIGHTS / 4, 2), SWITCHED.alpha)

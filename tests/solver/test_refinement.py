@@ -18,8 +18,7 @@ EXACT = 1e-11
 
 @pytest.mark.parametrize("beam", [Beam(), Beam(0, 1, 20), Beam(1, 0.5, 10), Beam(1, 0.3, 30, 0.2)])
 def test_the_default_converges_exponentially(beam):
-    """Nine digits more take at most 2.5 times the unknowns; of order 4 in h they would take 170
-    times as many. The errors are those of the finest solve."""
+    """Nine digits more take at most 2.5 times the unknowns: order 4 in h would take 170 times."""
     finest = solve(beam, tolerance=1e-12)
     rough, fine = (solve(beam, tolerance=tolerance) for tolerance in (1e-2, 1e-11))
     assert fine.stats.dof <= 2.5 * rough.stats.dof
@@ -91,8 +90,7 @@ def test_error_bars_of_hard_beams(name, tolerance):
     ],
 )
 def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
-    """A fold, a stretch that falls to zero and the greatest force of a strain law: each beam solved
-    by itself and in a sweep."""
+    """A fold, a stretch that falls to zero, the greatest force; each beam alone and in a sweep."""
     with pytest.raises(NoEquilibrium) as ended:
         solve(beam, strain=strain)
     speeds = ended.value.limit * (1 - np.geomspace(1e-4, 0.1, 12))

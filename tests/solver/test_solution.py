@@ -18,8 +18,7 @@ ROOT = beamviz.__path__[0]
 
 @pytest.mark.parametrize("gamma", [2.9, 5.0])
 def test_nodes_do_not_depend_on_the_phase_of_a_mode(gamma):
-    """A beam that points inward, before and after it buckles: weak Coriolis forces move the nodes
-    of its bending modes by little."""
+    """Before and after an inward beam buckles, weak Coriolis forces move its nodes by little."""
     beam = Beam(delta=-1, gamma=gamma)
     without, with_coriolis = solve(beam), solve(beam, coriolis=True)
     assert with_coriolis.labels == without.labels
