@@ -138,12 +138,8 @@ def solution_html(solution: Solution) -> str:
 def loci_html(loci: Loci) -> str:
     """A small table of crossings and veerings."""
     rows = [
-        (
-            event.kind,
-            " ".join(event.branches),
-            *(f"{number:.6g}" for number in (event.at, event.frequency, event.gap)),
-        )
-        for event in loci.events
+        (e.kind, " ".join(e.branches), f"{e.at:.6g}", f"{e.frequency:.6g}", f"{e.gap:.6g}")
+        for e in loci.events
     ]
     heading = ("event", "branches", f"at {loci.over}", "frequency [1/T*]", "gap [1/T*]")
     return html_table(repr(loci), heading, rows[:MAX_ROWS])

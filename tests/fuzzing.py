@@ -24,13 +24,7 @@ from beamviz.frequency_loci import loci
 from beamviz.solver import CHOICES, solve
 
 TIME_LIMIT = 300.0  # [s] of processor time for one sweep
-EVERYDAY = {
-    "alpha": (0.0, 5.0),
-    "beta": (0.0, 1.0),
-    "gamma": (0.0, 50.0),
-    "delta": (-1.0, 3.0),
-    "mu": (20.0, 200.0),
-}
+EVERYDAY = {name: one.slider[:2] for name, one in PARAMETERS.items()}
 ROUNDING = 1e-12  # relative to the frequency
 NUMBERS = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),

@@ -16,10 +16,7 @@ SWEEP = ("--over", "gamma", "--start", "0", "--stop", "5", "--points", "3")
 COMMANDS = {
     "screenshot": ("screenshot", "{}/a.png"),
     "animate": ("animate", "{}/a.gif"),
-    "html": ("export", "{}/a.html"),
-    "glb": ("export", "{}/a.glb"),
-    "csv": ("export", "{}/a.csv"),
-    "npz": ("export", "{}/a.npz"),
+    **{suffix: ("export", f"{{}}/a.{suffix}") for suffix in ("html", "glb", "csv", "npz")},
     "plot": ("loci", *SWEEP, "--plot", "{}/a.png"),
     "reproduce": ("reproduce", "table1", "--out", "{}"),
     "reproduce, a new folder": ("reproduce", "table1", "--out", "{}/new"),
