@@ -29,7 +29,7 @@ from beamviz.solver import MAX_MODES, Solution, solve_many
 
 TITLE, ROOT = "<title>Viser</title>", '<div id="root"></div>'  # of viser's page
 POINTS = 72  # an inch, as SVG pictures have them
-SPEEDS = 61  # solved over the range of the chart, besides that of the scene
+SPEEDS = 41  # solved over the range of the chart, besides that of the scene
 EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
 PALETTE = 256  # colours of the map
 RESOLUTION = 1e-5  # of places, in lengths of the beam, and of strains
@@ -135,7 +135,10 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
 
 
 def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
-    """What offline.js needs; shapes and frequencies of a mode are matched by its label."""
+    """What offline.js needs; shapes and frequencies of a mode are matched by its label.
+
+    body (3 v, speeds), faces (3 t,): vertices and triangles of the equilibrium; see `steps`.
+    """
     beam, view = solved.scene.beam, solved.scene.view
     solutions = solved_speeds(solved)
     shapes: list[SampledModes] = []
@@ -144,6 +147,8 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
     known = [dict(zip(one.labels, one.omega_squared.tolist(), strict=True)) for one in solutions]
     labels = solved.solution.labels
     speed = measure("gamma", beam.units)
+    stations, section = beams[0].shapes.x, beams[0].section
+    bodies = [equilibrium_body(resampled(shape, stations), section) for shape in shapes]
     places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
     return {
         "speeds": [speed.factor * one.beam.gamma for one in solutions],
@@ -151,8 +156,10 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
         "unit": speed.unit,
         "factors": {"speed": speed.factor, "frequency": frequencies(beam.units).factor},
         "labels": labels,
-        "squares": [[at.get(label) for label in labels] for at in known],
+        "squares": [[at.get(label) for at in known] for label in labels],
         "resolution": RESOLUTION,
+        "body": steps([vertices.ravel() for vertices, _ in bodies]),
+        "faces": bodies[0][1].ravel().tolist(),
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
         "turning": ["floor", -1] if view.rotating_frame else ["rotor", 1],
         "palette": colours.PALETTES[view.colouring][places].ravel().tolist(),
@@ -170,26 +177,24 @@ def beam_data(
 ) -> dict[str, Any]:
     """One beam with modes of amplitudes `sizes` (m,) at the speed of the scene.
 
-    states (speeds, 4 n (1 + 2 m)): axis and strain (n, 4), and their change by the real and the
-    imaginary part of each mode; bodies (speeds, 3 v): vertices of the equilibrium; see `steps`.
+    states (4 n (1 + 2 m), speeds): axis and strain (n, 4), and their change by the real and the
+    imaginary part of each mode; see `steps`.
     """
     normal, view = NORMALS[row.shapes.plane], solved.scene.view
     shown = np.flatnonzero(sizes).tolist()
     labels = [solved.shapes.labels[k] for k in shown]
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
-    states, bodies = [], []
+    states = []
     for one in (resampled(shape, row.shapes.x) for shape in shapes):
         at = [one.labels.index(label) for label in labels]
         fields = np.minimum(sizes[shown], one.limits[at])[:, None, None] * one.modes[at]
         parts = np.stack([fields.real, fields.imag], 1).reshape(-1, len(one.x), 2)
         still, *moved = (state(one, part) for part in (np.zeros_like(one.centreline), *parts))
         states.append(np.concatenate([still, *(part - still for part in moved)]).ravel())
-        bodies.append(equilibrium_body(one, row.section)[0].ravel())
     return {
         "root": row.frame.name,
         "labels": labels,
         "states": steps(states),
-        "bodies": steps(bodies),
         "mass": row.shapes.mass,
         "normal": normal.tolist(),
         "thickness": row.section[0],
@@ -207,8 +212,9 @@ def state(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
 
 
 def steps(rows: list[np.ndarray]) -> list[list[int]]:
-    """Rows of numbers as multiples of RESOLUTION, each as the difference from the row before."""
-    return np.diff(np.rint(np.divide(rows, RESOLUTION)).astype(int), axis=0, prepend=0).tolist()
+    """Columns of numbers as second differences of multiples of RESOLUTION, which compress well."""
+    multiples = np.rint(np.divide(rows, RESOLUTION)).astype(int)
+    return np.diff(np.pad(multiples, [(2, 0), (0, 0)]), 2, axis=0).T.tolist()
 
 
 CONTROLS = (

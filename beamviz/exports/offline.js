@@ -6,10 +6,9 @@ beam_mesh.segments of the package on the data of html_page.py. */
   const packed = Uint8Array.from(atob(byId("speeds").textContent), (c) => c.charCodeAt(0));
   const unpacked = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   const data = await new Response(unpacked).json();
-  for (const rows of data.beams.flatMap(({ states, bodies }) => [states, bodies]))
-    rows.forEach((row, k) => row.forEach((step, i) => { // from the steps between speeds, in integers
-      row[i] = data.resolution * step + (k ? rows[k - 1][i] : 0);
-    }));
+  for (const values of [data.body, ...data.beams.map(({ states }) => states)].flat())
+    for (const unit of [1, data.resolution]) // from second differences between speeds, in integers
+      values.forEach((step, k) => { values[k] = unit * step + (k ? values[k - 1] : 0); });
   const HIDDEN = [1e-6, 1e-6, 1e-6], MAX_NODES = 10, MIN_STEP = 10, // a smaller one is rounding
     MAX_WEDGE = Math.tan(0.5), last = data.speeds.length - 1;
   const [slider, shown, button] = ["speed", "speed-shown", "play"].map(byId), phases = {};
@@ -19,9 +18,9 @@ beam_mesh.segments of the package on the data of html_page.py. */
   let before = 0, angle = 0; // of the hub
   let speed, k, part; // the last solved speed up to it, and the part of the way to the next one
 
-  /* Numbers at the present speed, from an array of them for each solved speed; null if unknown. */
-  const at = (values) => values[k].map((x, i) => {
-    const next = part ? values[k + 1][i] : x;
+  /* Numbers at the present speed, from the values of each at the solved speeds; null if unknown. */
+  const at = (numbers) => numbers.map((values) => {
+    const x = values[k], next = part ? values[k + 1] : x;
     return x === null || next === null ? NaN : x + part * (next - x);
   });
   const frequency = (label) => Math.sqrt(at(data.squares)[data.labels.indexOf(label)]);
@@ -32,7 +31,7 @@ beam_mesh.segments of the package on the data of html_page.py. */
   function update(name, instances) {
     send("SceneNodeUpdateMessage", name, { updates: Object.fromEntries(
       Object.keys(instances[0]).map((key) => {
-        const type = key === "batched_colors" ? Uint8Array : Float32Array;
+        const type = { batched_colors: Uint8Array, faces: Uint32Array }[key] ?? Float32Array;
         return [key, type.from(instances.flatMap((one) => one[key]))];
       })) });
   }
@@ -108,8 +107,8 @@ beam_mesh.segments of the package on the data of html_page.py. */
       const value = (data.factors.frequency * frequency(label.textContent)).toPrecision(6);
       [cells[0].textContent, cells[1].textContent] = [value === "NaN" ? "–" : value, "–"];
     }
-    for (const { root, bodies } of data.beams)
-      update(`${root}/rotor/equilibrium`, [{ vertices: at(bodies) }]);
+    const body = { vertices: at(data.body), faces: data.faces };
+    for (const { root } of data.beams) update(`${root}/rotor/equilibrium`, [body]);
     beamvizCaptions.show(data.captions.flatMap((caption) => { // some hold for one speed alone
       const { name, text } = caption, title = name.endsWith("/title") && text.split(" ")[0];
       const other = name.endsWith("/speed") ? text.replace(/[-.0-9]+/, number) : title;

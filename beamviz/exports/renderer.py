@@ -8,18 +8,20 @@ import math
 import threading
 from functools import lru_cache
 from importlib.metadata import distribution
+from typing import Any
 
 import numpy as np
 import trimesh
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
+from viser import SceneApi
+from viser.transforms import SO3
 
 from beamviz.drawing import camera, colours
 from beamviz.drawing.colours import linear
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
-from beamviz.exports.geometry import Geometry
 from beamviz.exports.rasteriser import NEAR, SMALL, draw, edges, samples
 from beamviz.exports.solved_scene import Moment, SolvedScene
-from beamviz.server.viser_private import VisibleNode, offline_scene
+from beamviz.server.viser_private import VisibleNode, offline_scene, visible_nodes
 
 SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
@@ -30,6 +32,7 @@ INTENSITIES = [intensity for _, intensity in LIGHTS.values()]
 SUN = TOWARDS[0]  # the light that casts shadows
 AMBIENT = SKY * (1 + linear(GROUND_LIGHT)) / 2  # at a point: half from above, half from below
 SHADOW_BLUR = 0.014  # [lengths of the beam] standard deviation
+CYLINDER = np.array(trimesh.creation.cylinder(1.0, 1.0, sections=160).triangles)  # looks round
 # Letters of a caption: [pixels], and of the width of the picture; the part of the width
 # that a line may take; height [lengths of the beam] at most, for a title between two beams.
 MAX_LETTERS, RELATIVE_LETTERS, RELATIVE_LINE, MAX_TITLE = 18, 0.026, 0.8, 0.065
@@ -42,6 +45,63 @@ FROM_ACES = np.array(
     [[1.60475, -0.53108, -0.07367], [-0.10208, 1.10813, -0.00605], [-0.00327, -0.07276, 1.07602]]
 )
 EXPOSURE = 1 / 0.6
+
+
+class Geometry:
+    """All that a page would show of a scene now. Colours are linear light.
+
+    corners: of triangles (t, 3, 3); normals: outwards (t, 3); colours: (t, 4), with opacity;
+    casts: whether each casts a shadow (t,); lines: ends (n, 2, 3), colour (3,) and thickness
+    [pixels]; points: of frames, by name; floor: the cylinder whose top shows shadows and is none of
+    the triangles.
+    """
+
+    def __init__(self, scene: SceneApi):
+        self.lines: list[tuple[np.ndarray, np.ndarray, float]] = []
+        self.points: dict[str, np.ndarray] = {}
+        self.floor: VisibleNode | None = None
+        parts = []
+        for node in visible_nodes(scene):
+            props, corners = node.props, None
+            match node.kind:
+                case "BatchedMeshesProps":
+                    corners, colour = instances(props)
+                case "MeshProps":
+                    corners, colour = props.vertices[props.faces], linear(props.color)
+                    if props.side == "double":
+                        corners = np.concatenate([corners, corners[:, ::-1]])
+                case "CylinderProps":
+                    size = [props.radius, props.radius, props.height]
+                    corners, colour = CYLINDER * size, linear(props.color)
+                    if props.receive_shadow:
+                        self.floor, corners = node, corners[corners[..., 2].min(axis=1) < 0]
+                case "LineSegmentsProps":
+                    ends = props.points @ node.rotation.T + node.position
+                    colour = linear(props.colors.reshape(-1, 3)[0])
+                    self.lines.append((ends, colour, props.thickness))
+                case "FrameProps":
+                    self.points[node.name] = node.position
+                case "" | "HemisphereLightProps" | "DirectionalLightProps":  # the root; see LIGHTS
+                    pass
+                case kind:
+                    raise NotImplementedError(f"pictures have no {kind}")
+            if corners is not None:
+                opacity = 1.0 if props.opacity is None else props.opacity
+                rgba = np.full((len(corners), 4), opacity, float)
+                rgba[:, :3] = colour
+                placed = corners @ node.rotation.T + node.position
+                parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
+        self.corners, self.colours, self.casts = map(np.concatenate, zip(*parts, strict=True))
+        self.normals = trimesh.unitize(trimesh.triangles.cross(self.corners))
+
+
+def instances(props: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles of all instances, and their colours."""
+    axes = SO3(props.batched_wxyzs.astype(float)).as_matrix()
+    sized = props.vertices[props.faces].reshape(-1, 3) * props.batched_scales[:, None]
+    corners = sized @ axes.mT + props.batched_positions[:, None]
+    colour = np.repeat(props.batched_colors / 255, len(props.faces), axis=0)
+    return corners.reshape(-1, 3, 3), colour
 
 
 class Renderer:
@@ -182,8 +242,7 @@ def font(size: float) -> ImageFont.FreeTypeFont:
 def line_triangles(ends: np.ndarray, thickness: float) -> np.ndarray:
     """Lines (n, 2, 3) in homogeneous coordinates as triangles (2 n, 3, 3), `thickness` pixels
     wide."""
-    normal = np.cross(ends[:, 0], ends[:, 1]) * [1, 1, 0]
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), SMALL)
+    normal = trimesh.unitize(np.cross(ends[:, 0], ends[:, 1]) * [1, 1, 0])
     aside = thickness / 2 * normal[:, None] * ends[..., 2:]
     quads = np.concatenate([ends - aside, (ends + aside)[:, ::-1]], 1)
     return quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
