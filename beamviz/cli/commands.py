@@ -118,8 +118,8 @@ def loci(
             raise InvalidInput(f"Missing option '--{option}'.")
         values = sweep_values("--", over, start, stop, points)
     if plot:
-        from beamviz.plotting import SUFFIXES
-        from beamviz.plotting.loci import save_chart
+        from beamviz.plotting import SUFFIXES, save_figure
+        from beamviz.plotting.loci import draw_chart
 
         check_suffix(plot, SUFFIXES)
     if not sweep:
@@ -127,7 +127,7 @@ def loci(
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
-        save_chart(plot, found, crossed, per_rev)
+        save_figure(plot, draw_chart(found, crossed, per_rev))
     print(LOCI_FORMATS[format](found, crossed).rstrip("\n"))
 
 

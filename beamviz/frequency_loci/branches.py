@@ -51,9 +51,9 @@ class Branch:
     label: str
     mode_index: np.ndarray  # (values,) index of the mode in each solution
     omega_squared: np.ndarray  # (values,) negative where unstable
+    solver_error: np.ndarray  # (values,) of omega^2, absolute; nan where it takes a solve
     bending_fraction: np.ndarray  # (values,) share of the kinetic energy across the beam
-    interpolation_error: np.ndarray  # (values,) of omega^2, estimated, absolute; added to
-    solver_error: np.ndarray  # (values,) that of the solver; nan where that takes a solve
+    interpolation_error: np.ndarray  # (values,) of omega^2, in addition
     solutions: Solutions  # (values,) None where there is none
 
     @cached_property
@@ -199,14 +199,12 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
             columns[label] = np.where(own[0] >= 0, own, columns.get(label, own))
     if not exists.any():
         return ()
-    for own in columns.values():
-        read_only(own)
     solutions = Solutions(replace(sweep, outcomes={}), values, exists)
     return tuple(
-        Branch(
-            label, read_only(index.astype(int)), squares, bending, interpolated, solved, solutions
+        Branch(label, read_only(index.astype(int)), squares, solver, bending, error, solutions)
+        for label, (index, squares, solver, bending, error) in zip(
+            columns, map(read_only, columns.values()), strict=True
         )
-        for label, (index, squares, solved, bending, interpolated) in columns.items()
     )
 
 

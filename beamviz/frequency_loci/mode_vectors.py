@@ -138,12 +138,11 @@ def _gyroscopic(
         + (half * carried_w, half * omega * carried_u, -half * double * carried_w),
         axis=2,
     )
-    norms = (shapes * duals).sum(axis=2, keepdims=True)
-    size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
+    shapes, duals, size = _normalised(shapes, duals)
     u, w, carried_u, carried_w = (part / size for part in (u, w, carried_u, carried_w))
     bending = w @ carried_w.mT
     kinetic = np.stack((bending, bending + u @ carried_u.mT), axis=1)
-    return shapes / size, duals / size * np.sign(norms), kinetic
+    return shapes, duals, kinetic
 
 
 def _complex_vectors(
@@ -167,6 +166,11 @@ def _complex_vectors(
     others = np.concatenate((u.imag, u.real, w.imag, w.real), axis=2)
     shapes = np.concatenate((omega * both, both, root * swirl), axis=2)
     duals = np.concatenate((both, omega * both, 2 * root * others), axis=2)
+    return _normalised(shapes, duals)[:2]
+
+
+def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shapes and duals (n, m, d) of product 1, and the sizes (n, m, 1) they were divided by."""
     norms = (shapes * duals).sum(axis=2, keepdims=True)
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
-    return shapes / size, duals / size * np.sign(norms)
+    return shapes / size, duals / size * np.sign(norms), size

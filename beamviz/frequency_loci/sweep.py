@@ -124,11 +124,6 @@ class Sweep:
         known = [given.pop(name) for name in DEFAULTS]
         return parse_options(*known, **given)
 
-    @property
-    def tolerance(self) -> float:
-        """Relative error of a frequency asked for."""
-        return self.problem.tolerance
-
     @cached_property
     def straight(self) -> bool:
         """Whether the beam is straight at every value, so that its frequencies are smooth."""
@@ -216,12 +211,10 @@ class Sweep:
     def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
         """omega^2 (n, families, k) of all modes of the meshes at values (n,), infinite beyond the
         last; None unless known at all values."""
-        found = [isinstance(one, Solution) and mesh_spectrum(one) for one in self.solve(values)]
-        known = [one for one in found if isinstance(one, np.ndarray)]
-        if len(known) < len(found):
-            return None
         families = 1 if self.coupled else 2
-        if any(len(one) != families for one in known):
+        found = [isinstance(one, Solution) and mesh_spectrum(one) for one in self.solve(values)]
+        known = [one for one in found if isinstance(one, np.ndarray) and len(one) == families]
+        if len(known) < len(found):
             return None
         spectra = np.full((len(known), families, max(one.shape[1] for one in known)), np.inf)
         for row, one in zip(spectra, known, strict=True):

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import WORDS, Limit
-from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, on_axis, save_figure
+from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, on_axis
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
@@ -49,13 +48,6 @@ WIDE = 0.28  # of the frame: a limit that is wider is labelled horizontally
 INSET = np.array([0.27, 0.24])  # of the frame
 INSET_MARGIN = np.array([0.03, 0.07])  # around it, with its title
 INSET_GRID = np.linspace(0.0, 1.0, 15)  # of positions
-
-
-def save_chart(
-    path: Path, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
-) -> None:
-    """Write the chart in the format of the suffix. Raises InvalidInput, Unavailable."""
-    save_figure(path, draw_chart(loci, resonances, per_rev))
 
 
 def draw_chart(

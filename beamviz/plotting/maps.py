@@ -85,7 +85,8 @@ def draw_map(
         from matplotlib import pyplot
 
         ax = pyplot.gca()
-    units = units_of(dataset)
+    length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
+    units = Units(length, time) if length and time else None
     (x, xlabel), (y, ylabel) = (on_axis(axes[name], name, units) for name in over)
     values = units.hertz(values) if units else values
     draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
@@ -145,12 +146,6 @@ def name_regions(ax: Axes, x: np.ndarray, y: np.ndarray, shown: Quantity) -> Non
     style: Any = {"ha": "center", "va": "center", "color": INK, "fontsize": 7.5}
     for name, row, column in shown.regions:
         ax.text(float(x[column]), float(y[row]), name, path_effects=HALO, **style)
-
-
-def units_of(dataset: "xarray.Dataset") -> Units | None:
-    """The units of the sweep of a beam given in SI."""
-    length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
-    return Units(length, time) if length and time else None
 
 
 def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:

@@ -1,4 +1,5 @@
-"""Beams along one parameter: some are solved, the others interpolated within known errors.
+"""The work of a task: every beam of a chunk, line by line. Along a line, which is one parameter,
+some beams are solved, the others interpolated within known errors.
 
 On the straight state omega^2 of the k-th mode of a family is an analytic function of each of the
 five parameters. (With Coriolis forces the two families are one.) A line is cut into pieces; in each
@@ -12,8 +13,10 @@ frequencies are smooth, and locates what lies between them. Here the nodes are b
 whose outcomes are stored anyway, and thousands of lines share the weights of one grid.
 """
 
-from collections.abc import Iterable, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +24,9 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import TOLERANCES, Problem, interpolation_matrix, solve_many
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import PURE, Solution
+from beamviz.sweeps.plan import Plan, Task
+from beamviz.sweeps.store import ARRAYS, FAMILIES, STATUSES, stored_plan, write_chunk
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
 SAFETY = 5.0
@@ -31,6 +36,8 @@ FRACTION = 2e-3  # the same of the share of the kinetic energy across the beam
 DENSE = 2  # a piece has this many times the beams solved in it; smaller ones are solved
 FEW = 0.1  # of a piece: beams that are solved because the interpolation leaves them open
 
+SOLVED, UNSTABLE, NO_EQUILIBRIUM, NOT_CONVERGED = range(1, len(STATUSES))
+Row = dict[str, np.ndarray]  # the arrays of some beams, of a line (beams, ...)
 Piece = tuple[int, int]  # its first and its last beam
 
 
@@ -244,3 +251,85 @@ class Line:
         open_modes = np.where(np.isfinite(values[0]), np.inf, beyond)
         ends = np.fmax(np.fmax.reduce(values, axis=2), open_modes.min(axis=(0, 2)))
         return determined & ~inaccurate & (highest[:, :, 0] <= ends).all(axis=1), order
+
+
+def solve_and_write(path: Path, task: Task) -> None:
+    """Solve a chunk of a store and write it."""
+    plan = stored_plan(path)
+    write_chunk(path, plan, task, solve_chunk(plan, task))
+
+
+def solve_in_memory(plan: Plan, report: Callable[[float], None]) -> Row:
+    """The arrays of a small sweep, without a store. report: called with the share that is done,
+    before each chunk; what it raises ends the sweep."""
+    arrays = empty_arrays(plan, plan.shape)
+    for k, task in enumerate(plan.tasks):
+        report(k / len(plan.tasks))
+        for name, part in solve_chunk(plan, task).items():
+            arrays[name][plan.region(task)] = part
+    return arrays
+
+
+def empty_arrays(plan: Plan, shape: tuple[int, ...]) -> Row:
+    """Arrays of as many beams, without results."""
+    return {
+        name: np.full(shape + (plan.problem.modes,) * len(extra), empty, kind)
+        for name, (kind, extra, empty, _) in ARRAYS.items()
+    }
+
+
+def solve_chunk(plan: Plan, task: Task) -> dict[str, np.ndarray]:
+    """The arrays of a chunk."""
+    parts = plan.region(task)
+    arrays = empty_arrays(plan, tuple(part.stop - part.start for part in parts))
+    values = {n: a[part].tolist() for (n, a), part in zip(plan.axes.items(), parts, strict=True)}
+    over = list(plan.axes)[plan.line]
+    along = values.pop(over)
+    places = itertools.product(*map(range, map(len, values.values())))
+    grid = Grid(np.array(along))
+    lines: list[Line] = []
+    rows: list[Row] = []
+    for place, numbers in zip(places, itertools.product(*values.values()), strict=True):
+        own = dict(zip(values, numbers, strict=True), **{over: along[0]})
+        lines.append(Line(plan.beam.replace(**own), over, grid, plan.problem))
+        here: tuple[Any, ...] = (*place[: plan.line], slice(None), *place[plan.line :])
+        rows.append({name: array[here] for name, array in arrays.items()})
+    if plan.smooth:
+        solve_lines(lines)
+    for line, row in zip(lines, rows, strict=True):
+        if plan.smooth:
+            fill_known(row, line)
+            errors = {k: one for k, one in line.answers.items() if isinstance(one, BeamvizError)}
+            fill_answers(row, errors)
+        else:
+            fill_answers(row, dict(enumerate(solve_many(line.beams, **plan.problem.options))))
+    return arrays
+
+
+def fill_known(row: Row, line: Line) -> None:
+    """The numbers of a line that is known by omega^2."""
+    squares, errors, fraction = line.omega_squared, line.errors, line.bending_energy_fraction
+    root = np.sqrt(abs(squares))
+    stable = squares >= 0
+    row["frequency"][:] = np.where(stable, root, np.nan)
+    row["growth_rate"][:] = np.where(stable, 0.0, root)
+    row["error"][:] = errors / (root + np.sqrt(np.maximum(abs(squares) - errors, 0.0)))
+    row["family"][:] = np.where(fraction >= PURE, 0, np.where(fraction <= 1 - PURE, 1, 2))
+    row["status"][:] = np.where(stable[:, 0], SOLVED, UNSTABLE)
+
+
+def fill_answers(row: Row, answers: Mapping[int, Solution | BeamvizError]) -> None:
+    """The numbers of beams by what `solve_many` answers."""
+    for k, answer in answers.items():
+        if isinstance(answer, Solution):
+            row["status"][k] = SOLVED if answer.equilibrium.stable else UNSTABLE
+            row["frequency"][k] = answer.frequencies
+            row["growth_rate"][k] = answer.growth_rates
+            row["error"][k] = answer.errors
+            row["family"][k] = [FAMILIES.index(family) for family in answer.families]
+            continue
+        for name, (_, _, empty, _) in ARRAYS.items():
+            row[name][k] = empty
+        row["status"][k] = NOT_CONVERGED
+        if isinstance(answer, NoEquilibrium):
+            row["status"][k], row["limit"][k] = NO_EQUILIBRIUM, answer.limit

@@ -20,7 +20,7 @@ from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import interruption
-from beamviz.sweeps.chunks import solve_in_memory
+from beamviz.sweeps.lines import solve_in_memory
 from beamviz.sweeps.plan import Plan, make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES

@@ -85,9 +85,7 @@ class Characteristic:
                 x = at[left]
                 local[left] = rows = points.rows(x)
                 step, rate, curve = (np.vecdot(rows, f[left]) for f in functions)
-                same = (step < 0) == (
-                    below[left] < 0
-                )  # of the sign at the lower end: the root is above
+                same = (step < 0) == (below[left] < 0)  # as at the lower end: the root is above
                 low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
                 step = step / (rate - step * curve / (2 * rate))  # Halley's
                 inside = (x - step >= low[left]) & (x - step <= high[left])

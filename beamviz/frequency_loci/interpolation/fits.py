@@ -91,7 +91,7 @@ class Nodes:
     def _accepted(self, scale: np.ndarray) -> np.ndarray:
         squares, errors, _ = self.solved
         requested = self.solved.rank < self.sweep.modes
-        relative = SHARE * self.sweep.tolerance * (abs(squares) + FLOOR) / scale
+        relative = SHARE * self.sweep.problem.tolerance * (abs(squares) + FLOOR) / scale
         accepted = relative + SHARE * np.where(np.isfinite(errors), errors, 0.0) / scale
         accepted = np.where(requested, accepted, np.inf).min(axis=0)
         above = OUTSIDE * relative.min(axis=0)
