@@ -66,6 +66,15 @@ def undisturbed(tmp_path_factory) -> dict[str, bytes]:
     return contents(store)
 
 
+def finish(store: Path, undisturbed: dict[str, bytes]) -> str:
+    """Resume a sweep; the same store as that of one run, byte by byte. Returns its progress."""
+    with start(store) as process:
+        out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (0, "10426 solved\n"), err
+    assert contents(store) == undisturbed
+    return err
+
+
 @pytest.mark.slow
 def test_killed_several_times(undisturbed, tmp_path):
     """SIGKILL at three moments, its workers end too; then the same store, byte by byte."""
@@ -77,11 +86,7 @@ def test_killed_several_times(undisturbed, tmp_path):
             process.communicate(timeout=10)  # the pipes close when the workers have ended
         (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
     assert count <= chunks(store) < 14
-    with start(store) as process:
-        out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (0, "10426 solved\n"), err
-    assert "100 %, 10,426 of 10,426 beams" in err
-    assert contents(store) == undisturbed
+    assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
 
 
 @pytest.mark.slow
@@ -99,9 +104,7 @@ def test_interrupted(number, undisturbed, tmp_path):
         *progress, last = err.splitlines()
         assert last == f"beamviz: {INTERRUPTED}"
         assert all("a second" in line for line in progress), err
-    with start(store) as process:
-        process.communicate(timeout=120)
-    assert contents(store) == undisturbed
+    finish(store, undisturbed)
 
 
 def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
@@ -150,9 +153,7 @@ def test_no_room(undisturbed, tmp_path):
         " or choose another place"
     )
     assert "Traceback" not in err
-    with start(store) as process:
-        process.communicate(timeout=120)
-    assert contents(store) == undisturbed
+    finish(store, undisturbed)
 
 
 @pytest.mark.slow

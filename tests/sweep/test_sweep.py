@@ -13,36 +13,26 @@ from beamviz.beam import Units
 
 STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
 FAMILIES = ("bending", "stretching", "mixed")
-SPEEDS = np.linspace(0, 40, 161)
+SPEEDS, MASSES, BUCKLING = np.linspace(0, 40, 161), np.linspace(0, 3, 61), np.linspace(0, 8, 81)
 ALL_AXES = (
     "--over alpha=0,1 --over beta=0,1 --over gamma=0,1 --over delta=0,1 --over mu=50,70"
     " --over spin_up=0,1"
 )
+CORIOLIS = {"coriolis": True}
 SWEEPS = {  # axes, fixed numbers, options; with lines long enough to be interpolated
     "speed": ({"gamma": SPEEDS, "alpha": [0, 1, 4], "beta": [0.3, 1]}, {}, {}),
     "all five": (
-        {
-            "gamma": [0, 9],
-            "alpha": np.linspace(0, 3, 61),
-            "beta": [0.5],
-            "delta": [0, 1.0],
-            "mu": [50, 70],
-        },
-        {},
-        {"modes": 3},
+        {"gamma": [0, 9], "alpha": MASSES, "beta": [0.5], "delta": [0, 1.0], "mu": [50, 70]},
+        *({}, {"modes": 3}),
     ),
     "position": ({"beta": np.linspace(0, 1, 121)}, {"alpha": 1, "gamma": 8}, {}),
     "slenderness": ({"mu": np.geomspace(20, 2000, 121)}, {"gamma": 3, "alpha": 1}, {}),
-    "Coriolis": (
-        {"gamma": SPEEDS, "delta": [0, 0.5]},
-        {"alpha": 1},
-        {"coriolis": True, "modes": 4},
-    ),
-    "Coriolis at rest": ({"alpha": np.linspace(0, 3, 61)}, {}, {"coriolis": True}),
+    "Coriolis": ({"gamma": SPEEDS, "delta": [0, 0.5]}, {"alpha": 1}, {**CORIOLIS, "modes": 4}),
+    "Coriolis at rest": ({"alpha": MASSES}, {}, CORIOLIS),
     "limits": ({"gamma": SPEEDS, "delta": [0, 1]}, {}, {"strain": "hencky"}),
     "limits across": ({"delta": np.linspace(0, 2, 61)}, {"gamma": 40}, {"strain": "hencky"}),
-    "inward": ({"gamma": np.linspace(0, 8, 81)}, {"delta": -1}, {"plane": "flapwise"}),
-    "buckling": ({"gamma": np.linspace(0, 8, 81), "alpha": [0, 1]}, {"delta": -1}, {}),
+    "inward": ({"gamma": BUCKLING}, {"delta": -1}, {"plane": "flapwise"}),
+    "buckling": ({"gamma": BUCKLING, "alpha": [0, 1]}, {"delta": -1}, {}),
     "rigid tension": ({"gamma": SPEEDS}, {}, {"method": "zoac"}),
     "the paper's elements": ({"gamma": SPEEDS[:4]}, {}, {"method": "ancf", "modes": 2}),
     "bent": ({"gamma": [2, 4]}, {"delta": -1}, {"state": "stable"}),
@@ -55,16 +45,14 @@ def test_numbers_are_those_of_solve(name):
     """At random places: status, limit, families, and frequencies within the error bars, which are
     within the tolerance."""
     axes, fixed, options = SWEEPS[name]
-    modes = options.get("modes", 5)
-    options = {key: value for key, value in options.items() if key != "modes"}
-    data = sweep(axes, None, modes, beam=Beam(**fixed), workers=1, **options)
+    data = sweep(axes, None, beam=Beam(**fixed), workers=1, **options)
     assert data["frequency"].dims == (*axes, "mode")
     assert data["status"].min() > 0
     chance = np.random.default_rng(1)
     for _ in range(25):
         place = {key: float(chance.choice(values)) for key, values in axes.items()}
         found = data.sel(place)
-        (exact,) = solve_many([Beam(**{**fixed, **place})], modes=modes, **options)
+        (exact,) = solve_many([Beam(**{**fixed, **place})], **options)
         if isinstance(exact, NoEquilibrium):
             assert STATUS[int(found["status"])] == "no equilibrium"
             assert float(found["limit"]) == pytest.approx(exact.limit, rel=1e-5)
