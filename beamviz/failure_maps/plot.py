@@ -4,6 +4,7 @@ Colours are safe for the colour-blind and in grey: lightness falls from kind to 
 help. Large regions carry their name.
 """
 
+from operator import itemgetter
 from textwrap import fill
 from typing import Any, NamedTuple
 
@@ -14,12 +15,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from scipy import ndimage
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps import compute as kinds
 from beamviz.failure_maps.compute import FASTEST, METHODS, SLOWEST, Map, Plane, answer, edges
 from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
+from beamviz.sweeps.quantities import connected
 
 COLUMNS = 4
 WIDTH, HEIGHT = 11.0, 8.2  # [in]
@@ -197,16 +198,12 @@ def label_region(
     axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, style: CellStyle
 ) -> None:
     """Label the largest connected region of a kind at its widest place, if there is room."""
-    regions, count = ndimage.label(here)
-    sizes = ndimage.sum_labels(here, regions, range(1, count + 1)) / here.size
-    inside = np.pad(regions == 1 + int(sizes.argmax()), 1)
-    depth = ndimage.distance_transform_edt(inside, sampling=(1.2, 1.0))[1:-1, 1:-1]
-    row, column = np.unravel_index(depth.argmax(), depth.shape)
-    outside = np.flatnonzero(~inside[row + 1])  # of the padded row: one to the right
+    share, row, column = max(connected(here, (1.2, 1.0)), key=itemgetter(0))
+    outside = np.flatnonzero(~np.pad(here[row], 1))  # of the padded row: one to the right
     left = int(outside[outside <= column].max())
     right = int(outside[outside > column].min()) - 1
     longest = max(len(line) for line in style.label.split("\n"))
-    if sizes.max() < SMALLEST_NAMED or (right - left) / here.shape[1] < LETTER * longest:
+    if share < SMALLEST_NAMED or (right - left) / here.shape[1] < LETTER * longest:
         return
     place = (x[left] * x[right]) ** 0.5, (y[row] + y[row + 1]) / 2
     box = {"fc": style.face, "ec": "none", "pad": 0.8} if style.hatch else None

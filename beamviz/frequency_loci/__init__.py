@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 from beamviz.beam import Beam, Units, check_int
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci.branches import Branch, Part, branches_of, trace
-from beamviz.frequency_loci.buckling import state_events
 from beamviz.frequency_loci.crossings import Event
-from beamviz.frequency_loci.limits import Limit, LimitSearch
+from beamviz.frequency_loci.limits import Limit, LimitSearch, state_events
 from beamviz.frequency_loci.sweep import Sweep, check_values
 from beamviz.solver import MAX_MODES, Problem
 

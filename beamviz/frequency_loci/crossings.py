@@ -47,7 +47,7 @@ Kind = Literal["crossing", "veering", "buckling", "limit point", "second state"]
 @dataclass(frozen=True)
 class Event:
     """A crossing or veering of two branches, with their least gap at `at`; or an event of the
-    equilibrium (`beamviz.frequency_loci.buckling`), with the lowest branches before and after it,
+    equilibrium (see `limits.state_events`), with the lowest branches before and after it,
     gap and width 0."""
 
     kind: Kind

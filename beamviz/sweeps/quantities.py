@@ -37,15 +37,21 @@ class Quantity(NamedTuple):
     def regions(self) -> Iterator[tuple[str, int, int]]:
         """The name, and the row and column of the middle, of each of the larger regions of one
         kind."""
-        shares = tuple(1 / n for n in self.kinds.shape)
+        rows, columns = self.kinds.shape
         for kind in np.unique(self.kinds[self.kinds >= 0]).tolist():
-            parts, count = ndimage.label(self.kinds == kind)
-            for part in (parts == number for number in range(1, count + 1)):
-                if part.mean() >= LEAST_REGION:
-                    padded = np.pad(part, 1)
-                    inside = ndimage.distance_transform_edt(padded, sampling=shares)[1:-1, 1:-1]
-                    row, column = np.unravel_index(inside.argmax(), inside.shape)
-                    yield self.names[kind], int(row), int(column)
+            for share, row, column in connected(self.kinds == kind, (1 / rows, 1 / columns)):
+                if share >= LEAST_REGION:
+                    yield self.names[kind], row, column
+
+
+def connected(mask: np.ndarray, size: tuple[float, float]) -> Iterator[tuple[float, int, int]]:
+    """Of each connected region of a mask its share of the whole, and the row and column of its
+    place farthest from the border. size: of a cell, down and across."""
+    parts, count = ndimage.label(mask)
+    for part in (parts == number for number in range(1, count + 1)):
+        inside = ndimage.distance_transform_edt(np.pad(part, 1), sampling=size)[1:-1, 1:-1]
+        row, column = np.unravel_index(inside.argmax(), inside.shape)
+        yield float(part.mean()), int(row), int(column)
 
 
 def frequency_of(mode: int, frequency: np.ndarray, family: np.ndarray) -> Quantity:
