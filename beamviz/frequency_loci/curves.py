@@ -104,11 +104,11 @@ class Curves:
 
     def uncertain(self, p: np.ndarray) -> np.ndarray:
         """Whether values (n,) are in pieces that did not converge."""
-        unresolved = [piece for piece in self.pieces if piece.errors is None]
-        if not unresolved:
-            return np.zeros(len(p), bool)
-        t = self.axis.t(p)
-        return np.any([(t >= piece.low) & (t <= piece.high) for piece in unresolved], axis=0)
+        t, found = self.axis.t(p), np.zeros(len(p), bool)
+        for piece in self.pieces:
+            if piece.errors is None:
+                found |= (t >= piece.low) & (t <= piece.high)
+        return found
 
     @cached_property
     def table(self) -> Table:

@@ -50,7 +50,6 @@ class Stencil(NamedTuple):
 
     @property
     def solved(self) -> list[int]:
-        """All beams to solve."""
         return [*self.nodes.tolist(), *self.checks.tolist()]
 
 
@@ -146,12 +145,10 @@ class Line:
         self.families = np.full((2, count, 2, 2 * modes), np.nan)
 
     def beam_at(self, k: int) -> Beam:
-        """A beam."""
         return self.beam.replace(**{self.over: float(self.grid.values[k])})
 
     @property
     def beams(self) -> list[Beam]:
-        """All beams."""
         return [self.beam_at(k) for k in range(len(self.grid.values))]
 
     def solve_many(self, beams: Sequence[Beam]) -> list[Solution | BeamvizError]:

@@ -79,7 +79,6 @@ class Plan:
 
     @cached_property
     def tasks(self) -> list[Task]:
-        """All chunks."""
         counts = [math.ceil(n / c) for n, c in zip(self.shape, self.chunk, strict=True)]
         return list(itertools.product(*map(range, counts)))
 
