@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import Beam, Units, check_int
+from beamviz.beam import Beam, Units
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci.branches import Branch, Part, branches_of, trace
 from beamviz.frequency_loci.crossings import Event
 from beamviz.frequency_loci.limits import Limit, LimitSearch, state_events
 from beamviz.frequency_loci.sweep import Sweep, check_values
-from beamviz.solver import MAX_MODES, Problem
+from beamviz.solver import DEFAULTS, Problem, parse_options
 
 MAX_POINTS = 10_000
 
@@ -25,7 +25,6 @@ class Loci:
 
     beam: Beam
     problem: Problem
-    options: dict[str, Any]  # those of solve() that were given
     over: str
     values: np.ndarray  # (values,)
     branches: tuple[Branch, ...]
@@ -81,7 +80,7 @@ class Loci:
         first, last = self.values[[0, -1]].tolist()
         if not first <= value <= last:
             raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
-        sweep = Sweep(self.beam, self.over, self.problem.modes, self.options)
+        sweep = Sweep(self.beam, self.over, self.problem)
         found = branches_of(sweep, np.array([float(value)]), self.parts)
         ranks = {int(branch.mode_index[0]): branch.label for branch in found}
         return tuple(ranks[k] for k in sorted(ranks) if k >= 0)
@@ -112,19 +111,20 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     """
     began = time.perf_counter()
     values = check_values("over =", over, values, 2, MAX_POINTS)
-    sweep = Sweep(beam, over, check_int("modes", modes, 1, MAX_MODES), options)
+    given = {**DEFAULTS, **options, "modes": modes}
+    problem = parse_options(*[given.pop(name) for name in DEFAULTS], **given)
+    sweep = Sweep(beam, over, problem)
     search = LimitSearch(sweep, float(np.ptp(values)))
     parts = trace(sweep, values, search)
     branches = branches_of(sweep, values, parts)
     if not branches:
         raise next(one for one in sweep.solve(values) if isinstance(one, BeamvizError))
     events = [event for part in parts for event in part.labelled_events]
-    if sweep.problem.state != "straight":
+    if problem.state != "straight":
         events += state_events(sweep, values)
     return Loci(
         beam=beam,
-        problem=sweep.problem,
-        options=options,
+        problem=problem,
         over=over,
         values=values,
         branches=branches,
@@ -142,4 +142,4 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
     values = np.linspace(low, high, points)
-    return loci(found.beam, found.over, values, found.problem.modes, **found.options)
+    return loci(found.beam, found.over, values, **found.problem.options)

@@ -53,7 +53,7 @@ def resonances(found: Loci, count: int = 1, **unknown: Any) -> list[Resonance]:
         return []
     if found.over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
-    sweep = Sweep(found.beam, "gamma", found.problem.modes, found.options)
+    sweep = Sweep(found.beam, "gamma", found.problem)
     lines = np.arange(1, count + 1)
 
     def above_lines(p: np.ndarray, squares: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
-from beamviz.solver import MAX_MODES, OPTIONS, solve
+from beamviz.solver import MAX_MODES, solve
 from beamviz.solver.solution import Solution
 
 LOST = 0.25  # MAC below which two modes do not correspond
@@ -103,10 +103,9 @@ def _identified(solution: Solution) -> ModeIdentity:
     pure = ModeIdentity(labels, ("",) * len(labels))
     if not (problem.gyroscopic and solution.beam.gamma) or solution.equilibrium.shape == "bent":
         return pure
-    options = {name: getattr(problem, name) for name in OPTIONS}
-    options |= {"coriolis": False, "modes": min(len(labels) + EXTRA_MODES, MAX_MODES)}
+    modes = min(len(labels) + EXTRA_MODES, MAX_MODES)
     try:
-        uncoupled = solve(solution.beam, **options)
+        uncoupled = solve(solution.beam, **problem.options | {"coriolis": False, "modes": modes})
     except BeamvizError:  # fewer elements than modes, say
         return pure
     partner, mac = match_modes(solution, uncoupled)

@@ -208,10 +208,10 @@ def _buckling(
     sweep: Sweep, low: float, high: float, before: Solution, after: Solution
 ) -> list[Event]:
     """The point where the lowest omega^2 of the straight state vanishes."""
-    options = sweep.options | {"state": "straight", "coriolis": False}
+    options = sweep.problem.options | {"state": "straight", "coriolis": False, "modes": 1}
 
     def lowest(value: float) -> float:
-        return float(np.arcsinh(solve(sweep.at(value), modes=1, **options).omega_squared[0]))
+        return float(np.arcsinh(solve(sweep.at(value), **options).omega_squared[0]))
 
     try:
         at = brentq(lowest, low, high, xtol=PRECISION * (high - low), rtol=PRECISION)

@@ -18,12 +18,10 @@ from beamviz.frequency_loci.mode_vectors import (
     mode_points,
 )
 from beamviz.solver import (
-    DEFAULTS,
     Problem,
     family_spectrum,
     greatest_force,
     mesh_spectrum,
-    parse_options,
     solve_many,
 )
 from beamviz.solver.solution import Solution, read_only
@@ -111,18 +109,15 @@ class Sweep:
 
     beam: Beam
     over: str
-    modes: int
-    options: dict[str, Any]
+    problem: Problem
     outcomes: dict[float, Outcome] = field(default_factory=dict)
     extra_modes: int = EXTRA_MODES  # 0 where the method has no more
     designed: tuple[Beam, ...] = ()  # beams whose meshes determine the common one
 
-    @cached_property
-    def problem(self) -> Problem:
-        """The options of the solves, validated."""
-        given = {**DEFAULTS, **self.options, "modes": self.modes}
-        known = [given.pop(name) for name in DEFAULTS]
-        return parse_options(*known, **given)
+    @property
+    def modes(self) -> int:
+        """Number of modes requested."""
+        return self.problem.modes
 
     @cached_property
     def straight(self) -> bool:
@@ -160,7 +155,7 @@ class Sweep:
     def _solve(self, values: np.ndarray) -> list[Outcome]:
         beams = [self.at(value) for value in values]
         beyond: list[Outcome] = []
-        bounded = self.options.get("strain", "green") != "green" or self.beam.delta < 0
+        bounded = self.problem.strain != "green" or self.beam.delta < 0
         if self.over == "gamma" and bounded and len(beams) > 1:
             # The error at the highest speed has the limit: speeds beyond it need no solve.
             beyond = self._solve_many(beams[-1:])
@@ -170,7 +165,7 @@ class Sweep:
         return self._solve_many(beams) + beyond
 
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
-        options = {**self.options, "modes": self.modes}
+        options: dict[str, Any] = self.problem.options
         if self.straight and (self.coupled or self.over in ("beta", "mu")):
             options["mesh_of"] = self.designed
         try:

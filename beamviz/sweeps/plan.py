@@ -111,8 +111,9 @@ def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan
     }
     extremes = {name: float(array[0 if name == "mu" else -1]) for name, array in values.items()}
     beam = beam.replace(**extremes)  # its units are kept; raises where gamma / mu is too large
-    chosen = [options.pop(option, default) for option, default in DEFAULTS.items()]
-    return Plan(values, beam, parse_options(*chosen, **options))
+    given = {**DEFAULTS, **options}
+    chosen = [given.pop(name) for name in DEFAULTS]
+    return Plan(values, beam, parse_options(*chosen, **given))
 
 
 def find_place(
