@@ -104,9 +104,10 @@ class Curves:
 
     def uncertain(self, p: np.ndarray) -> np.ndarray:
         """Whether values (n,) are in pieces that did not converge."""
-        t, found = self.axis.t(p), np.zeros(len(p), bool)
+        found = np.zeros(len(p), bool)
         for piece in self.pieces:
             if piece.errors is None:
+                t = self.axis.t(p)
                 found |= (t >= piece.low) & (t <= piece.high)
         return found
 

@@ -1,5 +1,6 @@
 """Solutions along one parameter of a beam, by family and as mode vectors; ranges of charts."""
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -82,7 +83,7 @@ def check_values(argument: str, over: str, values: ArrayLike, least: int, most: 
 
 def frequency_rank(squares: np.ndarray) -> np.ndarray:
     """Index (values, families, k) of each mode by frequency among all, from omega^2; nan last."""
-    flat = squares.reshape(len(squares), np.prod(squares.shape[1:]))
+    flat = squares.reshape(len(squares), math.prod(squares.shape[1:]))
     return flat.argsort(axis=1).argsort(axis=1).reshape(squares.shape)
 
 
