@@ -13,12 +13,14 @@ import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from functools import partial
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
+from beamviz.frequency_loci.limits import is_bent
+from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.solver import other_stable_states, solve
 from beamviz.solver.solution import Solution
 
@@ -103,8 +105,6 @@ METHODS = (
     Method("power-series", {"method": "power-series", "terms": 80}, "rigid", 160),
 )
 
-Answer = Solution | BeamvizError
-
 
 class Verdict(NamedTuple):
     """Its kind, the two errors behind it (nan where there are none), the message of an error, and
@@ -117,7 +117,7 @@ class Verdict(NamedTuple):
     limit: float = np.nan
 
 
-def answer(beam: Beam, **options: Any) -> Answer:
+def answer(beam: Beam, **options: Any) -> Outcome:
     """A solution, or the error in its place."""
     try:
         return solve(beam, **options)
@@ -134,7 +134,7 @@ def verdicts(beam: Beam) -> list[Verdict]:
     return [verdict(beam, one, exact[one.model], exact[REFERENCE]) for one in METHODS]
 
 
-def verdict(beam: Beam, method: Method, own: Answer, reference: Answer) -> Verdict:
+def verdict(beam: Beam, method: Method, own: Outcome, reference: Outcome) -> Verdict:
     """The verdict on one method, from the exact answers of its own model and of the reference."""
     found = judge(answer(beam, modes=MODES, **method.options), own, reference)
     if method.more_terms and found.kind in (INACCURATE, NOT_CONVERGED):
@@ -153,7 +153,7 @@ def improved(before: Verdict, after: Verdict) -> bool:
     return not after.discretisation > HELPFUL * before.discretisation
 
 
-def judge(found: Answer, own: Answer, reference: Answer) -> Verdict:
+def judge(found: Outcome, own: Outcome, reference: Outcome) -> Verdict:
     """The verdict on an answer, from the exact ones of its own model and of the reference."""
     if isinstance(found, NoEquilibrium) and isinstance(own, NoEquilibrium):
         return Verdict(NO_EQUILIBRIUM, message=str(found), limit=found.limit)
@@ -169,7 +169,7 @@ def judge(found: Answer, own: Answer, reference: Answer) -> Verdict:
     return Verdict(INACCURATE if inaccurate > unfaithful else OTHER_MODEL, *errors)
 
 
-def distance(one: Answer, other: Answer, labels: tuple[str, ...]) -> float:
+def distance(one: Outcome, other: Outcome, labels: tuple[str, ...]) -> float:
     """The largest relative difference in frequency (or rate of growth) of the modes with these
     labels; infinite where only one has the mode, or only one is stable."""
     if not (isinstance(one, Solution) and isinstance(other, Solution)):
@@ -284,7 +284,7 @@ def state_rows(plane: Plane, gammas: np.ndarray, value: float) -> list[Row]:
     beam, rows = plane.beam.replace(**{plane.over: value}), []
     for method in METHODS:
         options = {"state": "stable", "modes": 1, "tolerance": STATE_TOLERANCE} | method.options
-        answers: list[Answer] = []
+        answers: list[Outcome] = []
         try:
             for gamma in gammas:
                 answers.append(answer(beam.replace(gamma=gamma), **options))
@@ -300,7 +300,7 @@ def state_rows(plane: Plane, gammas: np.ndarray, value: float) -> list[Row]:
     return rows
 
 
-def has_others(answers: Sequence[Answer]) -> list[bool]:
+def has_others(answers: Sequence[Outcome]) -> list[bool]:
     """Whether beams with neighbouring speeds have another stable state beside that of each: found
     by a search, or from one that a neighbour has."""
     found: list[list[Solution]] = [
@@ -318,12 +318,7 @@ def has_others(answers: Sequence[Answer]) -> list[bool]:
     return [bool(others) for others in found]
 
 
-def is_bent(found: Answer) -> TypeGuard[Solution]:
-    """Whether an answer is a bent state."""
-    return isinstance(found, Solution) and found.equilibrium.shape == "bent"
-
-
-def state_kind(found: Answer, several: bool) -> str:
+def state_kind(found: Outcome, several: bool) -> str:
     """The kind of a cell by its answer, and whether there is another stable state."""
     if isinstance(found, NoEquilibrium):
         return NO_STATE

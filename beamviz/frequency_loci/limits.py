@@ -197,9 +197,9 @@ def state_events(sweep: Sweep, values: np.ndarray) -> list[Event]:
         if isinstance(before, Solution) and isinstance(after, Solution):
             if before.equilibrium.shape != after.equilibrium.shape:
                 events += _buckling(sweep, *ends, before, after)
-            elif _is_bent(before) and _may_jump(outcomes, low):
+            elif is_bent(before) and _may_jump(outcomes, low):
                 events += _limit_point(over, *ends, before, after)
-        elif _is_bent(before) or _is_bent(after):
+        elif is_bent(before) or is_bent(after):
             events += _limit_point(over, *ends, before, after)
     return events + _second_states(sweep, values, outcomes)
 
@@ -220,20 +220,17 @@ def _buckling(
     return [Event("buckling", (before.labels[0], after.labels[0]), float(at), 0.0)]
 
 
-def _is_bent(outcome: Outcome) -> TypeGuard[Solution]:
+def is_bent(outcome: Outcome) -> TypeGuard[Solution]:
+    """Whether an outcome is a bent state."""
     return isinstance(outcome, Solution) and outcome.equilibrium.shape == "bent"
-
-
-def _tips(outcomes: list[Outcome]) -> np.ndarray:
-    """Tips (values, 2) of the states; nan without a bent one."""
-    none = np.full(2, np.nan)
-    return np.array([one.equilibrium.tip if _is_bent(one) else none for one in outcomes])
 
 
 def _may_jump(outcomes: list[Outcome], k: int) -> bool:
     """Whether the tip moves much further from value k to the next than between their neighbours."""
     first, last = max(k - 2, 0), min(k + 4, len(outcomes))
-    moves = np.linalg.norm(np.diff(_tips(outcomes[first:last]), axis=0), axis=1)
+    near, none = outcomes[first:last], np.full(2, np.nan)
+    tips = np.array([one.equilibrium.tip if is_bent(one) else none for one in near])
+    moves = np.linalg.norm(np.diff(tips, axis=0), axis=1)
     others = np.delete(moves, k - first)
     others = others[np.isfinite(others)]
     return moves[k - first] > max(SAME_TIP, JUMP * others.max() if len(others) else 0.0)
@@ -244,7 +241,7 @@ def _limit_point(
 ) -> list[Event]:
     """The limit point, between two values, of the bent state at one of them."""
     for start, stop in ((before, high), (after, low)):
-        if not _is_bent(start):
+        if not is_bent(start):
             continue
         with suppress(NotConverged):
             at = end_of_bent_state(start, over, stop)
