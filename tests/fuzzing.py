@@ -111,8 +111,7 @@ def solve_any_options(beam: Beam, options: dict[str, Any]) -> None:
 
 @st.composite
 def ranges(draw: Callable, *, wide: bool) -> tuple[Beam, str, tuple[float, float]]:
-    """A beam, one of its parameters and a range of it: any accepted one if `wide`, else a range
-    as in the explorer."""
+    """A beam, one of its parameters and a range of it: any accepted one if `wide`, or everyday."""
     over = draw(st.sampled_from(list(PARAMETERS)))
     if wide:
         beam, (low, high) = draw(beams()), PARAMETERS[over].limits

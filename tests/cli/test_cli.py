@@ -172,8 +172,7 @@ EXCLUDED = "exclude each other: the file gives all numbers"
     ],
 )
 def test_wrong_input_is_one_exact_line(run, arguments, message):
-    """Exit code 2; the line names the number, the value given and the range; stdout stays empty, or
-    is the error as JSON, where a program reads the answer."""
+    """Exit code 2; the line has number, value and range; stdout is empty, or the error as JSON."""
     assert run("modes", *arguments.split()) == (2, "", f"beamviz: {message}\n")
     for json_option in (["--format", "json"], ["--format=json"]):
         code, out, err = run("modes", *arguments.split(), *json_option)

@@ -127,8 +127,7 @@ STARTS = {"svg": b"<?xml", "pdf": b"%PDF", "PNG": b"\x89PNG", "png": b"\x89PNG"}
 
 
 def test_plot(run, tmp_path):
-    """A picture of its kind, beside the data on stdout: blue for bending, vermilion for stretching,
-    on white, more than a blank sheet."""
+    """A picture of its kind beside the data on stdout, with blue bending, vermilion stretching."""
     for ending, start in STARTS.items():
         file = tmp_path / f"loci.{ending}"
         code, out, err = run(*SWEEP, "--points", "21", "--plot", str(file), "--format", "csv")

@@ -42,8 +42,7 @@ def run(folder: Path, *arguments: str) -> subprocess.Popen:
 
 
 def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tuple[int, str]:
-    """Exit code and stderr of a process that gets a signal a while after it has set its handlers,
-    and another one soon after."""
+    """Exit code and stderr of a process that gets two signals a while after it handles them."""
     with process:
         try:
             wait_until(lambda: handles_sigterm(process.pid))

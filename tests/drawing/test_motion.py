@@ -124,8 +124,7 @@ def test_stretching_modes_never_fold_the_beam():
 
 
 def test_a_bent_beam_is_drawn_along_its_bent_axis():
-    """The axis ends at the tip. A mode of a slender beam moves each point across the axis there,
-    not along it."""
+    """The axis ends at the tip; bending of a slender beam moves points across the axis there."""
     tip = sampled(BENT, state="bent").centreline[-1]
     assert tip == pytest.approx([-0.018520, 0.858465], abs=1e-5)
     slender = sampled(BENT.replace(mu=1e4), state="bent")
@@ -140,8 +139,7 @@ def test_a_bent_beam_is_drawn_along_its_bent_axis():
 @settings(max_examples=30)
 @given(beam=BEAMS)
 def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
-    """To the three digits of a label, also in a boundary layer at the mass as thin as the distance
-    of two stations."""
+    """To the three digits of a label, also in a layer at the mass as thin as two stations."""
     solution = solve(beam, coriolis=coriolis)
     for x, exact in zip(SampledModes.sampled(solution).nodes, solution.nodes, strict=True):
         assert x == pytest.approx(exact, abs=5e-4)

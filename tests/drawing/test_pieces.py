@@ -84,8 +84,7 @@ class Drawn:
         return float(np.max(distances)) / beam_mesh.DEVIATION
 
     def steps(self) -> float:
-        """The largest difference in the colour map between neighbours on one side of the mass,
-        relative to the bound."""
+        """The largest step of the colour map on one side of the mass, relative to the bound."""
         pieces = self.pieces
         places = [
             colours.scaled(pieces, self.seen.colouring, moved, self.seen.largest)
@@ -100,8 +99,7 @@ class Drawn:
 @settings(max_examples=60)
 @given(beam=BEAMS, shares=mixes, amplitude=st.floats(0, 0.4), colouring=st.sampled_from(COLOURINGS))
 def test_pieces_deviate_little_from_the_curve(coriolis, beam, shares, amplitude, colouring):
-    """On the screen by at most a fifth of a pixel; neighbours differ by at most a fortieth of the
-    colour map."""
+    """By at most a fifth of a pixel, and neighbours by a fortieth of the colour map."""
     drawn = Drawn(beam, shares, amplitude, colouring, coriolis=coriolis)
     if drawn.need <= beam_mesh.PIECE_COUNTS[-1]:
         assert drawn.deviation() <= 1.3  # parts swing nearer to the eye

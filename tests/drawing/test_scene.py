@@ -61,8 +61,7 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
 
 @pytest.mark.parametrize("delta", [-0.5, 0.0, 2.0])
 def test_all_that_the_beam_sweeps_is_in_the_picture(delta):
-    """From outside, the tip is inside the field of view at every angle of the hub, and its circle
-    is in the middle."""
+    """From outside the tip is inside it at every angle of the hub, its circle in the middle."""
     reach = max(abs(delta), abs(delta + 1))
     view = camera.fitted(SampledModes.at_rest(Beam(delta=delta), "chordwise"), False, 1.6)
     turn = np.linspace(0, 2 * np.pi, 100)
@@ -91,8 +90,7 @@ def test_rings_at_nodes_fit_the_section(scene):
 
 
 def test_a_scene_draws_a_beam_and_greys_it(scene):
-    """Pieces are on the beam, the mass at its station; with a warning all of it is grey, and the
-    text is above it."""
+    """Pieces are on the beam, the mass at its station; below a warning all of it is grey."""
     shapes = sampled()
     for warning in ("", "No equilibrium"):
         scene.show(shapes, ViewOptions(), [1], warning=warning)
@@ -131,8 +129,7 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation(scene, plane, axis):
 
 
 def test_a_beam_without_a_mass_has_none_and_an_inward_beam_a_hoop(scene):
-    """alpha = 0 hides the collar; delta < 0 swaps the drum for a hoop, from whose rim the beam
-    points to the axis."""
+    """delta < 0 swaps the drum for a hoop, from whose rim the beam points to the axis."""
     around = scene.surroundings
     scene.show(sampled(Beam()), ViewOptions(), [0])
     assert np.allclose(np.asarray(scene.mass.batched_scales), HIDDEN)

@@ -26,8 +26,7 @@ def line(x: Any, y: Any, plane: str) -> tuple[np.ndarray, np.ndarray]:
 @PLANES
 @given(st.floats(0.1, 2.0), st.floats(0.01, 0.2), st.floats(0, 0.1))
 def test_the_surface_is_closed_and_has_the_volume_of_the_beam(plane, length, thickness, wave):
-    """It faces outwards, straight or bent; the volume is that of the box, to a per cent where the
-    beam is bent."""
+    """It faces outwards; the volume is that of the box, to a per cent where the beam is bent."""
     x = np.linspace(0, length, 129)
     points, normal = line(x, wave * length * np.sin(2 * np.pi * x / length), plane)
     arc = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()

@@ -166,8 +166,7 @@ def test_no_equilibrium():
 
 
 def stretches(beam: Beam) -> list[float]:
-    """Stretch at the clamp, just inside the mass and just outside it, by the oracle's march from
-    the tip."""
+    """Stretch at the clamp and on both sides of the mass, by the oracle's march from the tip."""
     places = [(piece[2], x) for piece in shoot(beam, "green") for x in piece[:2]]
     N = np.array([solution(x)[1] for solution, x in places])
     return stretch("green", N / beam.mu**2).tolist()
@@ -178,8 +177,7 @@ def stretches(beam: Beam) -> list[float]:
 
 @EACH
 def test_only_the_answer_meets_the_challenge(one: Lesson):
-    """Within the tolerance on both sides, where a step of the slider falls; not beyond it, and not
-    where the lesson starts."""
+    """Within the tolerance, where a step of the slider falls; not beyond it, nor at the start."""
     name, within = one.number, one.within
     low, high, step = PARAMETERS[name].slider
     values = np.arange(round((high - low) / step) + 1) * step + low

@@ -13,8 +13,7 @@ from beamviz.solver import solve
 
 
 def test_a_number_out_of_range_is_named(guest):
-    """The message has number, value and range; the next valid one is solved. A value that is no
-    number is refused too."""
+    """With value and range; the next valid one is solved. What is no number is refused too."""
     for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
         guest.choose("alpha", bad)
         guest.says(f"alpha = {bad:.10g}: must lie in 0 .. 100")

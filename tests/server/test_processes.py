@@ -50,8 +50,7 @@ def hall(tmp_path_factory) -> Iterator[ServeProcess]:
 
 
 def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
-    """Four visitors, two in each process, do not see each other's edits. All processes send the
-    same page."""
+    """Two in each process do not see the edits of others. All processes send the same page."""
     wait_until(lambda: len({open_sockets(pid) for pid in hall.workers}) == 1)  # after the self-test
     before = [open_sockets(pid) for pid in hall.workers]
     with contextlib.ExitStack() as stack:
@@ -155,8 +154,7 @@ def test_all_addresses_of_a_host_are_served():
 
 
 def test_the_number_of_processes(monkeypatch):
-    """One for this machine only and for a presenter, else one per core, unless set; one without
-    fork."""
+    """One for this machine, for a presenter or without fork, else one per core, unless set."""
     assert process_count(None, shared=False, follow=False) == 1
     assert process_count(None, shared=True, follow=True) == 1
     assert process_count(1, shared=True, follow=False) == 1

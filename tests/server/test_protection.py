@@ -39,8 +39,7 @@ BROKEN = {
 
 @pytest.mark.parametrize("failure", BROKEN)
 def test_a_server_without_its_protection_is_not_shared(monkeypatch, caplog, failure):
-    """One line names the failure; nothing is served beyond this machine, which is told in the log
-    where nobody else can connect."""
+    """One line names the failure: an error beyond this machine, a line of the log on it."""
     monkeypatch.setattr(*BROKEN[failure])
     for reach in (SHARED, {"public": "https://beams.example.org", **KEY}):
         match = f"self-test.*{failure}.*not served"
