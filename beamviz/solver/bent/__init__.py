@@ -215,9 +215,10 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) 
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     # An Euler force may make vibrations grow; unstable is a state that is left without vibration.
     stable = bool(modes.omega_squared.min() > 0) if beam.spin_up else modes.definite
-    equilibrium = Equilibrium(stable, state.iterations, partial(_curve, state), state)
+    kept = State(bent, state.q, state.iterations)  # without its matrices
+    equilibrium = Equilibrium(stable, state.iterations, partial(_curve, kept), kept)
     stats = Stats(len(state.q), time.perf_counter() - start, "hp", len(orders), max(orders))
-    fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, state, modes.V)
+    fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
     results = modes.omega_squared, partial(np.array, errors), fraction, fields
     growth = modes.growth_rates if beam.spin_up else None
     return Solution(beam, bent.problem, equilibrium, stats, *results, growth)
