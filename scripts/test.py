@@ -29,6 +29,9 @@ IN_BACKGROUND = ("types",)
 
 def main(options: list[str]) -> int:
     """Run all checks, also after one has failed; 0 if all passed, else 1."""
+    if {"-h", "--help"} & {*options}:
+        print(__doc__)
+        return 0
     python = ensure("test")
     browser = find_or_fetch(python)
     say(f"browser: {browser}" if browser else "no browser: the tests of the page are skipped")

@@ -247,6 +247,8 @@ def test_arguments_are_passed_on_to_pytest(checks, monkeypatch, capfd):
     assert capfd.readouterr().err.rstrip().endswith("FAILED: tests")
     assert checks.pytest_options(["--all", "-k", "name"]) == ["-m", "", "-k", "name"]
     assert checks.pytest_options(["-k", "name"]) == ["-k", "name"]
+    assert checks.main(["--help"]) == 0
+    assert "options of pytest" in capfd.readouterr().out
 
 
 def test_a_missing_browser_fails_where_every_test_must_run(checks, monkeypatch, capfd):

@@ -50,7 +50,7 @@ def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tu
             process.send_signal(number)
             time.sleep(0.05)
             process.send_signal(number)  # to nobody, if it has ended
-            _, errors = process.communicate(timeout=30)
+            _, errors = process.communicate(timeout=120)
         finally:
             process.kill()
     return process.returncode, errors

@@ -164,7 +164,7 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
             assert mine.keys() == others.keys() != set()
             assert not set(mine.values()) & set(others.values())
         for guest in (one, other):
-            pause(guest, quiet=0.5)
+            pause(guest, quiet=2.0)
         before = other.text
         for uuid in other.controls.values():
             one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": "1"})
@@ -188,7 +188,7 @@ def test_a_visitor_receives_nothing_of_another(url):
         eavesdropper.wait(lambda _: uuid in eavesdropper.updated)
     with visitor(url) as one, visitor(url) as other:
         for guest in (one, other):
-            pause(guest, quiet=0.5)
+            pause(guest, quiet=2.0)
         before = one.received
         other.show_speed(11.0)
         final_text(one)
