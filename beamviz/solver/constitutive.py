@@ -75,7 +75,8 @@ def _cubic(n: Any) -> Any:
 
 
 def _exponential(n: Any) -> Any:
-    """The smaller root of f = exp(n f) by fixed-point iteration, slow near n = 1 / e, its end."""
+    """The smaller root of f = exp(n f) by fixed-point iteration, slow near the greatest
+    force n = 1 / e, where f = e; that for a greater one."""
     n = np.minimum(n, 1 / math.e)
     f = 1 + n
     for _ in range(8):

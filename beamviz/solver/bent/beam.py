@@ -132,7 +132,7 @@ class State:
 
     @property
     def energy(self) -> float:
-        """Potential energy, without the Euler force."""
+        """Potential energy, without the Euler force; infinite where f <= 0."""
         stored, centrifugal = self.energies
         return stored - centrifugal
 
@@ -167,7 +167,7 @@ class State:
 
     @property
     def is_stable(self) -> bool:
-        """Whether the stiffness is positive definite, on the mesh and for short deformations."""
+        """Whether the stiffness is positive definite, on the mesh and for shorter deformations."""
         return lapack.dpotrf(self.scaled_stiffness, lower=1)[1] == 0 and not self.collapses
 
     @cached_property

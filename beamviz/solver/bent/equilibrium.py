@@ -38,7 +38,8 @@ def stable_states(beam: BentBeam) -> list[State]:
 
 
 def is_resolved(state: State) -> bool:
-    """Whether halved elements have the same stable state: a long element may hide a loop."""
+    """Whether elements half as long have a stable state of the same energy: a long element may
+    hide a loop."""
     mesh = state.beam.mesh
     halves = np.union1d(mesh.breaks, (mesh.breaks[1:] + mesh.breaks[:-1]) / 2)
     halved = make_mesh(tuple(halves.tolist()), tuple(np.repeat(mesh.orders, 2).tolist()))

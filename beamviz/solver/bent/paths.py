@@ -65,7 +65,8 @@ def _finer(state: State) -> State:
 
 
 def _slower(bent: BentBeam) -> State:
-    """A stable state at the highest of some lower speeds that has one, found by bisection."""
+    """A stable state at the highest of some lower speeds that has one, found by bisection: far
+    above its limit a descent takes longest."""
     state, low, high = None, 1, SLOWEST + 1
     while low < high:
         k = (low + high) // 2
@@ -127,7 +128,8 @@ def state_at(start: State, over: str, value: float) -> State | None:
 
 
 def _follow_number(start: State, over: str, stop: float) -> Root:
-    """States that continue one to another value of a number; loads are distances from its own."""
+    """The stable states that continue one to another value of a number of the beam; loads are
+    distances from its own."""
     bent, own = start.beam, float(getattr(start.beam.beam, over))
     sign = math.copysign(1.0, stop - own)
 
@@ -154,7 +156,8 @@ def _follow_load(
 
 
 def _margins(state: State) -> NDArray:
-    """Margins of stability: the lowest eigenvalue, the least stretch, the least local stiffness."""
+    """Margins of stability, positive for a stable state: the lowest eigenvalue of the stiffness,
+    the least stretch, and the least local stiffness."""
     if state.beam.beam.spin_up:
         lowest = np.linalg.eigvals(state.scaled_stiffness).real.min()
     else:

@@ -288,7 +288,8 @@ class AxialProblem(NamedTuple):
 
 
 def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
-    """The error of a beam beyond or too near its limit, which is located; None without a limit."""
+    """The error of a beam beyond its limit of equilibrium or too near it, located on a mesh that is
+    fine at the clamp; None where there is no limit."""
     breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
     mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
