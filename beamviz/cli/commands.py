@@ -127,7 +127,7 @@ def loci(
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
     if plot:
-        save_figure(plot, draw_chart(found, crossed, per_rev))
+        save_figure(plot, draw_chart(found, crossed, range(1, per_rev + 1)))
     print(LOCI_FORMATS[format](found, crossed).rstrip("\n"))
 
 

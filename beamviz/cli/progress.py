@@ -32,8 +32,8 @@ class ProgressLine:
         if self.terminal:
             print(f"\r{self.text}\x1b[K", end="", file=sys.stderr, flush=True)
         elif now - self.shown > EVERY:
-            self.shown = now
             print(self.text, file=sys.stderr, flush=True)
+            self.shown, self.text = now, ""
 
 
 def progress_text(progress: Progress) -> str:

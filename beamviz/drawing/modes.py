@@ -47,7 +47,7 @@ class SampledModes:
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
         """The modes of a solution, with the signs of `previous`."""
-        x = stations(solution.beam.beta)
+        x, labels = stations(solution.beam.beta), identify_modes(solution).labels
         equilibrium = solution.equilibrium
         raw = np.moveaxis(solution.fields(x), 2, 0)
         local = normalisation(raw) * raw  # along and across the beam's axis
@@ -58,12 +58,12 @@ class SampledModes:
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,
-            labels=identify_modes(solution).labels,
+            labels=labels,
             frequencies=solution.frequencies,
             x=x,
             centreline=equilibrium.position(x),
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
-            modes=modes if previous is None else align_signs(modes, x, previous),
+            modes=modes if previous is None else align_signs(modes, labels, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
             nodes=node_positions(x, solution.beam.beta, local[range(len(modes)), :, larger]),
         )
@@ -155,11 +155,18 @@ def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[n
     return np.split(nodes, np.searchsorted(k, np.arange(1, len(v))))
 
 
-def align_signs(modes: np.ndarray, x: np.ndarray, previous: SampledModes) -> np.ndarray:
-    """`modes` (m, n, 2), each with the sign (the phase, if complex) of the same mode in `previous`:
-    the sign of a mode is arbitrary, and would change at random while a slider moves."""
+def align_signs(
+    modes: np.ndarray, labels: Sequence[str], x: np.ndarray, previous: SampledModes
+) -> np.ndarray:
+    """`modes` (m, n, 2), each with the sign (the phase, if complex) of the mode of the same label
+    in `previous`: the sign of a mode is arbitrary, and would change at random while a slider
+    moves."""
     aligned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
-    for new, old in zip(aligned, previous.modes, strict=False):
+    known = dict(zip(previous.labels, previous.modes, strict=True))
+    for label, new in zip(labels, aligned, strict=True):
+        if label not in known:
+            continue
+        old = known[label]
         common = old[some]
         if x is not previous.x:
             common = np.stack([np.interp(x[some], previous.x, column) for column in old.T], 1)

@@ -19,6 +19,7 @@ from beamviz.drawing.text import frequencies, measure, mode_value
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.frequency_loci import loci
+from beamviz.frequency_loci.forced_response import resonances
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.plotting import figure_bytes
@@ -95,14 +96,17 @@ def panel(solved: SolvedScene) -> str:
 
 
 def chart(scene: Scene) -> str:
-    """The loci around the scene as an SVG picture with a line at the scene, or why there are
-    none."""
+    """The loci around the scene as an SVG picture with its per-rev lines and a line at the scene,
+    or why there are none."""
+    multiples = scene.per_rev if scene.over == "gamma" else ()
     try:
         values = np.linspace(*chart_range(scene.beam, scene.over), CHART_POINTS)
         found = loci(scene.beam, scene.over, values, **scene.solver_options)
+        crossed = resonances(found, max(multiples, default=0))
     except BeamvizError as error:
         return f"<p class=wrong>{escape(str(error))}</p>"
-    figure = draw_chart(found, marker=getattr(scene.beam, scene.over))
+    shown = [one for one in crossed if one.per_rev in multiples]
+    figure = draw_chart(found, shown, multiples, getattr(scene.beam, scene.over))
     svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     axes, enlarge = figure.axes[0], "this.classList.toggle('large')"
     low, high = axes.get_xlim()

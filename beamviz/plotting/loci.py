@@ -53,11 +53,11 @@ INSET_GRID = np.linspace(0.0, 1.0, 15)  # of positions
 def draw_chart(
     loci: Loci,
     resonances: Sequence[Resonance] = (),
-    per_rev: int = 0,
+    per_rev: Sequence[int] = (),
     marker: float | None = None,
 ) -> Figure:
     """The chart: loci in the colours of their families, crossings, veerings, limits, per-rev lines
-    omega = k gamma for k = 1 .. per_rev, and an upright line at the value `marker`."""
+    omega = k gamma for each k of `per_rev`, and an upright line at the value `marker`."""
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
@@ -69,7 +69,7 @@ def draw_chart(
 
 
 def draw_on(
-    axes: Axes, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: int = 0
+    axes: Axes, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: Sequence[int] = ()
 ) -> "Chart":
     """Draw loci, their limits, marks and labels onto axes."""
     figure = axes.get_figure(root=True)
@@ -161,12 +161,12 @@ class Chart:
             clip_on=True,
         )
 
-    def draw_per_rev_lines(self, count: int) -> list[tuple[float, str]]:
+    def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[tuple[float, str]]:
         """The per-rev lines, labelled where they leave the frame at its top; heights and labels of
         those that leave it on the right."""
         top, (first, last) = self.axes.get_ylim()[1], self.loci.values[[0, -1]]
         ends = []
-        for k in range(1, count + 1):
+        for k in multiples:
             rate = k * self.y(1.0)
             end = min(last, top / rate)
             if end <= first:
@@ -315,7 +315,9 @@ def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
     return None
 
 
-def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> None:
+def _head(
+    figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]
+) -> None:
     """The parameters held fixed, the model, and the meaning of colours and marks."""
     numbers = loci.beam.numbers.items()
     held = ", ".join(f"{NUMBERS[n].symbol} = {x:.5g}" for n, x in numbers if n != loci.over)
@@ -325,7 +327,7 @@ def _head(figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: 
     draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
 
 
-def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: int) -> list[Line2D]:
+def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]) -> list[Line2D]:
     """The meaning of colours and marks, of those drawn."""
     families = {name for branch in loci.branches for name in branch.family if name}
     rows = [
