@@ -152,21 +152,23 @@ def test_a_command_is_run_by_its_name(shown):
 @pytest.mark.slow
 def test_a_lost_connection_is_shown_and_restored():
     """The scene stays visible; a server that starts again shows the visitor's choices."""
-    offline = by_id("offline")
-    lost = f"{offline}.open"
+    offline, beam = by_id("offline"), START.beam.replace(gamma=7.5)
+    lost, frequency = f"{offline}.open", solve(beam, **START.solver_options).frequencies[0]
+    chosen = f"{by_id('mode-rows')}.innerText.includes('{frequency:.4f}'.slice(0, -1))"
     with contextlib.ExitStack() as first:
         url = first.enter_context(explorer(START))
         with page(url, 1440, 900) as shown:
             shown.wait(f"{says('S1')} && !{lost}")
             shown.send("gamma", 7.5)
-            shown.wait("location.search.includes('gamma=7.5')")
+            shown.wait(f"location.search.includes('gamma=7.5') && {chosen}")
             first.close()
             shown.wait(f"{lost} && {SEEN}({offline})")
             assert "No connection" in shown.evaluate(f"{offline}.innerText")
             assert shown.evaluate(f"{says('S1')} && !!{BEAM}")
             shown.evaluate("document.querySelector('#mode-rows tr').dataset.former = ''")
             with explorer(START, port=int(url.rstrip("/").rpartition(":")[2])):
-                shown.wait(f"!{lost} && !!{BEAM} && !document.querySelector('[data-former]')")
+                restored = f"{chosen} && !document.querySelector('[data-former]')"
+                shown.wait(f"!{lost} && !!{BEAM} && {restored}")
                 click(shown, button("B2"))
                 shown.wait(f"{SHOWN}.join() === 'B2'")
                 assert shown.evaluate(f"{by_id('gamma-field')}.value") == "7.5"
