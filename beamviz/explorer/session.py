@@ -278,7 +278,8 @@ class Session:
         """Draw the frame of the time `now` [s]."""
         visitor, view = self.visitor, self.view
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        self.presenter.update()
+        if self.presenter.outdated:
+            self.presenter.update()
         self.run_up.step(elapsed)
         with visitor.client.atomic():
             visitor.update_controls()

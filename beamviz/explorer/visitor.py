@@ -77,7 +77,7 @@ class Visitor:
             self.state = state
             if not state.following:
                 for job in self.jobs:
-                    job.follow(None)
+                    job.following = False
                 self.solver.request(state.shown_case)
         self.wake()
 
