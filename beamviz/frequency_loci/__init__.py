@@ -14,7 +14,7 @@ from beamviz.frequency_loci.branches import Branch, Part, branches_of, trace
 from beamviz.frequency_loci.crossings import Event
 from beamviz.frequency_loci.limits import Limit, LimitSearch, state_events
 from beamviz.frequency_loci.sweep import Sweep, check_values
-from beamviz.solver import DEFAULTS, Problem, parse_options
+from beamviz.solver import Problem, parse_keywords
 
 MAX_POINTS = 10_000
 
@@ -111,8 +111,7 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
     """
     began = time.perf_counter()
     values = check_values("over =", over, values, 2, MAX_POINTS)
-    given = {**DEFAULTS, **options, "modes": modes}
-    problem = parse_options(*[given.pop(name) for name in DEFAULTS], **given)
+    problem = parse_keywords(**options, modes=modes)
     sweep = Sweep(beam, over, problem)
     search = LimitSearch(sweep, float(np.ptp(values)))
     parts = trace(sweep, values, search)

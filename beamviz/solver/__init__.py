@@ -84,8 +84,7 @@ def solve_many(
     """
     start = time.perf_counter()
     beams = list(beams)
-    given = [options.pop(name, default) for name, default in DEFAULTS.items()]
-    problem = parse_options(*given, **options)
+    problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
     return _solve(beams, problem, start, extra_modes, mesh_of)
 
@@ -104,6 +103,12 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
     from beamviz.solver.bent import end_of_state
 
     return end_of_state(solution, over, stop)
+
+
+def parse_keywords(**options: Any) -> Problem:
+    """The problem with these options by name, the others by default; raises InvalidInput."""
+    values = [options.pop(name, default) for name, default in DEFAULTS.items()]
+    return parse_options(*values, **options)
 
 
 def parse_options(*options: Any, **unknown: Any) -> Problem:

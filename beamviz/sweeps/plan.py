@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from beamviz.beam import NUMBERS, Beam, exact_text
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci.sweep import check_values
-from beamviz.solver import DEFAULTS, METHODS, Problem, parse_options
+from beamviz.solver import METHODS, Problem, parse_keywords
 
 MAX_AXES = 5
 MAX_VALUES = 1_000_000  # of an axis
@@ -111,9 +111,7 @@ def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan
     }
     extremes = {name: float(array[0 if name == "mu" else -1]) for name, array in values.items()}
     beam = beam.replace(**extremes)  # its units are kept; raises where gamma / mu is too large
-    given = {**DEFAULTS, **options}
-    chosen = [given.pop(name) for name in DEFAULTS]
-    return Plan(values, beam, parse_options(*chosen, **given))
+    return Plan(values, beam, parse_keywords(**options))
 
 
 def find_place(
