@@ -240,7 +240,7 @@ SOURCES = (
             for number in printed_numbers()
             if number.kind == "crossing"
         ],
-        ("tests/loci/test_crossings.py::test_crossings_of_the_paper",),
+        ("tests/frequency_loci/test_crossings.py::test_crossings_of_the_paper",),
     ),
     Source(
         "A uniform beam, flapwise",
@@ -290,7 +290,7 @@ SOURCES = (
             ),
         ],
         (
-            "tests/loci/test_crossings.py::test_with_coriolis_they_veer",
+            "tests/frequency_loci/test_crossings.py::test_with_coriolis_they_veer",
             f"{TEST}solve.py::test_coriolis_vanishes_with_the_speed",
             f"{TEST}error_bars.py::test_random_beams",
         ),
