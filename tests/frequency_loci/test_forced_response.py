@@ -1,17 +1,15 @@
 """Resonances: all intersections of loci with per-rev lines, for any speeds of the sweep. The forced
-response: against closed forms, one mode alone, a direct solve of all equations."""
-
-import math
+response: against oscillators, and the solution of the differential equations."""
 
 import numpy as np
 import pytest
 from helpers import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from oracle import FINE, Spectrum
 
 from beamviz import Beam, BeamvizError, InvalidInput, loci, solve, solve_many
 from beamviz.frequency_loci.forced_response import (
-    LOADS,
     quadrature,
     resonances,
     response,
@@ -21,6 +19,7 @@ from beamviz.frequency_loci.forced_response import (
 
 HEAVY = Beam(alpha=1, beta=1)
 TIP = np.ones(1)
+MODEL = "green", "spatial", FINE[0]
 
 
 def located(found, per_rev, label):
@@ -119,27 +118,6 @@ def test_against_direct_solves(seed):
         assert np.nanmin(abs(frequencies - k * at)) < 1e-5 * k * at
 
 
-def bent(frequency: float, x: np.ndarray) -> np.ndarray:
-    """Deflection at x of a clamped beam at rest under the load -1 exp(i omega t) per length:
-    w'''' - omega^2 w = -1 with w, w' = 0 at the clamp and w'', w''' = 0 at the tip."""
-    b = math.sqrt(frequency)
-    cosh, sinh, cos, sin = math.cosh(b), math.sinh(b), math.cos(b), math.sin(b)
-    # w = 1 / omega^2 (1 - C1 cosh bx - C2 sinh bx - C3 cos bx - C4 sin bx)
-    equations = [[1, 0, 1, 0], [0, 1, 0, 1], [cosh, sinh, -cos, -sin], [sinh, cosh, sin, -cos]]
-    c = np.linalg.solve(np.array(equations), [1.0, 0.0, 0.0, 0.0])
-    shapes = np.stack([np.cosh(b * x), np.sinh(b * x), np.cos(b * x), np.sin(b * x)], 1)
-    return (1 - shapes @ c) / frequency**2
-
-
-@pytest.mark.parametrize("frequency", [1.0, 3.0, 10.0, 30.0])
-def test_without_rotation_it_is_the_closed_form(frequency):
-    """Euler-Bernoulli under a uniform load, no damping; modes beyond the 20th are left out."""
-    x = np.linspace(0, 1, 11)
-    exact = bent(frequency, x) / (1 / 8)
-    found = response(solve(Beam(), modes=20), frequency, 0.0, x)
-    assert np.abs(found[:, 1] - exact).max() < 1e-4 * np.abs(exact).max()
-
-
 def test_the_static_deflection_is_the_unit():
     """The unit of the amplitude, with a mass anywhere: by definition, whatever the beam."""
     for beam in (Beam(), Beam(alpha=2, beta=0.4), Beam(alpha=1, beta=1)):
@@ -147,103 +125,32 @@ def test_the_static_deflection_is_the_unit():
         assert still[1].real == pytest.approx(-1, rel=1e-5)
 
 
-def test_along_the_beam_it_is_the_closed_form():
-    """A bar under the load i exp(i omega t) per length: u'' + k^2 u = -i / mu^2, k = omega / mu;
-    u = i / omega^2 (cos kx + tan k sin kx - 1)."""
-    omega, mu, x = 40.0, 70.0, np.linspace(0, 1, 11)
-    k = omega / mu
-    exact = 1j / omega**2 * (np.cos(k * x) + np.tan(k) * np.sin(k * x) - 1)
-    found = response(solve(Beam(mu=mu), modes=20), omega, 0.0, x)[:, 0] / 8
-    assert np.abs(found - exact).max() < 2e-2 * np.abs(exact).max()  # three stretching modes
-
-
 @given(st.floats(0.001, 0.2), st.floats(0.2, 3.0))
-def test_one_mode_alone_answers_as_an_oscillator(damping, ratio):
-    """F phi / (omega_1^2 - omega^2 + 2 i zeta omega_1 omega), also past its resonance."""
-    solution = solve(Beam(alpha=1, gamma=2), modes=1)
-    (omega1,) = solution.frequencies
-    omega = ratio * omega1
+def test_each_mode_answers_as_an_oscillator(damping, ratio):
+    """F phi / (omega_k^2 - omega^2 + 2 i zeta omega_k omega), also past its resonance."""
+    solution = solve(Beam(alpha=1, gamma=2), modes=3)
+    own, omega = solution.frequencies, ratio * solution.frequencies[1]
     x, weight = quadrature(solution.beam)
-    force = -weight @ solution.shape(0, x)[:, 1]
-    oscillator = force / (omega1**2 - omega**2 + 2j * damping * omega1 * omega)
-    expected = oscillator * solution.shape(0, TIP)[0, 1] / static_deflection(solution.beam)
-    found = response(solution, omega, damping, TIP)[0, 1]
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-class Direct:
-    """M, G and K of a rotating beam from many shape functions of its own, all at once: polynomials
-    for u and w about the stretched equilibrium, of which only the state comes from the package."""
-
-    COUNT = 16
-
-    def __init__(self, beam: Beam):
-        equilibrium = solve(beam).equilibrium
-        x, weight = quadrature(beam)
-        inner, gauss = x[:-1], weight[:-1]
-        f = equilibrium.stretch(inner)
-        f1 = (equilibrium.stretch(inner + 1e-5) - equilibrium.stretch(inner - 1e-5)) / 2e-5
-        n, n1 = (f**3 - f) / 2, (3 * f**2 - 1) / 2  # green
-        self.U, dU, _ = self.shapes(x, 1)
-        self.W, dW, ddW = self.shapes(x, 2)
-        bend = (f[:, None] * ddW[:-1] - f1[:, None] * dW[:-1]) / f[:, None] ** 3  # spatial
-        stiff, tension = gauss * beam.mu**2 * n1, gauss * beam.mu**2 * n / f
-        spin, self.beam = beam.gamma**2, beam
-        mass = [part.T @ (weight[:, None] * part) for part in (self.U, self.W)]
-        Ka = dU[:-1].T @ (stiff[:, None] * dU[:-1]) - spin * mass[0]
-        Kb = bend.T @ (gauss[:, None] * bend) + dW[:-1].T @ (tension[:, None] * dW[:-1])
-        zero = np.zeros((self.COUNT, self.COUNT))
-        cross = self.U.T @ (weight[:, None] * self.W)
-        self.K = np.block([[Ka, zero], [zero, Kb - spin * mass[1]]])
-        self.M = np.block([[mass[0], zero], [zero, mass[1]]])
-        self.G = np.block([[zero, -cross], [cross.T, zero]])
-        along, across = LOADS["chordwise"]
-        self.F = np.concatenate([along * (weight @ self.U), across * (weight @ self.W)])
-
-    def shapes(self, x: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """x^order times Legendre polynomials, with two derivatives, (len(x), COUNT) each."""
-        P = np.polynomial.Polynomial
-        basis = [np.polynomial.Legendre.basis(k, domain=[0, 1]) for k in range(self.COUNT)]
-        made = [one.convert(kind=P) * P([0, 1]) ** order for one in basis]
-        return tuple(np.array([one.deriv(d)(x) for one in made]).T for d in range(3))  # type: ignore[return-value]
-
-    def tip(self, omega: float, coriolis: bool, damping: np.ndarray | float = 0.0) -> np.ndarray:
-        """The tip (2,) under the force at omega."""
-        gyroscopic = 2j * omega * self.beam.gamma * self.G if coriolis else 0.0
-        q = np.linalg.solve(self.K - omega**2 * self.M + gyroscopic + 1j * omega * damping, self.F)
-        parts = zip((1, 2), np.split(q, 2), strict=True)
-        tip = [self.shapes(TIP, order)[0][0] @ part for order, part in parts]
-        return np.array(tip) / static_deflection(self.beam)
+    force = -weight @ solution.displacement(x)[:, 1]
+    oscillators = force / (own**2 - omega**2 + 2j * damping * own * omega)
+    expected = solution.displacement(TIP)[0, 1] @ oscillators / static_deflection(solution.beam)
+    assert response(solution, omega, damping, TIP)[0, 1] == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("ratio", [0.3, 0.95, 1.2, 4.0])
-def test_the_sum_of_modes_is_a_direct_solve(coriolis, ratio):
-    """A rotating beam with a mass at the tip, below and above its first resonance, no damping."""
-    beam = Beam(alpha=1, beta=1, gamma=8, delta=0.2, mu=70)
-    solution = solve(beam, modes=20, coriolis=coriolis)
+@pytest.mark.parametrize("beam", [Beam(), Beam(alpha=1, gamma=8, delta=0.2)])
+def test_the_sum_of_modes_is_the_solution_of_the_equations(beam, ratio, coriolis):
+    """At rest and with a mass at the tip of a rotating beam, below and above the first resonance,
+    without damping; along the beam only a few stretching modes are among the twenty."""
+    solution, oracle = solve(beam, modes=20, coriolis=coriolis), Spectrum(beam, *MODEL)
     omega = ratio * float(solution.frequencies[0])
-    expected = Direct(beam).tip(omega, coriolis)
-    found = response(solution, omega, 0.0, TIP)[0]
-    # along the beam only a few stretching modes are among the twenty
-    assert found[1] == pytest.approx(expected[1], rel=2e-3)
-    assert found[0] == pytest.approx(expected[0], rel=0.1, abs=2e-3 * abs(expected[1]))
-
-
-def test_damping_is_that_of_every_mode():
-    """A direct solve with the damping matrix that gives each mode the same ratio."""
-    beam, damping = Beam(alpha=1, beta=1, gamma=8, mu=70), 0.03
-    direct = Direct(beam)
-    L = np.linalg.cholesky(direct.M)
-    A = np.linalg.solve(L, np.linalg.solve(L, direct.K).T)
-    squares, vectors = np.linalg.eigh((A + A.T) / 2)
-    C = L @ vectors @ np.diag(2 * damping * np.sqrt(squares)) @ vectors.T @ L.T
-    solution = solve(beam, modes=20)
-    for ratio in (0.5, 1.0, 1.01):
-        omega = ratio * float(solution.frequencies[0])
-        expected = direct.tip(omega, False, C)
-        found = response(solution, omega, damping, TIP)[0]
-        assert found[1] == pytest.approx(expected[1], rel=1e-3)
+    exact = oracle.response(omega, coriolis) / static_deflection(beam)
+    apart = abs(response(solution, omega, 0.0, oracle.mesh.x.ravel()) - exact)
+    along, across = abs(exact).max(axis=0)
+    print(apart[:, 1].max() / across, apart[:, 0].max() / along, along / across)
+    assert apart[:, 1].max() < near * across
+    assert apart[:, 0].max() < 0.02 * along + near * across
 
 
 def test_a_run_peaks_at_its_resonances():

@@ -192,15 +192,27 @@ class Spectrum:
                 raise UnresolvedError(f"mode {k + 1} has {found} nodes")
         return squares, Y
 
-    def coupled(self, modes: int) -> np.ndarray:
-        """omega^2 with Coriolis: A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
+    def _coupled(self) -> Pencil:
+        """A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
         mesh = self.mesh
         p, V = 1 / self.force[0], 1 / self.force[1]
         B = mesh.mass(6, {(3, 0): -p, (4, 1): -V})
         C = 2 * self.gamma * mesh.mass(6, {(3, 1): p, (4, 0): V})
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
         A = mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * B
-        pencil = Pencil(A, B, mesh.moving(6, (0, 1)), C)
+        return Pencil(A, B, mesh.moving(6, (0, 1)), C)
+
+    def response(self, omega: float, coriolis: bool) -> np.ndarray:
+        """Displacements (points, 2) under the force (i, -1) exp(i omega t) on each mass: they are
+        (i v, -w), where (1, 1) adds to the accelerations of (v, w)."""
+        A, B, _, C = self._coupled()
+        each = np.tile([1.0, 1.0, 0.0, 0.0, 0.0, 0.0], A.shape[0] // 6)
+        y = eigen.factorised(A - omega**2 * B - omega * coriolis * C)(B @ each)
+        return self.mesh.at_points(y, 6)[..., :2].reshape(-1, 2) * [1j, -1]
+
+    def coupled(self, modes: int) -> np.ndarray:
+        """omega^2 with Coriolis."""
+        pencil = self._coupled()
         if self.delta < 0 and self.bending(1)[0] < 0:
             return eigen.lowest_gyroscopic_indefinite(pencil, modes, self.least)
         return eigen.lowest_gyroscopic(pencil, modes) ** 2

@@ -138,12 +138,3 @@ def test_coriolis_forces_with_and_without_softening(softening):
     expected = np.sort(np.linalg.eigvals(A).imag)[n : n + 3]
     coupled = solve(SWITCHED, modes=3, coriolis=True, softening=softening).frequencies
     np.testing.assert_allclose(coupled, expected, rtol=2e-3)
-
-
-def test_together_as_apart():
-    """A sweep leaves out the same terms."""
-    beams = [Beam(alpha=1, gamma=gamma) for gamma in (4.0, 5.0)]
-    options = {"stiffening": False, "softening": False}
-    for beam, together in zip(beams, solve_many(beams, **options), strict=True):
-        alone = solve(beam, **options).frequencies
-        np.testing.assert_allclose(together.frequencies, alone, rtol=1e-6)

@@ -1,4 +1,4 @@
-"""The solver against closed forms, published effects and scaling laws.
+"""The solver against closed forms, published effects.
 
 The published values themselves are the rows of the validation page (tests/paper).
 """
@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from published import bar_at_rest, cantilever_at_rest
-from strategies import beams
 
 from beamviz import Beam, solve
 
@@ -35,24 +34,7 @@ def test_diverging_iterations_give_no_warnings():
     assert solve(Beam(0.5, 0, 120, -1), strain="hencky").equilibrium.status == "unstable"
 
 
-alphas, sizes = st.floats(0, 100), st.floats(-3, 3).map(lambda power: 10**power)
-
-
-@given(beams(alpha=(0, 100), gamma=(0, 50), delta=(0, 20), mu=(10, 10000)))
-def test_flapwise_and_chordwise_differ_by_the_speed(beam):
-    """omega_flap^2 - omega_chord^2 = gamma^2 in each bending mode, whatever the beam."""
-    chord, flap = (solve(beam, 6, plane=plane) for plane in ("chordwise", "flapwise"))
-    bending = [np.array(one.families) == "bending" for one in (chord, flap)]
-    k = min(map(sum, bending))
-    slow, fast = (
-        np.array((one.frequencies, one.errors))[:, which][:, :k]
-        for one, which in zip((chord, flap), bending, strict=True)
-    )
-    allowed = 2 * slow.prod(axis=0) + 2 * fast.prod(axis=0)
-    assert np.all(abs(fast[0] ** 2 - slow[0] ** 2 - beam.gamma**2) <= allowed)
-
-
-@given(alphas, st.sampled_from([(2, 0), (3, 0), (3, 1), (4, 0), (4, 1), (4, 2)]))
+@given(st.floats(0, 100), st.sampled_from([(2, 0), (3, 0), (3, 1), (4, 0), (4, 1), (4, 2)]))
 def test_a_mass_at_a_node_changes_nothing(alpha, place):
     """At rest, a mass at a node of mode k leaves omega_k alone (paper, figs. 16-19)."""
     k, which = place
@@ -61,25 +43,3 @@ def test_a_mass_at_a_node_changes_nothing(alpha, place):
     laden = solve(Beam(alpha=alpha, beta=node, mu=RIGID), 6, tolerance=1e-9)
     near = np.min(np.abs(laden.frequencies - free.frequencies[k - 1]))
     assert near <= 1e-8 * free.frequencies[k - 1]
-
-
-@given(sizes, sizes, sizes, st.floats(0, 30), alphas, st.floats(0, 1), st.floats(0, 5))
-def test_frequencies_scale_with_time(length, density, stiffness, gamma, alpha, beta, delta):
-    """Beams of one set of five numbers have frequencies [rad/s] that scale with 1 / T*."""
-    area, second_moment = length**2 / 100, length**4 / 490000  # mu = 70
-    time = 70 * length * np.sqrt(density / stiffness)
-    beam = Beam.from_si(
-        length=length,
-        density=density,
-        area=area,
-        second_moment=second_moment,
-        youngs_modulus=stiffness,
-        hub_radius=delta * length,
-        rotation_speed=gamma / time,
-        mass=alpha * density * area * length,
-        mass_position=beta * length,
-    )
-    assert beam.units is not None
-    found, pure = solve(beam), solve(Beam(alpha, beta, gamma, delta, 70))
-    scaled = beam.units.angular_frequency(found.frequencies) * time
-    assert np.all(np.abs(scaled - pure.frequencies) <= 2 * (found.errors + pure.errors))
