@@ -5,12 +5,13 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import matplotlib.image
 import pytest
-from helpers import slow
+from helpers import contents, slow
 from live.server import free_port, handles_sigterm, wait_until
 
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
@@ -41,11 +42,13 @@ def run(folder: Path, *arguments: str) -> subprocess.Popen:
     )
 
 
-def ended(process: subprocess.Popen, after: float, number: signal.Signals) -> tuple[int, str]:
-    """Exit code and stderr of a process that gets two signals a while after it handles them."""
+def ended(
+    process: subprocess.Popen, begun: Callable[[], object], after: float, number: signal.Signals
+) -> tuple[int, str]:
+    """Exit code and stderr of a process that gets two signals a while after it has begun."""
     with process:
         try:
-            wait_until(lambda: handles_sigterm(process.pid))
+            wait_until(begun)
             time.sleep(after)
             process.send_signal(number)
             time.sleep(0.05)
@@ -67,7 +70,8 @@ def endings(number: int) -> list[tuple[int, str]]:
 def test_the_server_ends_at_any_moment(tmp_path, number, after):
     """While it loads, while it starts, while it serves."""
     server = run(tmp_path, "-m", "beamviz", "serve", "--port", str(free_port()))
-    assert ended(server, after, number) in endings(number)
+    begun = partial(handles_sigterm, server.pid)
+    assert ended(server, begun, after, number) in endings(number)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -77,12 +81,30 @@ def test_a_picture_given_up_leaves_no_file(tmp_path, after):
     target = tmp_path / "out" / "picture.png"
     target.parent.mkdir()
     number = SIGNALS[int(10 * after) % 2]
-    command = ("-m", "beamviz", "screenshot", str(target), "--width", "320", "--height", "180")
-    assert ended(run(tmp_path, *command), after, number) in endings(number)
+    size = ("--width", "320", "--height", "180")
+    process = run(tmp_path, "-m", "beamviz", "screenshot", str(target), *size)
+    begun = partial(handles_sigterm, process.pid)
+    assert ended(process, begun, after, number) in endings(number)
     if target.exists():
         assert matplotlib.image.imread(target).shape[:2] == (180, 320)
-    assert [path for path in tmp_path.rglob("*") if path.is_file() and path != target] == []
+    assert contents(tmp_path).keys() <= {"out/picture.png"}
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["gif", "mp4"])
+def test_a_film_given_up_leaves_the_former_one(tmp_path, kind):
+    """While its frames are drawn, beside a half file."""
+    target = tmp_path / f"film.{kind}"
+    target.write_bytes(b"before")
+    process = run(tmp_path, "-m", "beamviz", "animate", str(target), "--periods", "12")
+
+    def has_half_a_file() -> bool:
+        return len(list(tmp_path.iterdir())) == 2
+
+    code, errors = ended(process, has_half_a_file, 1.0, signal.SIGINT)
+    assert (code, errors.replace("beamviz: frames\n", "")) in endings(signal.SIGINT)
+    assert contents(tmp_path) == {target.name: b"before"}
 
 
 @pytest.mark.parametrize("number", SIGNALS)

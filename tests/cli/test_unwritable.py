@@ -1,4 +1,4 @@
-"""Where nothing may be written: one line with the remedy, exit code 1, and nothing left behind."""
+"""What cannot be written, or not in full: one line with the remedy, exit code 1, no half file."""
 
 import ctypes
 import json
@@ -10,14 +10,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from helpers import contents
 
 ROOT = Path(__file__).parents[2]
 SWEEP = ("--over", "gamma", "--start", "0", "--stop", "5", "--points", "3")
-COMMANDS = {
-    "screenshot": ("screenshot", "{}/a.png"),
-    "animate": ("animate", "{}/a.gif"),
+SMALL = ("--width", "64", "--height", "64")
+FILES = {
+    "screenshot": ("screenshot", "{}/a.png", *SMALL),
+    **{suffix: ("animate", f"{{}}/a.{suffix}", *SMALL) for suffix in ("gif", "webp", "mp4")},
     **{suffix: ("export", f"{{}}/a.{suffix}") for suffix in ("html", "glb", "csv", "npz")},
-    "plot": ("loci", *SWEEP, "--plot", "{}/a.png"),
+    "plot": ("loci", "--plot", "{}/a.png", *SWEEP),
+}
+COMMANDS = {
+    **FILES,
     "reproduce": ("reproduce", "table1", "--out", "{}"),
     "reproduce, a new folder": ("reproduce", "table1", "--out", "{}/new"),
     "benchmark": ("benchmark", "--quick", "--out", "{}"),
@@ -52,6 +57,26 @@ def test_a_path_in_what_is_no_folder(name, tmp_path, run):
     assert re.fullmatch(SAID.format(re.escape(str(place))), err), err
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
     assert place.read_text() == "kept"
+
+
+@pytest.mark.parametrize("name", [*FILES, "reproduce"])
+def test_a_full_disk_leaves_the_former_files(name, tmp_path, run):
+    """And no other one: a file that may not become large enough stays as it was."""
+    resource = pytest.importorskip("resource", reason="limits of a process")
+    words = [word.format(tmp_path) for word in COMMANDS[name]]
+    former = Path(next(word for word in words if word.startswith(str(tmp_path))))
+    (former if name in FILES else former / "table1.md").write_text("before")
+    before, (soft, hard) = contents(tmp_path), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
+    try:
+        code, _, err = run(*words)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert code == 1
+    said = re.search(SAID.format(re.escape(str(tmp_path))) + r"\Z", err)  # after its progress
+    assert said, err
+    assert "File too large" in said[0]
+    assert contents(tmp_path) == before
 
 
 @pytest.mark.slow

@@ -15,11 +15,10 @@ from live.browser import page
 from live.visitor import PAPER
 from scipy.spatial.transform import Rotation
 
-from beamviz import exports
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import STATIONS, animate, export
+from beamviz.exports import STATIONS, export
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
@@ -305,25 +304,6 @@ def test_a_path_that_cannot_be_written_is_reported(tmp_path):
         export(tmp_path / "a.obj", Scene())
     with pytest.raises(Unavailable, match="No such file or directory; choose another place"):
         export(tmp_path / "missing" / "a.csv", Scene())
-
-
-@pytest.mark.parametrize(
-    ("write", "writer", "name"), [(export, "write_csv", "a.csv"), (animate, "write_film", "a.gif")]
-)
-def test_a_full_disk_leaves_the_former_file(tmp_path, monkeypatch, write, writer, name):
-    """And no other one."""
-    path = tmp_path / name
-    path.write_text("before")
-
-    def full(file: Path, *_: object) -> None:
-        file.write_text("half")
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(exports, writer, full)
-    with pytest.raises(Unavailable, match=rf"cannot write .*{name}: No space left on device;"):
-        write(path, Scene())
-    assert path.read_text() == "before"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("rotating_frame", [True, False])

@@ -4,10 +4,8 @@ import contextlib
 import math
 import os
 import re
-import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import imageio_ffmpeg
@@ -16,7 +14,6 @@ import pytest
 from helpers import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from live.server import wait_until
 from PIL import Image, ImageSequence
 
 from beamviz import exports
@@ -146,45 +143,6 @@ def test_a_missing_encoder_is_reported(tmp_path, monkeypatch):
         with pytest.raises(Unavailable, match=r"MP4 needs PyAV: pip install av"):
             animate(tmp_path / "a.mp4", Scene())
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("name", ["a.mp4", "a.gif", "a.webp"])
-def test_a_film_too_large_for_the_disk_is_reported(tmp_path, name):
-    """As any other file: with the reason of the system, and nothing is left."""
-    resource = pytest.importorskip("resource", reason="limits of a process")
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
-    try:
-        with pytest.raises(Unavailable, match=rf"cannot write .*{name}: File too large"):
-            animate(tmp_path / name, Scene(), **SMALL)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="signals of another process")
-@pytest.mark.parametrize("kind", ["gif", "mp4"])
-def test_a_film_that_is_interrupted_leaves_nothing(tmp_path, kind):
-    """Ctrl-C while frames are drawn: what was there stays, and no half file is beside it."""
-    path = tmp_path / f"film.{kind}"
-    path.write_bytes(b"before")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "beamviz", "animate", str(path), "--periods", "12"],
-        stderr=subprocess.PIPE,
-    )
-    with process:
-        try:
-            wait_until(lambda: len(list(tmp_path.iterdir())) == 2)  # the half file
-            time.sleep(1.0)
-            process.send_signal(signal.SIGINT)
-            _, errors = process.communicate(timeout=60)
-        finally:
-            process.kill()
-    assert process.returncode == 130
-    assert b"Traceback" not in errors
-    assert path.read_bytes() == b"before"
-    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.slow

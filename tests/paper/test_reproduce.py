@@ -4,7 +4,6 @@ import csv
 import re
 import xml.etree.ElementTree as ElementTree
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -176,23 +175,3 @@ def test_an_unknown_name(wrong, tmp_path, run):
     said = f"beamviz: {wrong!r} is not in the paper: choose from {known}\n"
     assert run("reproduce", "fig5", wrong, "--out", str(tmp_path / "new")) == (2, "", said)
     assert not (tmp_path / "new").exists()
-
-
-def test_a_disk_that_is_full_leaves_no_half_files(tmp_path, run, monkeypatch):
-    """A figure whose files do not all fit is not there at all; what was there stays whole."""
-    assert run("reproduce", "fig17", "--out", str(tmp_path))[0] == 0
-    before = contents(tmp_path)
-    assert set(before) == {"fig17.csv", "fig17.png", "fig17.svg", "index.md"}
-    write = Path.write_bytes
-
-    def full(path, data):
-        if ".svg" in path.name:
-            write(path, data[: len(data) // 2])
-            raise OSError(28, "No space left on device")
-        return write(path, data)
-
-    monkeypatch.setattr(Path, "write_bytes", full)
-    code, _, err = run("reproduce", "fig17", "fig19", "--out", str(tmp_path))
-    assert code == 1
-    assert "No space left on device; choose another place" in err
-    assert contents(tmp_path) == before
