@@ -6,10 +6,9 @@ by one.
 """
 
 import math
-from bisect import bisect
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import count, groupby, pairwise
+from itertools import count, groupby
 from operator import attrgetter
 from statistics import median
 from typing import Any, NamedTuple
@@ -52,7 +51,6 @@ CHUNK = 32  # beams that share a mesh, which is as fine as any of them needs
 OWN_CHUNK, FINER = 48, 1.5  # beams with own breaks and common orders; most relative unknowns then
 MIN_COARSER = 6  # least number of beams that get a coarser mesh
 MIN_SAVING = 1.5e5  # least saving by a coarser mesh, in unknowns^3: the cost of another stack
-DESIGN_STEP = 8  # one in so many meshes is designed where only the position of the mass changes
 FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
 MUCH_FINER = 2.0  # ratio of the greatest to the median number of unknowns
 COMMON_DIGITS = 0.5  # added for a common mesh, so that no beam needs another
@@ -199,7 +197,7 @@ class Refinement:
         breaks, neighbours have the same orders."""
         stacks = []
         for chunk in chunks:
-            found = self._own_meshes(chunk)
+            found = [(index, own) for index in chunk if (own := self._mesh([index]))]
             groups = [list(own) for _, own in groupby(found, key=lambda pair: len(pair[1][1]))]
             while groups:
                 group = groups.pop()
@@ -214,25 +212,6 @@ class Refinement:
                 else:
                     stacks.append((list(indices), make_meshes(np.array(breaks), common)))
         return stacks
-
-    def _own_meshes(self, chunk: list[int]) -> list[tuple[int, BreaksAndOrders]]:
-        """The mesh of each beam that has one. Where only the position of the mass differs, a few
-        are designed, and breaks are interpolated between two meshes of as many elements."""
-        alpha, beta, *others = self.numbers[chunk].T
-        step = DESIGN_STEP if not np.ptp((alpha, *others), axis=1).any() else 1
-        corners = sorted({*range(0, len(chunk), step), len(chunk) - 1})
-        found = {k: own for k in corners if (own := self._mesh([chunk[k]]))}
-        kinds = {k: (len(own[0]), bisect(own[0], beta[k] - AT_END)) for k, own in found.items()}
-        for i, j in pairwise(corners):
-            if kinds.get(i) == kinds.get(j) is not None:
-                (low, orders), (high, others_orders) = found[i], found[j]
-                common = tuple(map(max, zip(orders, others_orders, strict=True)))
-                shares = (beta[i + 1 : j] - beta[i]) / (beta[j] - beta[i])
-                rows = np.outer(1 - shares, low) + np.outer(shares, high)
-                found |= {k: (tuple(row), common) for k, row in enumerate(rows.tolist(), i + 1)}
-            else:
-                found |= {k: own for k in range(i + 1, j) if (own := self._mesh([chunk[k]]))}
-        return [(chunk[k], found[k]) for k in sorted(found)]
 
     def _mesh(self, indices: list[int]) -> BreaksAndOrders | None:
         """The mesh for some beams that the last of them needs; None where that has an error now, or
