@@ -12,13 +12,12 @@ from helpers import strict
 
 import beamviz
 from beamviz import Beam, solve
-from beamviz.beam import NUMBERS
 from beamviz.cli.options import beam_and_model
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.lessons import NAMES, lesson
+from beamviz.lessons import lesson
 from beamviz.output import significant_decimals as decimals
 from beamviz.scene import START, Scene
-from beamviz.solver import CHOICES, MAX_MODES
+from beamviz.solver import CHOICES
 
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
 
@@ -154,65 +153,6 @@ def test_the_choices_on_the_command_line_are_the_solver_s():
         assert typing.get_args(hints[name]) == tuple(known)
 
 
-WHOLE = f"must be a whole number in 1 .. {MAX_MODES}"
-NO_ELEMENTS = "takes no number of elements; methods that do: ancf, ancf-planar, linear"
-EXCLUDED = "exclude each other: the file gives all numbers"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("--alpha -1", "alpha = -1: must lie in 0 .. 100"),
-        ("--beta half", "beta = 'half': must be a number and lie in 0 .. 1"),
-        ("--modes 2.5", f"modes = 2.5: {WHOLE}"),
-        ("--modes many", f"modes = 'many': {WHOLE}"),
-        ("--elements 8", f"elements = 8: method auto {NO_ELEMENTS}"),
-        ("--si none.toml", "none.toml: No such file or directory"),
-        ("--si none.toml --gamma 0", f"--gamma 0 and --si none.toml {EXCLUDED}"),
-    ],
-)
-def test_wrong_input_is_one_exact_line(run, arguments, message):
-    """Exit code 2; the line has number, value and range; stdout is empty, or the error as JSON."""
-    assert run("modes", *arguments.split()) == (2, "", f"beamviz: {message}\n")
-    for json_option in (["--format", "json"], ["--format=json"]):
-        code, out, err = run("modes", *arguments.split(), *json_option)
-        assert (code, err) == (2, f"beamviz: {message}\n")
-        assert strict(out) == {"error": {"kind": "invalid-input", "message": message}}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "named"),
-    [
-        ("modes --alhpa 1", ["--alhpa", "--alpha"]),
-        ("modes --alpha", ["--alpha"]),
-        ("modes --strain log", ["--strain", "'log'", "green", "biot", "hencky"]),
-        ("modes --format xml", ["--format", "'xml'", "table", "json", "csv"]),
-        ("modes 1", ["1"]),
-        ("mods", ["mods"]),
-        ("screenshot", ["OUT.png"]),
-        ("screenshot a.png --width 9.5", ["width = 9.5", "64 .. 4096"]),
-        ("screenshot a.png --height tall", ["height = 'tall'", "64 .. 4096"]),
-        ("screenshot a.png --mode 0", ["mode = 0", f"1 .. {MAX_MODES}"]),
-        ("screenshot a.png --phase nan", ["phase = nan", "0 .. 1"]),
-        ("screenshot a.png --from 1,2", ["--from", "1,2", "three numbers"]),
-        ("screenshot a.jpg", ["a.jpg", ".png"]),
-        ("serve --port 70000", ["port = 70000", "1 .. 65535"]),
-    ],
-)
-def test_a_wrong_command_line_is_named(run, arguments, named):
-    """Exit code 2 and one line that holds what was given and what is known; as JSON too."""
-    code, out, err = run(*arguments.split())
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert err.startswith("beamviz: ")
-    assert [text for text in named if text not in err] == []
-    command, *options = arguments.split()
-    if command == "modes":
-        _, out, again = run(command, "--format=json", *options)
-        message = err.removeprefix("beamviz: ").rstrip("\n")
-        assert strict(out) == {"error": {"kind": "invalid-input", "message": message}}
-        assert again == err
-
-
 @pytest.mark.parametrize("command", ["modes --gamma 50", "loci --over gamma --start 99 --stop 110"])
 def test_no_equilibrium_gives_its_limit(run, command):
     """Exit code 3 with the largest gamma that has an equilibrium (hencky, alpha 0: 45.420)."""
@@ -280,21 +220,6 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     }
     assert {run("serve", *options.split())[0] for options in expected} == {0}
     assert scenes == list(expected.values())
-
-
-def test_a_wrong_scene_is_one_line(run, tmp_path):
-    """A file with an unknown key, an unknown lesson (all are listed), and both at once."""
-    file = tmp_path / "scene.toml"
-    file.write_text("[beam]\ngama = 1\n")
-    known = f"known: {', '.join(NUMBERS)}\n"
-    for options, message in (
-        (f"--scene {file}", f"{file} [beam]: unknown key 'gama'; {known}"),
-        ("--lesson magic", f"lesson = magic: must be one of {', '.join(NAMES)}\n"),
-        (f"--lesson nodes --scene {file}", f"--scene {file} and --lesson nodes exclude"),
-    ):
-        code, out, err = run("screenshot", "a.png", *options.split())
-        assert (code, out) == (2, "")
-        assert err.startswith(f"beamviz: {message}")
 
 
 def test_no_text_of_the_program_refers_to_a_section_of_the_readme():

@@ -196,42 +196,6 @@ def test_a_veering_has_an_inset():
     assert sorted(text.get_text() for text in frame.texts) == ["B3", "B3", "S1", "S1"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ("gamma --start 0 --stop 0", "--start 0 --stop 0: stop must be above start"),
-        ("gamma --start 0 --stop nan", "--stop: gamma = nan: must lie in 0 .. 200"),
-        ("gamma --start -1 --stop 5", "--start: gamma = -1: must lie in 0 .. 200"),
-        ("gamma --start 0 --stop fast", "--stop: gamma = 'fast': must be a number"),
-        (
-            "gamma --start 0 --stop 5 --points 1",
-            "--points = 1: must be a whole number in 2 .. 10000",
-        ),
-        ("gamma --start 0 --stop 90 --mu 10", "gamma / mu = "),
-        ("gamma --start 0 --stop 5 --plot x.gif", "x.gif: must end in .png, .svg or .pdf"),
-        (
-            "gamma --start 0 --stop 5 --per-rev -1",
-            "per-rev = -1: must be a whole number in 0 .. 100",
-        ),
-        ("gamma --start 0", "Missing option '--stop'"),
-        ("speed --start 0 --stop 1", "'gamma', 'alpha', 'beta', 'delta', 'mu'"),
-        ("mu --start 10 --stop 100 --gamma 150", "must be at most 5 (gamma = 150, mu = 10)"),
-        (
-            "beta --start 0 --stop 1 --per-rev 2",
-            "per-rev lines need loci over gamma, not over beta",
-        ),
-    ],
-)
-def test_wrong_input(run, arguments, message):
-    """One clear line on stderr, exit 2; with --format json an object on stdout too."""
-    code, out, err = run("loci", "--over", *arguments.split())
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
-    code, out, again = run("loci", "--over", *arguments.split(), "--format", "json")
-    error = {"kind": "invalid-input", "message": err.removeprefix("beamviz: ").rstrip()}
-    assert (code, strict(out), again) == (2, {"error": error}, err)
-
-
 def test_an_option_without_effect_is_noted(run):
     line, note = (*SWEEP, "--points", "3", "--format", "csv"), "--gamma 5 is not used: --over gamma"
     assert run(*line, "--gamma", "5") == (0, run(*line)[1], f"beamviz: {note} varies it\n")

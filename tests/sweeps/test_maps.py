@@ -102,40 +102,6 @@ def test_the_loci_of_a_line(store, tmp_path, run):
     assert plot.stat().st_size > 1000
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("loci --over mu --sweep STORE", "over mu: mu is no axis of this sweep"),
-        ("loci --over gamma --sweep STORE", "alpha is missing, one of its 4 values 0 .. 2"),
-        (f"{LINE} alpha=1,beta=0.6", "beta=0.6: not in this sweep; the nearest is"),
-        (f"{LINE} alpha=x", "--at alpha=x: must be NAME=VALUE"),
-        (f"{LINE} gamma=1", "at gamma=1: gamma varies"),
-        (f"{LINE} {AT} --start 1", "--start and --sweep"),
-        (f"{LINE} {AT} --coriolis", "--coriolis and --sweep"),
-        (f"export a.png --gap --mode 1 {MAP}", "either of one mode or, with gap"),
-        (f"export a.png --mode 4 {MAP}", "mode = 4"),
-        (f"export a.glb {MAP}", "a.glb: must end in .png, .svg or .pdf"),
-        ("export a.png --over gamma --sweep STORE", "must be two axes"),
-        (f"export a.png --alpha 1 {MAP}", "--alpha and --sweep"),
-        ("export a.png --sweep STORE", "must be two axes"),
-        ("export a.html --gap", "--gap: needs --sweep"),
-        ("export a.html --over gamma,alpha", "--over: needs --sweep"),
-        ("loci --over gamma --start 0 --stop 1 --at alpha=1", "--at: needs --sweep"),
-        ("loci --over gamma --stop 1", "--start"),
-        ("loci --over gamma --sweep no.zarr", "no.zarr: is no sweep"),
-        ("export a.png --sweep no.zarr --over gamma,alpha", "no.zarr: is no sweep"),
-        (f"export a.png --sweep {__file__} --over gamma,alpha", "test_maps.py: is no sweep"),
-    ],
-)
-def test_wrong_input_is_one_line(line, message, store, tmp_path, monkeypatch, run):
-    """Exit code 2, a line that names what is wrong, and no file is written."""
-    monkeypatch.chdir(tmp_path)
-    code, out, err = run(*command(line, store))
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert message in err
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.parametrize("status", ["not computed", "unstable", "not converged"])
 def test_beams_without_a_number_are_grey(status, store):
     """Exactly these, named in the legend."""

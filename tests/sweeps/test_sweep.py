@@ -14,10 +14,6 @@ from beamviz.beam import Units
 STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
 FAMILIES = ("bending", "stretching", "mixed")
 SPEEDS, MASSES, BUCKLING = np.linspace(0, 40, 161), np.linspace(0, 3, 61), np.linspace(0, 8, 81)
-ALL_AXES = (
-    "--over alpha=0,1 --over beta=0,1 --over gamma=0,1 --over delta=0,1 --over mu=50,70"
-    " --over spin_up=0,1"
-)
 CORIOLIS = {"coriolis": True}
 SWEEPS = {  # axes, fixed numbers, options; with lines long enough to be interpolated
     "speed": ({"gamma": SPEEDS, "alpha": [0, 1, 4], "beta": [0.3, 1]}, {}, {}),
@@ -152,35 +148,6 @@ def test_wrong_arguments_make_no_store(arguments, message, tmp_path, monkeypatch
     with pytest.raises(InvalidInput, match=message):
         sweep(**{"axes": {"gamma": [0, 1]}, "out": "a.zarr", **arguments})
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("a.zarr", "Missing option '--over'"),
-        ("a.zarr --over gamma", "--over gamma: must be NAME=START:STOP:POINTS or"),
-        ("a.zarr --over gamma=0:5", "--over gamma=0:5: must be"),
-        ("a.zarr --over gamma=1,,2", "--over gamma=1,,2: must be"),
-        ("a.zarr --over speed=0:5:3", "NAME one of alpha, beta, gamma"),
-        ("a.zarr --over gamma=5:0:3", ": start 5 stop 0: stop must be above start"),
-        ("a.zarr --over gamma=0:5:1", ": points = 1: must be a whole number in 2 .."),
-        ("a.zarr --over gamma=3,2", "values of gamma: must ascend"),
-        ("a.zarr --over gamma=0,1 --over gamma=2,3", "--over gamma=2,3: gamma is given twice"),
-        (f"a.zarr {ALL_AXES}", "6 axes, alpha, beta, gamma, delta, mu, spin_up: must be at most 5"),
-        ("a.zarr --over gamma=0,1 --workers 0", "workers = 0: must be"),
-        ("file.zarr --over gamma=0,1", "file.zarr: is no sweep of this program"),
-        ("a.zarr --over gamma=0,1 --scheduler nowhere", "no Dask scheduler at nowhere"),
-    ],
-)
-def test_wrong_command_lines(line, message, tmp_path, monkeypatch, run):
-    """One line, the exit code of its kind, and no store."""
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "file.zarr").write_text("kept")
-    code, out, err = run("sweep", *line.split())
-    assert (code, out, err.count("\n")) == (1 if "scheduler" in line else 2, "", 1)
-    assert message in err
-    assert [path.name for path in tmp_path.iterdir()] == ["file.zarr"]
-    assert (tmp_path / "file.zarr").read_text() == "kept"
 
 
 def test_numbers_of_a_file_are_no_options(tmp_path, steel, run):
