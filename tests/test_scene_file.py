@@ -1,6 +1,5 @@
 """A scene as TOML: there and back, and every way to get one wrong."""
 
-import math
 from dataclasses import replace
 
 import pytest
@@ -11,7 +10,7 @@ from beamviz.beam import PARAMETERS, SPIN_UP, Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.lessons import lesson
 from beamviz.presets import STEEL_BEAM
-from beamviz.scene import COLOURINGS, UPPER_LIMITS, Camera, Scene, ViewOptions, clip, parse_query
+from beamviz.scene import COLOURINGS, UPPER_LIMITS, Camera, Scene, ViewOptions, parse_query
 from beamviz.solver import CHOICES
 
 REAL = "[si]\n" + "".join(f"{key} = {value}\n" for key, value in STEEL_BEAM.values.items())
@@ -137,15 +136,6 @@ def test_a_file_that_cannot_be_a_scene_is_not_read_to_its_end(tmp_path):
     ):
         with pytest.raises(InvalidInput, match=message):
             Scene.from_toml(tmp_path / name)
-
-
-def test_what_a_browser_sends_is_clamped_or_ignored():
-    """A ViewOptions never holds what makes no sense."""
-    view = ViewOptions()
-    assert view.changed("amplitude", 7.0).amplitude == UPPER_LIMITS["amplitude"]
-    for name, value in (("amplitude", math.inf), ("colouring", "pink"), ("shares", "all")):
-        assert view.changed(name, value) == view
-    assert clip(math.nan, 1.0, 0.5) == 0.5
 
 
 def test_a_scene_file_is_plain_text_a_person_can_read():

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import contents, load_script
-from published import INDEPENDENT
 
 from beamviz import Beam, NoEquilibrium, NotConverged, benchmark, solve
 from beamviz.benchmark import METHODS, PEERS, SCENES, Row, time_to_error, work_precision
@@ -48,17 +47,6 @@ def test_the_solver_agrees_with_the_limits(scene, theory):
     found = solve(SCENES[scene], MODES, tolerance=1e-9, **MODELS[theory])
     assert np.all(abs(found.omega_squared - exact) <= found.omega_squared_errors)
     assert relative_error(found.omega_squared, exact) < 1e-8
-
-
-def test_the_limits_are_the_independent_values():
-    """Seven digits (tests/published.py), of the three scenes among those beams."""
-    known_of = {beam: np.array(known) for beam, known in INDEPENDENT}
-    shared = [(scene, known_of[beam]) for scene, beam in SCENES.items() if beam in known_of]
-    assert len(shared) == 3
-    for scene, known in shared:
-        exact = np.sqrt(limits()[scene]["green"])
-        distances = abs(exact / known[:, None] - 1).min(axis=1)
-        assert np.all(distances[known <= exact.max()] < 1e-7)
 
 
 def test_errors_are_relative_and_count_growth_rates():

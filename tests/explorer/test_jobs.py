@@ -95,15 +95,6 @@ def crowd() -> Iterator[Workers]:
         yield made
 
 
-def test_solves_of_few_visitors_run_immediately():
-    """On worker threads, without a batch."""
-    with closing(Workers(lambda: False)) as few:
-        done = threading.Event()
-        few.solve(done.set, lambda: True)
-        assert done.wait(20)
-        assert not few.waiting
-
-
 def test_solves_of_many_visitors_run_in_batches(crowd):
     """In order, and completed when `run_batch` returns."""
     done: list[int] = []

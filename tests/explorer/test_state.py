@@ -38,6 +38,7 @@ def test_a_state_keeps_its_scene():
         ("pace", math.nan, 1.0),
         ("amplitude", "large", 0.15),
         ("amplitude", 1e9, 0.4),
+        ("amplitude", math.inf, 0.15),
         ("colouring", "rainbow", "displacement"),
         ("over", "delta", "delta"),
         ("over", ["delta"], "gamma"),

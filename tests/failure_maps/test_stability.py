@@ -26,23 +26,34 @@ def by_method(**numbers):
     return dict(zip(NAMES, kinds.verdicts(Beam(**numbers)), strict=True))
 
 
-def kind(name, **numbers):
-    return by_method(**numbers)[name].kind
+@pytest.mark.parametrize(
+    ("name", "kind", "numbers"),
+    [
+        ("zoac", kinds.OTHER_MODEL, {"gamma": 3.51, "delta": 1}),
+        ("zoac", kinds.FALSELY_UNSTABLE, {"gamma": 3.52, "delta": 1}),
+        ("foac", kinds.FALSELY_UNSTABLE, {"gamma": 115, "delta": 1}),
+        ("auto, biot strain", kinds.NO_EQUILIBRIUM, {"gamma": 115, "delta": 1}),
+        ("power-series", kinds.RIGHT, {"gamma": 2, "delta": 1, "mu": SLENDER}),
+        ("power-series", kinds.ROUNDING, {"gamma": 25, "delta": 1, "mu": SLENDER}),
+        ("power-series", kinds.ROUNDING, {"gamma": 60, "delta": 1, "mu": SLENDER}),  # it refuses
+        ("power-series", kinds.NOT_CONVERGED, {"gamma": 15, "delta": 2.1}),  # more terms help
+        ("assumed-modes", kinds.ROUNDING, {"alpha": 30, "beta": 0.5, "gamma": 0.6, "delta": 1}),
+        ("assumed-modes", kinds.INACCURATE, {"mu": 316, "gamma": 30, "delta": 1}),  # so do these
+        ("ancf", kinds.RIGHT, {"gamma": 5, "delta": 1, "mu": SLENDER}),
+        ("ancf", kinds.INACCURATE, {"gamma": 150, "delta": 1, "mu": SLENDER}),
+    ],
+)
+def test_how_a_method_fails(name, kind, numbers):
+    """By its model, its stability, rounding, or too few unknowns."""
+    assert by_method(**numbers)[name].kind == kind
 
 
-def test_zoac_falsely_loses_its_stability():
-    """At gamma = 3.516, the first frequency at rest (Kane, Ryan & Banerjee 1987)."""
-    assert onset(Beam(delta=1), SPEEDS, MODELS["unstiffened"]) == pytest.approx(3.5160153, abs=1e-4)
+def test_methods_falsely_lose_their_stability():
+    """zoac at gamma = 3.516, the first frequency at rest (Kane, Ryan & Banerjee 1987); rigid
+    tension as a linear bar in resonance with its rotation: gamma = mu pi / 2, as biot's limit."""
+    for model, gamma in (("unstiffened", 3.5160153), ("rigid", 35 * np.pi)):
+        assert onset(Beam(delta=1), SPEEDS, MODELS[model]) == pytest.approx(gamma, rel=9e-6)
     assert np.isnan(onset(Beam(delta=1), SPEEDS, MODELS["green"]))
-    assert kind("zoac", gamma=3.51, delta=1) == kinds.OTHER_MODEL
-    assert kind("zoac", gamma=3.52, delta=1) == kinds.FALSELY_UNSTABLE
-
-
-def test_rigid_tension_loses_its_stability_too():
-    """A linear bar in resonance with its own rotation: gamma = mu pi / 2, as biot's limit."""
-    assert onset(Beam(delta=1), SPEEDS, MODELS["rigid"]) == pytest.approx(70 * np.pi / 2, abs=1e-3)
-    assert kind("foac", gamma=115, delta=1) == kinds.FALSELY_UNSTABLE
-    assert kind("auto, biot strain", gamma=115, delta=1) == kinds.NO_EQUILIBRIUM
 
 
 @pytest.mark.parametrize(("delta", "hencky"), [(0.0, 45.420), (1.0, 31.4887)])
@@ -73,46 +84,28 @@ def test_inward_beams_buckle(mu, gamma):
     assert kinds.TRULY_UNSTABLE not in before.values()
 
 
-def test_the_power_series_loses_its_digits():
-    """Right at low speed; further on twice the terms do not help; then it refuses."""
-    low, middle, high = (
-        by_method(mu=SLENDER, delta=1, gamma=g)["power-series"] for g in (2, 25, 60)
-    )
-    assert low.kind == kinds.RIGHT
+def test_where_more_unknowns_help():
+    """More than 12 assumed modes make the answer worse, as cosh cancels, by how much depends on the
+    machine's cosh; more elements make it better, where 20 are longer than the bending layers."""
+    low = by_method(mu=SLENDER, delta=1, gamma=2)["power-series"]
     assert low.discretisation < 1e-8
-    assert middle.kind == high.kind == kinds.ROUNDING
-    assert "ill-conditioned" in high.message
-    assert kind("power-series", gamma=15, delta=2.1) == kinds.NOT_CONVERGED  # more terms help
-
-
-def test_assumed_modes_lose_their_digits():
-    """cosh cancels: more than 12 functions make the answer worse, by how much depends on the
-    machine's cosh."""
-    beam = Beam(gamma=10, delta=1, mu=SLENDER)
-    exact = solve(beam, method="foac", tolerance=1e-9).omega_squared
-    off = [
-        abs(solve(beam, method="assumed-modes", terms=terms).omega_squared / exact - 1).max()
-        for terms in (12, 16, 40)
-    ]
-    assert off[0] < 2e-4
-    assert all(after > 10 * before for before, after in pairwise(off))
-    assert kind("assumed-modes", alpha=30.0, beta=0.5, gamma=0.6, delta=1) == kinds.ROUNDING
-    assert kind("assumed-modes", mu=316, gamma=30, delta=1) == kinds.INACCURATE  # more terms help
-
-
-def test_uniform_elements_do_not_resolve_boundary_layers():
-    """ancf's 20 elements are longer than the bending layers 1 / sqrt(N) at speed."""
-    slow, fast = (by_method(mu=SLENDER, delta=1, gamma=g)["ancf"] for g in (5, 150))
-    assert slow.kind == kinds.RIGHT
-    assert fast.kind == kinds.INACCURATE
+    assert "ill-conditioned" in by_method(mu=SLENDER, delta=1, gamma=60)["power-series"].message
+    modes = errors("foac", Beam(gamma=10, delta=1, mu=SLENDER), "assumed-modes", terms=(12, 16, 40))
+    assert modes[0] < 1e-4
+    assert all(after > 10 * before for before, after in pairwise(modes))
+    fast = by_method(mu=SLENDER, delta=1, gamma=150)["ancf"]
     assert fast.model == pytest.approx(0, abs=1e-9)
-    beam = Beam(mu=SLENDER, delta=1, gamma=150)
-    exact = solve(beam, tolerance=1e-9).frequencies
-    off = [
-        abs(solve(beam, method="ancf", elements=n).frequencies / exact - 1).max() for n in (20, 80)
-    ]
-    assert off[0] == pytest.approx(fast.discretisation, rel=1e-3)
-    assert off[1] < off[0] / 20
+    elements = errors("auto", Beam(mu=SLENDER, delta=1, gamma=150), "ancf", elements=(20, 80))
+    assert elements[0] == pytest.approx(fast.discretisation, rel=1e-3)
+    assert elements[1] < elements[0] / 20
+
+
+def errors(exact, beam, method, **resolutions):
+    """The largest relative errors of the frequencies of a method at some resolutions."""
+    ((option, values),) = resolutions.items()
+    truth = solve(beam, method=exact, tolerance=1e-9).frequencies
+    found = (solve(beam, method=method, **{option: value}).frequencies for value in values)
+    return [abs(frequencies / truth - 1).max() for frequencies in found]
 
 
 def test_verdicts_from_the_errors_behind_them():

@@ -13,7 +13,6 @@ from beamviz import Beam, loci, solve
 from beamviz.frequency_loci.identity import (
     ModeIdentity,
     identify_modes,
-    match_modes,
     names_of_branches,
 )
 from beamviz.frequency_loci.mode_vectors import GAUSS_POINTS, gauss_points, mode_points
@@ -57,32 +56,6 @@ def test_gauss_points_resolve_the_shortest_waves_and_hardly_more(growth):
     count = gauss_points([SimpleNamespace(omega_squared=np.array([-(growth**2)]))])  # type: ignore[list-item]
     assert error(count) < 1e-6
     assert error(round(0.9 * (count - GAUSS_POINTS - 2))) > 1e-3
-
-
-def test_a_solution_matches_itself():
-    """Modes of one beam are orthonormal: MAC 1 on the diagonal, 0 elsewhere."""
-    solution = solve(TIP.replace(gamma=3), modes=6)
-    partner, mac = match_modes(solution, solution)
-    assert partner.tolist() == list(range(6))
-    assert mac == pytest.approx(mac.round(), abs=1e-9)
-
-
-def test_modes_that_change_places_are_matched_by_shape():
-    """alpha 1 to 2 at the tip: S1 is fourth, then third; a mode beyond those solved has none."""
-    one, two = solve(TIP), solve(TIP.replace(alpha=2), modes=4)
-    partner = match_modes(one, two).partner
-    assert [two.labels[k] for k in partner[:4]] == list(one.labels[:4])
-    assert partner[4] == -1
-
-
-def test_at_a_veering_two_modes_share_two_shapes():
-    """Coriolis on, gamma 4.65: S1 and B3 are mixed about 50:50; every mode has a partner."""
-    beam = TIP.replace(gamma=4.65)
-    mixed, plain = solve(beam, coriolis=True), solve(beam)
-    partner, mac = match_modes(mixed, plain)
-    assert partner.tolist() == list(range(5))
-    assert mac[2:4, 2:4] == pytest.approx(0.5, abs=0.05)
-    assert plain.frequencies[partner] == pytest.approx(mixed.frequencies, rel=0.02)
 
 
 def test_names_stay_with_the_shapes_through_a_veering():

@@ -6,15 +6,22 @@ and the solver against the oracle (tests/solver/test_error_bars.py).
 
 import numpy as np
 import pytest
-from published import INDEPENDENT, INDEPENDENT_CORIOLIS
+from helpers import load_script
 
 from beamviz.beam import Beam
 from oracle import CURVATURE, FINE, Spectrum, truth
 from oracle.eigen import UnresolvedError
 from oracle.equilibrium import Resolution
 
+validation = load_script("validation")
 
-@pytest.mark.parametrize(("beam", "values"), INDEPENDENT, ids=str)
+
+def numbers(table):
+    """The rows of a table of the validation page, as numbers."""
+    return [(beam, list(map(float, text.split()))) for beam, text in table.items()]
+
+
+@pytest.mark.parametrize(("beam", "values"), numbers(validation.STRETCHED), ids=str)
 def test_independent_values(beam, values):
     """Values computed independently of this project, to seven digits."""
     spectrum = Spectrum(beam, "green", "spatial", FINE[0])
@@ -22,7 +29,7 @@ def test_independent_values(beam, values):
     assert np.sqrt(squares) == pytest.approx(values, rel=1e-7)
 
 
-@pytest.mark.parametrize(("beam", "values"), INDEPENDENT_CORIOLIS, ids=str)
+@pytest.mark.parametrize(("beam", "values"), numbers(validation.STRETCHED_CORIOLIS), ids=str)
 def test_independent_values_with_coriolis(beam, values):
     """The same with Coriolis forces."""
     found = truth(beam, len(values), coriolis=True).frequencies

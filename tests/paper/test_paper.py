@@ -10,15 +10,9 @@ from scipy.optimize import brentq
 
 from beamviz import Beam, solve
 from beamviz.paper import figures, plots, tables
-from beamviz.paper.figures import FIGURES, MODELS, locate
+from beamviz.paper.figures import FIGURES
 from beamviz.paper.tables import TABLES
 from beamviz.solver.fem import elements
-
-CROSSINGS = [
-    (figure, crossing)
-    for figure in FIGURES.values()
-    for crossing in getattr(figure, "crossings", ())
-]
 
 # figure, printed number, the models within a unit of its last digit.
 FITS = """
@@ -62,20 +56,6 @@ def test_the_models_that_fit_each_printed_number():
     lines = figures.to_csv(found).splitlines()
     assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
     assert len(lines) == 1 + len(found)
-
-
-@pytest.mark.parametrize(
-    ("figure", "crossing"), CROSSINGS, ids=lambda part: getattr(part, "at", part[0])
-)
-def test_a_printed_crossing_has_equal_frequencies(figure, crossing):
-    """There a bending and the stretching frequency are equal, and the loci those of the paper."""
-    event = locate(figure, crossing, **MODELS["spatial"])
-    assert (event.kind, event.gap) == ("crossing", 0)
-    solution = solve(figure.beam.replace(**{figure.over: event.at}), 6, tolerance=1e-9)
-    low, high = (place - 1 for place in crossing.loci)
-    assert {solution.families[low], solution.families[high]} == {"bending", "stretching"}
-    pair = solution.frequencies[[low, high]]
-    assert pair == pytest.approx([event.frequency] * 2, rel=1e-7)
 
 
 def test_a_held_root_explains_1_59():

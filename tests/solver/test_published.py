@@ -7,11 +7,29 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from published import bar_at_rest, cantilever_at_rest
+from scipy.optimize import brentq
 
 from beamviz import Beam, solve
 
 RIGID = 10000.0  # slenderness; stretch is (gamma / mu)^2 = 1e-6 at most in the rigid tables
+
+
+def cantilever_at_rest(alpha: float) -> np.ndarray:
+    """omega (4,) of bending with a tip mass, b^2 with 1 + cos b cosh b = alpha b (sin b cosh b -
+    cos b sinh b) (Blevins)."""
+
+    def characteristic(b):  # divided by cosh b
+        tip = alpha * b * (np.sin(b) - np.cos(b) * np.tanh(b))
+        return 1 / np.cosh(b) + np.cos(b) - tip
+
+    b = np.linspace(0.05, 14, 4000)
+    found = np.flatnonzero(np.diff(np.sign(characteristic(b))))[:4]
+    return np.array([brentq(characteristic, b[i], b[i + 1], xtol=1e-14) for i in found]) ** 2
+
+
+def bar_at_rest(alpha: float) -> float:
+    """The least z with z tan z = 1 / alpha, omega = mu z of stretching with a tip mass."""
+    return brentq(lambda z: alpha * z * np.sin(z) - np.cos(z), 1e-6, np.pi / 2 + 1e-9)
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.01, 1.0, 100.0])
