@@ -8,7 +8,7 @@ from typing import Any
 
 import hypothesis
 import pytest
-from live.browser import NO_BROWSER, find_browser, start_browser
+from live.browser import find_browser, start_browser
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # timings compare one thread with one thread
 
@@ -23,14 +23,6 @@ def pytest_configure(config: pytest.Config) -> None:
     parallel = getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput")
     if parallel and not config.option.collectonly and find_browser():
         start_browser()
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip the tests that need a browser where there is none."""
-    if find_browser() is None:
-        for item in items:
-            if item.get_closest_marker("browser"):
-                item.add_marker(pytest.mark.skip(reason=NO_BROWSER))
 
 
 STEEL = """\

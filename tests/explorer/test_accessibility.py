@@ -11,8 +11,6 @@ from beamviz.beam import Beam
 from beamviz.explorer.page.page import TABS
 from beamviz.scene import Scene
 
-pytestmark = pytest.mark.browser
-
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
 AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]

@@ -18,7 +18,6 @@ from beamviz.scene import START
 from beamviz.solver import solve
 
 FIRST = START
-pytestmark = pytest.mark.browser
 
 STEEL = Beam.from_si(**STEEL_BEAM.values | {"length": 1.2, "rotation_speed": 600 * RPM})
 BEAM = "window.__viserMutable.nodeRefFromName['/scene/rotor/beam']"

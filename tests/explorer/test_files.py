@@ -182,7 +182,6 @@ def test_an_invalid_file_changes_nothing(guest, text, reason):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_a_file_chosen_in_the_page_is_loaded(url, tmp_path):
     """With characters that JSON and UTF-8 encode; a message names one that is too large, with the
     limit."""

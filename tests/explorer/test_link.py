@@ -133,7 +133,6 @@ def test_an_invalid_link_shows_a_message(guest):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_the_page_opens_its_link_and_updates_it(url):
     """The question of a lesson; a key goes to its meaning; the address contains an edit, which a
     key undoes; a reload shows the same."""

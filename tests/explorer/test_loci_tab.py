@@ -124,7 +124,6 @@ def field(shown: Page) -> float:
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_the_line_of_the_beam_is_dragged(desk):
     """It moves with the pointer, and the speed with it; the axis changes only after the drag."""
     set_speed(desk, 3.0)
@@ -145,7 +144,6 @@ def test_the_line_of_the_beam_is_dragged(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_the_line_of_the_beam_has_a_name_and_moves_by_keys(desk):
     """Arrows move it, with Page Up further, Home to the start of the axis."""
     set_speed(desk, 3.0)
@@ -163,7 +161,6 @@ def test_the_line_of_the_beam_has_a_name_and_moves_by_keys(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_a_crossing_is_clicked_or_reached_by_keys(desk):
     """A click moves the beam there; the marks are buttons in the order of Tab, with names."""
     at = chart_of(TIP).events[EVENT].at
@@ -182,7 +179,6 @@ def test_a_crossing_is_clicked_or_reached_by_keys(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_values_are_read_at_the_pointer(desk):
     """Speed, all frequencies, and the gap from the nearest to the next; none outside the axes."""
     set_speed(desk, 3.0)
@@ -202,7 +198,6 @@ def test_values_are_read_at_the_pointer(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_the_last_value_sent_counts(desk):
     """No earlier value of a drag, which waits for its turn, comes after it."""
     desk.evaluate(
@@ -213,7 +208,6 @@ def test_the_last_value_sent_counts(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
     """That at γ = 0.798 with 2 per revolution, in the list, also after a drag of the line; and back
     to the full range."""
@@ -238,7 +232,6 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
     """A horizontal drag moves the line; a tap on a crossing moves the beam there."""
     with page(url, 390, 844) as phone:

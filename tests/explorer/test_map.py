@@ -151,7 +151,6 @@ def fields(shown: Page) -> list[float]:
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_the_map_works_by_mouse_and_keys(desk):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names."""
     left, top, width, height = desk.at_rest(PLOT)
@@ -168,7 +167,6 @@ def test_the_map_works_by_mouse_and_keys(desk):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_colours_on_the_page(desk):
     """The canvas has the first colour at the smallest value, the last at the largest."""
     ends = desk.evaluate(f"""(values => [Math.min(...values), Math.max(...values)].map(value => {{

@@ -130,7 +130,6 @@ def move(shown: Page, start: list[float], end: list[float]) -> None:
     shown.mouse("mouseReleased", *end)
 
 
-@pytest.mark.browser
 @pytest.mark.parametrize(
     ("beam", "state", "end"),
     [(Beam(alpha=1, beta=0.5, gamma=3), "straight", 0.95), (BENT, "stable", 0.8)],

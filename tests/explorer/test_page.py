@@ -18,8 +18,6 @@ from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.scene import Scene, ViewOptions
 
-pytestmark = pytest.mark.browser
-
 START = Beam()  # no mass, no rotation: mode 2 has its node at 0.7834
 
 

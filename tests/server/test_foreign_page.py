@@ -10,8 +10,6 @@ from beamviz.beam import Beam
 from beamviz.explorer.app import explorer
 from beamviz.scene import Scene
 
-pytestmark = pytest.mark.browser
-
 KEY = "the-key-of-this-run"
 SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
 
