@@ -15,10 +15,11 @@ from live.browser import page
 from live.visitor import PAPER
 from scipy.spatial.transform import Rotation
 
+from beamviz import exports
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import STATIONS, export
+from beamviz.exports import STATIONS, animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
@@ -196,7 +197,6 @@ def test_a_page_needs_nothing_but_itself(document):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 def test_a_page_plays_from_the_disk_without_a_network(document):
     """In a browser that is offline the beam moves, and the page complains of nothing."""
     beam = "window.__viserMutable?.nodeRefFromName?.['/scene/rotor/beam']"
@@ -231,7 +231,6 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
 
 
 @pytest.mark.slow
-@pytest.mark.browser
 @pytest.mark.parametrize("size", [(1280, 720), (390, 844)])
 def test_all_modes_are_in_the_picture_of_a_page(tmp_path, size):
     """The title of each row is in the scene, beside or above the numbers."""
@@ -298,12 +297,24 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
             assert math.sqrt(squares.mean()) == pytest.approx(exact, rel=2e-3)
 
 
-def test_a_path_that_cannot_be_written_is_reported(tmp_path):
-    """A wrong suffix, a missing folder."""
-    with pytest.raises(InvalidInput, match=r"must end in \.html, \.glb, \.csv or \.npz"):
-        export(tmp_path / "a.obj", Scene())
-    with pytest.raises(Unavailable, match="No such file or directory; choose another place"):
-        export(tmp_path / "missing" / "a.csv", Scene())
+@pytest.mark.parametrize(
+    ("write", "name", "options", "message"),
+    [
+        (export, "missing/a.csv", {}, r"cannot write .*a\.csv: No such file.*; choose another"),
+        (screenshot, "folder.png", {}, "it is a folder"),
+        (export, "a.obj", {}, r"must end in \.html, \.glb, \.csv or \.npz"),
+        (screenshot, "a.jpg", {}, r"must end in \.png"),
+        (animate, "a.avi", {}, r"must end in \.gif, \.webp or \.mp4"),
+        (screenshot, "a.png", {"width": 5}, r"width = 5: must be a whole number in 64 \.\. 4096"),
+        (animate, "a.mp4", {"width": 65}, "width = 65: must be even for MP4"),
+    ],
+)
+def test_what_cannot_be_written_is_not_solved(tmp_path, monkeypatch, write, name, options, message):
+    """A missing folder, a folder itself, a wrong suffix or size."""
+    monkeypatch.setattr(exports, "SolvedScene", None)
+    (tmp_path / "folder.png").mkdir()
+    with pytest.raises((InvalidInput, Unavailable), match=message):
+        write(tmp_path / name, Scene(), **options)
 
 
 @pytest.mark.parametrize("rotating_frame", [True, False])

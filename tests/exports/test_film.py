@@ -118,20 +118,18 @@ def test_one_mode_alone_runs_at_its_own_pace():
 
 
 @pytest.mark.parametrize(
-    ("scene", "name", "options", "message"),
+    ("scene", "options", "message"),
     [
-        ({"shares": [0.0]}, "a.gif", {}, "nothing moves"),
-        ({"pace": 0.0}, "a.gif", {}, "pace = 0"),
-        ({"delta": -1, "gamma": 5, "mode": 1}, "a.gif", {}, "mode = 1: B1 does not vibrate but"),
-        ({}, "a.gif", {"periods": 900}, "must be at most 1000"),
-        ({}, "a.mp4", {"width": 65}, "width = 65: must be even for MP4"),
-        ({}, "a.avi", {}, r"must end in \.gif, \.webp or \.mp4"),
+        ({"shares": [0.0]}, {}, "nothing moves"),
+        ({"pace": 0.0}, {}, "pace = 0"),
+        ({"delta": -1, "gamma": 5, "mode": 1}, {}, "mode = 1: B1 does not vibrate but"),
+        ({}, {"periods": 900}, "must be at most 1000"),
     ],
 )
-def test_impossible_films_are_reported(tmp_path, scene, name, options, message):
-    """Nothing moves, no pace, a mode that grows, too many frames, an odd size, another format."""
+def test_impossible_films_are_reported(tmp_path, scene, options, message):
+    """Nothing moves, no pace, a mode that grows, too many frames."""
     with pytest.raises(InvalidInput, match=message):
-        animate(tmp_path / name, Scene.of(**scene), **(SMALL | options))
+        animate(tmp_path / "a.gif", Scene.of(**scene), **(SMALL | options))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,10 +1,8 @@
-"""Pictures: as stored ones look, on any machine; and what prevents one."""
+"""Pictures: as stored ones look, on any machine."""
 
 import os
 import subprocess
 import sys
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +15,6 @@ from beamviz import exports
 from beamviz.beam import Beam
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure
-from beamviz.errors import InvalidInput, NoEquilibrium, Unavailable
 from beamviz.exports import screenshot
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.scene import Scene
@@ -141,32 +138,3 @@ def test_a_bare_machine_with_other_fonts_is_enough(tmp_path):
     )
     assert (done.stdout, done.stderr) == (b"", b"")
     assert (np.asarray(Image.open(tmp_path / "a.png")) == rendered(PAPER)).all()
-
-
-@pytest.mark.parametrize(
-    ("name", "width", "error", "message"),
-    [
-        ("missing/a.png", 480, Unavailable, r"cannot write .*missing/a\.png: No such file"),
-        ("folder.png", 480, Unavailable, "it is a folder"),
-        ("a.jpg", 480, InvalidInput, r"must end in \.png"),
-        ("a.png", 5, InvalidInput, r"width = 5: must be a whole number in 64 \.\. 4096"),
-    ],
-)
-def test_a_picture_that_cannot_be_written_is_not_solved(
-    tmp_path: Path, monkeypatch: Any, name: str, width: int, error: type, message: str
-):
-    """A missing folder, a folder itself, a wrong suffix or size."""
-    monkeypatch.setattr(exports, "SolvedScene", None)
-    (tmp_path / "folder.png").mkdir()
-    with pytest.raises(error, match=message):
-        screenshot(tmp_path / name, PAPER, width=width)
-
-
-def test_a_failure_leaves_the_former_file(tmp_path):
-    """And no other one."""
-    path = tmp_path / "a.png"
-    path.write_bytes(b"before")
-    with pytest.raises(NoEquilibrium):
-        screenshot(path, Scene(Beam(mu=10, gamma=20), {"strain": "biot"}))
-    assert path.read_bytes() == b"before"
-    assert list(tmp_path.iterdir()) == [path]
