@@ -1,9 +1,7 @@
 """Ctrl-C and SIGTERM at any moment: a quick end, no file left, no traceback."""
 
-import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -12,11 +10,10 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 from helpers import contents, slow
-from live.server import free_port, handles_sigterm, wait_until
+from live.server import ServeProcess, free_port, handles_sigterm, python, wait_until
 
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
 
-ROOT = Path(__file__).parents[2]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are seen in /proc")
@@ -31,21 +28,11 @@ def as_before() -> Iterator[None]:
         signal.signal(number, handler)
 
 
-def run(folder: Path, *arguments: str) -> subprocess.Popen:
-    """A Python process with a folder of its own for temporary files, which may hold modules."""
-    return subprocess.Popen(
-        [sys.executable, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": f"{ROOT}:{folder}", "TMPDIR": str(folder)},
-    )
-
-
 def ended(
     process: subprocess.Popen, begun: Callable[[], object], after: float, number: signal.Signals
 ) -> tuple[int, str]:
-    """Exit code and stderr of a process that gets two signals a while after it has begun."""
+    """Exit code and stderr of a process that gets two signals a while after it has begun, once
+    neither it nor a process that it started has stderr open."""
     with process:
         try:
             wait_until(begun)
@@ -66,10 +53,12 @@ def endings(number: int) -> list[tuple[int, str]]:
 
 
 @pytest.mark.parametrize("after", [0.6, *slow(0.0, 0.1, 0.3, 1.2)])
-@pytest.mark.parametrize("number", SIGNALS)
-def test_the_server_ends_at_any_moment(tmp_path, number, after):
-    """While it loads, while it starts, while it serves."""
-    server = run(tmp_path, "-m", "beamviz", "serve", "--port", str(free_port()))
+@pytest.mark.parametrize(
+    ("number", "processes"), [(signal.SIGINT, 1), (signal.SIGTERM, 1), *slow((signal.SIGTERM, 3))]
+)
+def test_the_server_ends_at_any_moment(tmp_path, number, processes, after):
+    """While it loads, while it starts, while it serves; in one process or several."""
+    server = ServeProcess(tmp_path, "--port", str(free_port()), processes=processes).process
     begun = partial(handles_sigterm, server.pid)
     assert ended(server, begun, after, number) in endings(number)
     assert list(tmp_path.iterdir()) == []
@@ -82,7 +71,7 @@ def test_a_picture_given_up_leaves_no_file(tmp_path, after):
     target.parent.mkdir()
     number = SIGNALS[int(10 * after) % 2]
     size = ("--width", "320", "--height", "180")
-    process = run(tmp_path, "-m", "beamviz", "screenshot", str(target), *size)
+    process = python(tmp_path, "-m", "beamviz", "screenshot", str(target), *size)
     begun = partial(handles_sigterm, process.pid)
     assert ended(process, begun, after, number) in endings(number)
     if target.exists():
@@ -97,7 +86,7 @@ def test_a_film_given_up_leaves_the_former_one(tmp_path, kind):
     """While its frames are drawn, beside a half file."""
     target = tmp_path / f"film.{kind}"
     target.write_bytes(b"before")
-    process = run(tmp_path, "-m", "beamviz", "animate", str(target), "--periods", "12")
+    process = python(tmp_path, "-m", "beamviz", "animate", str(target), "--periods", "12")
 
     def has_half_a_file() -> bool:
         return len(list(tmp_path.iterdir())) == 2
@@ -127,7 +116,7 @@ def test_only_the_first_signal_counts(number):
 def test_an_import_that_discards_exceptions_does_not_discard_the_signal(tmp_path):
     """Some modules do, with a bare except around their optional parts."""
     (tmp_path / "greedy.py").write_text(GREEDY)
-    with run(tmp_path, "-c", IMPORT_GREEDY) as process:
+    with python(tmp_path, "-c", IMPORT_GREEDY) as process:
         output, _ = process.communicate(timeout=60)
     assert (process.returncode, output) == (0, "loaded\nended\n")
 

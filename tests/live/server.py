@@ -139,19 +139,23 @@ def missing_headers(headers: dict[str, str]) -> set[str]:
     return found | headers.keys() & {"Server"}
 
 
+def python(folder: Path, *arguments: str) -> subprocess.Popen:
+    """A Python process with a folder of its own for temporary files, which may hold modules."""
+    return subprocess.Popen(
+        [sys.executable, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": f"{ROOT}:{folder}", "TMPDIR": str(folder)},
+    )
+
+
 class ServeProcess:
     """A running `beamviz serve`, with its own folder for temporary files."""
 
     def __init__(self, folder: Path, *options: str, processes: int = 2):
-        self.folder, self.processes = folder, processes
-        command = ["serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10", *options]
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "beamviz", *command, "--processes", str(processes)],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "PYTHONPATH": str(ROOT), "TMPDIR": str(folder)},
-        )
+        command = ["-m", "beamviz", "serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10"]
+        self.process = python(folder, *command, *options, "--processes", str(processes))
 
     def __enter__(self) -> "ServeProcess":
         assert self.process.stdout
@@ -170,11 +174,12 @@ class ServeProcess:
         pid = self.process.pid
         return list(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
 
-    def end(self, number: int) -> tuple[int, str]:
-        """Send a signal; exit code and stderr."""
-        self.process.send_signal(number)
-        _, errors = self.process.communicate(timeout=60)
-        return self.process.returncode, errors
+
+def is_alive(pid: int) -> bool:
+    """Whether a process exists and is no zombie."""
+    with contextlib.suppress(OSError):
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
 
 
 def handles_sigterm(pid: int) -> bool:

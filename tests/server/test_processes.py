@@ -10,15 +10,7 @@ from pathlib import Path
 
 import pytest
 import websockets.exceptions
-from helpers import slow
-from live.server import (
-    ServeProcess,
-    free_port,
-    handles_sigterm,
-    handshake_status,
-    http_get,
-    wait_until,
-)
+from live.server import ServeProcess, free_port, handshake_status, http_get, is_alive, wait_until
 from live.visitor import PAPER, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
@@ -33,12 +25,6 @@ def open_sockets(pid: int) -> int:
         with contextlib.suppress(FileNotFoundError):  # closed meanwhile
             kinds.append(os.readlink(file))
     return sum(kind.startswith("socket:") for kind in kinds)
-
-
-def is_alive(pid: int) -> bool:
-    with contextlib.suppress(OSError):
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    return False
 
 
 @pytest.fixture(scope="module")
@@ -107,43 +93,10 @@ def test_workers_end_with_the_main_process(hall):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_all_processes_end_together(tmp_path, number):
-    """Even with moving scenes; Ctrl-C reaches all of them at once."""
-    with ServeProcess(tmp_path, "--port", str(free_port())) as served:
-        workers = served.workers
-        assert len(workers) == 2
-        with contextlib.suppress(websockets.exceptions.ConnectionClosed), visitor(served.url):
-            if number == signal.SIGINT:
-                for pid in workers:
-                    os.kill(pid, number)
-            assert served.end(number) == (0, "")
-        assert not any(map(is_alive, workers))
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("after", [0.8, *slow(0.0, 0.2, 0.5, 1.1)])
-def test_processes_end_at_any_moment_of_their_start(tmp_path, after):
-    """During imports or the start of workers; no process is left, no traceback printed."""
-    served = ServeProcess(tmp_path, "--port", str(free_port()), processes=3)
-    with served.process as process:
-        wait_until(lambda: handles_sigterm(process.pid))
-        time.sleep(after)
-        workers = served.workers
-        code, errors = served.end(signal.SIGTERM)
-    assert code in (0, 128 + signal.SIGTERM, -signal.SIGTERM)
-    assert errors == ""
-    wait_until(lambda: not any(map(is_alive, workers)))
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
 def test_one_visitor_has_one_process(tmp_path):
     """Several would count each other's self-test as visitors."""
     with ServeProcess(tmp_path, "--port", str(free_port()), "--visitors", "1") as served:
         assert not served.workers
-        assert served.end(signal.SIGTERM) == (0, "")
 
 
 def test_all_addresses_of_a_host_are_served():
