@@ -6,6 +6,8 @@ import sys
 from graphlib import TopologicalSorter
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
     ("errors", "signals", "files"),
@@ -92,12 +94,24 @@ def test_solver_needs_numpy_and_scipy_only_and_is_used_through_solve_only():
             assert seen <= {"solver", "solver.solution"}, module
 
 
-def test_importing_the_package_loads_no_viewer_and_no_solver():
-    """`import beamviz` loads nothing that is not used; for solving see test_modes_starts_light."""
-    command = [sys.executable, "-c", "import beamviz, sys; print(*sys.modules)"]
+VIEWERS = {"viser", "matplotlib", "trimesh"}
+LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
+
+
+@pytest.mark.parametrize(
+    ("code", "used", "unused"),
+    [
+        ("import beamviz", "beamviz", {"numpy", "scipy", *VIEWERS}),
+        ('from beamviz.cli import main; main(["modes"])', "scipy.linalg", LIBRARIES | VIEWERS),
+    ],
+)
+def test_nothing_is_loaded_that_is_not_used(code, used, unused):
+    """Neither by the package nor by a solve, which needs of scipy its LAPACK only."""
+    command = [sys.executable, "-c", f"{code}; import sys; print(*sys.modules, file=sys.stderr)"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "beamviz" in done.stdout.split()
-    assert not set(done.stdout.split()) & {"viser", "matplotlib", "trimesh", "scipy", "numpy"}
+    loaded = set(done.stderr.split())
+    assert used in loaded
+    assert loaded & unused == set()
 
 
 def test_no_submodule_has_the_name_of_a_public_function():
