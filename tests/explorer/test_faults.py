@@ -16,6 +16,7 @@ from typing import Any
 
 import pytest
 import websockets.exceptions
+from helpers import slow
 from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
@@ -99,10 +100,9 @@ def newest(frame_loops: list[FrameLoop]) -> Session:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [PAPER.gamma, SLOW], ids=["drawing", "solve"])
-def test_visitors_may_vanish_during_drawing_and_solves(url, other, frame_loops, speed):
+def test_visitors_may_vanish_during_drawing_and_solves(url, other, frame_loops):
     """A later visitor gets an answer."""
-    for _ in range(8):
+    for speed in 8 * (PAPER.gamma, SLOW):
         with visitor(url) as guest:
             guest.choose("gamma", speed)
             vanish(guest.socket.socket)
@@ -215,43 +215,27 @@ def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, 
     assert lines[0].exc_info in (None, False)
 
 
-def test_endless_solves_do_not_delay_other_visitors(url, other):
-    """More visitors wait for one than there are workers: another gets frames and answers."""
-    other.choose("playing", True)
-    with contextlib.ExitStack() as guests:
-        for _ in range(jobs.SOLVERS + 1):
-            guest = guests.enter_context(visitor(url))
-            guests.callback(vanish, guest.socket.socket)
-            guest.choose("gamma", ENDLESS)
-        guests.callback(ENOUGH.set)
-        for gamma in (12.0, 13.0):
-            other.show_speed(gamma)
-            for _ in range(5):
-                other.wait(beam_moved)
-    other.choose("gamma", PAPER.gamma)
-    other.says(frequency_text(PAPER))
-
-
-@pytest.mark.slow
-def test_endless_solves_do_not_delay_a_batch(url, other, frame_loops):
-    """With many visitors an endless solve is taken for a quick one: another visitor gets frames and
-    answers as before."""
+@pytest.mark.parametrize("visitors", [jobs.SOLVERS + 2, *slow(frame_loop.CROWD)])
+def test_endless_solves_do_not_delay_other_visitors(url, other, frame_loops, visitors):
+    """More visitors wait for one than there are workers; with many visitors it is taken for a quick
+    one of a batch. Another visitor gets frames and answers as before."""
     with contextlib.ExitStack() as guests:
         ENOUGH.clear()
-        crowd = [guests.enter_context(visitor(url)) for _ in range(frame_loop.CROWD)]
-        for guest in crowd:
+        *crowd, last = [guests.enter_context(visitor(url)) for _ in range(visitors)]
+        for guest in (*crowd, last):
             guests.callback(vanish, guest.socket.socket)
         guests.callback(ENOUGH.set)
-        wait_until(frame_loops[0].crowded)
-        for guest in crowd[:3]:
+        alone(frame_loops, visitors + 1)
+        assert frame_loops[0].crowded() == (visitors == frame_loop.CROWD)
+        for guest in crowd[: jobs.SOLVERS + 1]:
             guest.show_speed(11.0)
             guest.choose("gamma", ENDLESS)
         for gamma in (12.0, 13.0):
-            crowd[-1].show_speed(gamma)
+            last.show_speed(gamma)
             for _ in range(20):
-                crowd[-1].wait(beam_moved)
+                last.wait(beam_moved)
         sessions = list(frame_loops[0].sessions.values())
-        assert sum(session.visitor.solver.busy for session in sessions) >= 3
+        assert sum(session.visitor.solver.busy for session in sessions) > jobs.SOLVERS
     alone(frame_loops)
 
 
