@@ -151,21 +151,11 @@ def test_toml_holds_the_keywords(tmp_path):
         assert Beam.from_toml(file) == Beam.from_si(**STEEL)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (b"lenght = 2\n", "unknown key 'lenght'; known: length, density"),
-        (b"length = 2\n", r"missing key 'density' \[kg/m\^3\]"),
-        (b"length = \n", "not a TOML file"),
-        (b"\xff\xfe", "not a TOML file"),
-        (b"length = 1" + 5000 * b"0", "not a TOML file"),
-        (b"# " + 70_000 * b"-", "larger than 64000 bytes"),
-        (b"a = " + 5000 * b"[" + b"\n", "not a TOML file"),
-    ],
-    ids=["unknown", "missing", "syntax", "encoding", "long number", "long file", "deep"],
-)
-def test_bad_toml_is_named(tmp_path, text, message):
+def test_an_unknown_or_missing_key_is_named(tmp_path):
     file = tmp_path / "beam.toml"
-    file.write_bytes(text)
-    with pytest.raises(InvalidInput, match=f"beam.toml: .*{message}"):
-        Beam.from_toml(file)
+    messages = {"lenght": "unknown key 'lenght'; known: length, density"}
+    messages["length"] = r"missing key 'density' \[kg/m\^3\]"
+    for key, message in messages.items():
+        file.write_text(f"{key} = 2\n")
+        with pytest.raises(InvalidInput, match=f"beam.toml: {message}"):
+            Beam.from_toml(file)
