@@ -17,7 +17,8 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.frequency_loci import loci
 from beamviz.output import markdown_table
-from beamviz.paper.figures import NODES, PrintedNumber, decimals, printed_numbers
+from beamviz.paper import PrintedNumber, printed_numbers
+from beamviz.paper.figures import NODES, decimals
 from beamviz.paper.tables import frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve_many

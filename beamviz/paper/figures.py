@@ -1,24 +1,29 @@
-"""The paper's figures: their beams, the numbers its text prints, and the same numbers computed.
+"""The paper's figures: their beams and the numbers its text prints for them, computed and drawn.
 
-The curves of the figures are not available to this project; `plots` computes and draws them.
+The curves of the paper's own figures are not available to this project.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure as Picture
+from matplotlib.lines import Line2D
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.frequency_loci import Event, Loci, loci
-from beamviz.output import csv_text, markdown_table
-from beamviz.paper.tables import TOLERANCE, frequencies_by_label
-from beamviz.plotting import OMEGAS
+from beamviz.output import csv_text
+from beamviz.paper.tables import TOLERANCE
+from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, new_figure, picture_files
+from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
+from beamviz.plotting.loci import LINE, Chart
 from beamviz.solver import solve
 
 COUNTS = {3: "three", 5: "five"}
 ORDINALS = {1: "First", 2: "Second", 3: "Third"}
+OWN_RANGE = "The text does not give the range of the axis; it is ours."
 
 
 class PrintedCrossing(NamedTuple):
@@ -52,10 +57,13 @@ class LociFigure(NamedTuple):
     over: str
     stop: float
     modes: int = 5
-    crossings: tuple[PrintedCrossing, ...] = ()
     nodes: tuple[PrintedNode, ...] = ()
     constants: tuple[tuple[int, str], ...] = ()  # mode, frequency that a mass does not change
-    notes: str = ""
+    notes: str = OWN_RANGE
+
+    @property
+    def crossings(self) -> tuple[PrintedCrossing, ...]:
+        return tuple(PrintedCrossing(*row) for row in CROSSINGS.get(self.name, ()))
 
     @property
     def parameters(self) -> str:
@@ -97,11 +105,9 @@ Figure = LociFigure | ShapeFigure
 
 NODES = (PrintedNode(2, "0.78344"), PrintedNode(3, "0.50355"), PrintedNode(3, "0.86768"))
 CONSTANTS = ((2, "22.0345"), (3, "61.6982"))
-OWN_RANGE = "The text does not give the range of the axis; it is ours."
 OWN_MASSES = "The text does not give the mass ratios drawn; they are ours."
 NO_MASS = "The nodes in the text are those of the beam without a mass, which is drawn."
 HELD_ROOT = "likely from a root that holds the length of r' too: 1.584 with 20 elements"
-
 
 CROSSINGS: dict[str, list[tuple[Any, ...]]] = {
     "fig5": [((3, 4), "9.2", "9.206", "9.373")],
@@ -113,97 +119,264 @@ CROSSINGS: dict[str, list[tuple[Any, ...]]] = {
     "fig11": [((4, 5), "0.09", "0.0877", "0.0872"), ((4, 5), "0.225", "0.2234", "0.2242")],
 }
 
-
-def _loci(name: str, beam: Beam, over: str, stop: float, notes: str = OWN_RANGE) -> LociFigure:
-    """Five frequencies with their printed crossings."""
-    crossings = tuple(PrintedCrossing(*row) for row in CROSSINGS.get(name, ()))
-    return LociFigure(name, beam, over, stop, crossings=crossings, notes=notes)
-
-
 FIGURES: dict[str, Figure] = {
     figure.name: figure
     for figure in (
-        _loci("fig4", Beam(1, 0.3), "gamma", 20),
-        _loci("fig5", Beam(1, 0.5), "gamma", 20),
-        _loci("fig6", Beam(1, 0.8), "gamma", 20),
-        _loci("fig7", Beam(1), "gamma", 20),
-        _loci("fig8", Beam(), "alpha", 2),
-        _loci("fig9", Beam(gamma=5), "alpha", 2),
-        _loci("fig10", Beam(gamma=10), "alpha", 2),
-        _loci("fig11", Beam(alpha=0.5, gamma=5), "beta", 1, notes=""),
+        LociFigure("fig4", Beam(1, 0.3), "gamma", 20),
+        LociFigure("fig5", Beam(1, 0.5), "gamma", 20),
+        LociFigure("fig6", Beam(1, 0.8), "gamma", 20),
+        LociFigure("fig7", Beam(1), "gamma", 20),
+        LociFigure("fig8", Beam(), "alpha", 2),
+        LociFigure("fig9", Beam(gamma=5), "alpha", 2),
+        LociFigure("fig10", Beam(gamma=10), "alpha", 2),
+        LociFigure("fig11", Beam(alpha=0.5, gamma=5), "beta", 1, notes=""),
         ShapeFigure("fig12", Beam(), (1,), (0, 0.5, 1, 2), notes=OWN_MASSES),
         ShapeFigure("fig13", Beam(), (2,), (0, 0.5, 1, 2), notes=OWN_MASSES),
         ShapeFigure("fig14", Beam(), (1, 2, 3, 4, 5), (1,), stretching=4),
         ShapeFigure("fig15", Beam(), (1, 2, 3, 4, 5), (2,), stretching=3),
-        LociFigure("fig16", Beam(alpha=0.5), "beta", 1, modes=3, nodes=NODES, constants=CONSTANTS),
+        LociFigure("fig16", Beam(alpha=0.5), "beta", 1, 3, NODES, CONSTANTS, notes=""),
         ShapeFigure("fig17", Beam(), (2,), (0,), nodes=NODES[:1], notes=NO_MASS),
-        LociFigure(
-            "fig18", Beam(beta=0.78344), "alpha", 2, constants=CONSTANTS[:1], notes=OWN_RANGE
-        ),
+        LociFigure("fig18", Beam(beta=0.78344), "alpha", 2, constants=CONSTANTS[:1]),
         ShapeFigure("fig19", Beam(), (3,), (0,), nodes=NODES[1:], notes=NO_MASS),
     )
 }
 
-# The printed numbers, computed.
+# The figures, computed and drawn.
 
-NEIGHBOURHOOD = np.linspace(0.8, 1.25, 10)  # times a printed crossing: where its loci are solved
-MASS_RATIOS = np.linspace(0, 2, 9)  # of a mass at a node
-MODELS: dict[str, dict[str, Any]] = {
-    "material": {"curvature": "material", "tolerance": TOLERANCE},
-    "spatial": {"curvature": "spatial", "tolerance": TOLERANCE},
-    "material_20": {"curvature": "material", "method": "ancf", "elements": 20},
-    "spatial_20": {"curvature": "spatial", "method": "ancf", "elements": 20},
-}
+POINTS = 201
+SPATIAL, MATERIAL = "spatial", "material"  # the curvature measures; eq. 16 is the spatial one
 
-
-@dataclass(frozen=True)
-class PrintedNumber:
-    """A number printed in the text, and how to compute it."""
-
-    figure: str
-    kind: str  # crossing, node, constant or mode
-    quantity: str
-    printed: str
-    decimals: int  # shown
-    compute: Callable[..., float]  # (**options of solve) -> the value
-    explain: Callable[[dict[str, float]], str]  # values in MODELS -> remark
-    located: str = ""  # independently of this project: by the material and the spatial measure
-
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """The value in each of MODELS."""
-        return {name: self.compute(**options) for name, options in MODELS.items()}
-
-    @property
-    def fits(self) -> str:
-        """The models within a unit of the last printed digit, the exact ones before others."""
-        printed, unit = float(self.printed), last_digit(self.printed)
-        close = [name for name, value in self.values.items() if abs(value - printed) <= unit]
-        if {"material", "spatial"} <= set(close):
-            return "both"
-        return close[0].replace("material_20", "20 elements") if close else "neither"
+WIDTH, HEIGHT = 7.2, 4.8  # [in]
+LEFT = 0.095  # left end of every frame, as a fraction of the width
+TITLE_INSET = 0.12  # [in] from the upper edge
+DASHED: dict[str, Any] = {"lw": 0.9, "ls": (0, (4, 2.5))}
+DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
+TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
+LEGEND: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+    ("spatial curvature (eq. 16)", LINE, RING),
+    ("material curvature", DASHED, DOT),
+)
 
 
-def decimals(printed: str) -> int:
-    """The number of decimals of a printed number."""
-    return len(printed.partition(".")[2])
+class Crossing(NamedTuple):
+    """A crossing of two loci, by the other curvature measure too, and the number printed for it."""
+
+    spatial: Event
+    material: Event | None
+    printed: PrintedCrossing | None
 
 
-def last_digit(printed: str) -> float:
-    """A unit of the last printed digit."""
-    return 10.0 ** -decimals(printed)
+class Curve(NamedTuple):
+    """One mode shape of unit modal mass: its larger component, positive beside the clamp."""
+
+    alpha: float
+    mode: int  # counted from 1
+    label: str
+    family: str  # bending or stretching
+    frequency: float
+    nodes: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
 
 
-def printed_numbers() -> Iterator[PrintedNumber]:
-    """All numbers that the text prints, in the order of the figures."""
-    for figure in FIGURES.values():
-        if isinstance(figure, LociFigure):
-            yield from (_crossing(figure, crossing) for crossing in figure.crossings)
-            yield from (_constant(figure, *constant) for constant in figure.constants)
-        else:
-            yield from (_node(figure, node) for node in figure.nodes)
-            if figure.stretching:
-                yield _stretching_mode(figure, figure.stretching)
+def figure_files(figure: Figure) -> dict[str, bytes]:
+    """The contents of a figure's PNG, SVG and CSV files, by file name."""
+    if isinstance(figure, LociFigure):
+        by_curvature = compute_loci(figure)
+        picture = draw_loci(figure, by_curvature, crossings(figure, by_curvature))
+        text = loci_csv(by_curvature)
+    else:
+        curves = compute_curves(figure)
+        picture = (draw_stacked if len(figure.modes) > 1 else draw_overlaid)(figure, curves)
+        text = curves_csv(curves)
+    return picture_files(picture, figure.name) | {f"{figure.name}.csv": text.encode()}
+
+
+def compute_loci(figure: LociFigure) -> dict[str, Loci]:
+    """The loci of a figure by curvature measure; at rest the measures are the same."""
+    values = np.linspace(0, figure.stop, POINTS)
+    at_rest = figure.over != "gamma" and figure.beam.gamma == 0
+    return {
+        name: loci(figure.beam, figure.over, values, figure.modes, curvature=name)
+        for name in ((SPATIAL,) if at_rest else (SPATIAL, MATERIAL))
+    }
+
+
+def crossings(figure: LociFigure, by_curvature: dict[str, Loci]) -> list[Crossing]:
+    """Every crossing of a figure, with the printed ones assigned to the nearest."""
+    spatial, material = by_curvature[SPATIAL], by_curvature.get(MATERIAL)
+    printed = {
+        nearest_event(spatial, crossing.branches, float(crossing.at)): crossing
+        for crossing in figure.crossings
+    }
+    return [
+        Crossing(
+            event,
+            nearest_event(material, set(event.branches), event.at) if material else None,
+            printed.get(event),
+        )
+        for event in spatial.events
+    ]
+
+
+def compute_curves(figure: ShapeFigure) -> list[Curve]:
+    """The mode shapes of a figure."""
+    x = np.linspace(0, 1, POINTS)
+    curves = []
+    for alpha in figure.alphas:
+        found = solve(figure.beam.replace(alpha=alpha), max(figure.modes), tolerance=TOLERANCE)
+        modes = zip(found.labels, found.families, found.frequencies, found.nodes, strict=True)
+        for k, (label, family, frequency, nodes) in enumerate(modes):
+            if k + 1 in figure.modes:
+                shape = found.shape(k, x)[:, int(family == "bending")]
+                y = np.sign(shape[1]) * shape + 0.0
+                curves.append(Curve(alpha, k + 1, label, family, frequency, nodes, x, y))
+    return curves
+
+
+def loci_csv(by_curvature: dict[str, Loci]) -> str:
+    """One line for each value and curvature measure, one column for each branch."""
+    first = by_curvature[SPATIAL]
+    rows = (
+        [f"{value:.10g}", name, *(f"{branch.frequency[k]:.10g}" for branch in found.branches)]
+        for name, found in by_curvature.items()
+        for k, value in enumerate(found.values)
+    )
+    return csv_text([first.over, "curvature", *(branch.label for branch in first.branches)], rows)
+
+
+def curves_csv(curves: Sequence[Curve]) -> str:
+    """One line for each point, one column for each curve."""
+    heading = [f"mode{curve.mode}_{curve.label}_alpha{curve.alpha:g}" for curve in curves]
+    table = np.column_stack([curves[0].x, *(curve.y for curve in curves)])
+    return csv_text(["x", *heading], ([f"{value:.10g}" for value in row] for row in table))
+
+
+@rc_context(STYLE)
+def draw_loci(
+    figure: LociFigure, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
+) -> Picture:
+    """Frequencies with their crossings, and the numbers printed in the paper."""
+    picture, axes = _single_frame(figure, HEIGHT, 0.52, 0.92)
+    chart = Chart(by_curvature[SPATIAL], axes)
+    if MATERIAL in by_curvature:
+        for branch in by_curvature[MATERIAL].branches:
+            chart.draw_branch(axes, by_curvature[MATERIAL], branch, **DASHED)
+    chart.label_ends()
+    placer = LabelPlacer(axes)
+    for crossing in marked:
+        _mark_crossing(axes, placer, crossing)
+    if figure.constants:
+        _mark_constants(axes, placer, figure)
+    _draw_legend(picture, by_curvature, marked)
+    return picture
+
+
+def _titled_picture(figure: Figure, height: float) -> Picture:
+    """An empty picture with the name and the fixed parameters of a figure above."""
+    picture = new_figure(WIDTH, height)
+    title = f"Figure {figure.name.removeprefix('fig')}:  {figure.parameters}"
+    picture.text(0.012, 1 - TITLE_INSET / height, title, va="center", weight="bold")
+    return picture
+
+
+def _single_frame(figure: Figure, height: float, head: float, right: float) -> tuple[Picture, Axes]:
+    """A titled picture with one frame below a head [in], up to a fraction of the width."""
+    picture = _titled_picture(figure, height)
+    low, high = 0.5 / height, 1 - head / height
+    return picture, picture.add_axes((LEFT, low, right - LEFT, high - low))
+
+
+def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
+    """A ring at the crossing by eq. 16, a dot at the other measure's, a tick where printed."""
+    event, other, printed = crossing
+    digits = decimals(printed.at) + 2 if printed else 3
+    lines = []
+    if printed:
+        axes.plot(float(printed.at), event.frequency, **TICK, zorder=4)
+        lines.append(f"paper {printed.at}")
+    if other:
+        axes.plot(other.at, other.frequency, **DOT, zorder=6)
+        lines.append(f"material {other.at:.{digits}f}")
+    axes.plot(event.at, event.frequency, **RING, zorder=5)
+    lines.append(f"{'eq. 16' if other else 'here'} {event.at:.{digits}f}")
+    placer.annotate("\n".join(lines), event.at, event.frequency)
+
+
+def _mark_constants(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None:
+    """The frequencies without a mass, and the nodes at which a mass does not change them."""
+    free = solve(figure.beam.replace(alpha=0), figure.modes, tolerance=TOLERANCE)
+    for mode, printed in figure.constants:
+        omega, symbol = float(free.frequencies[mode - 1]), OMEGAS[mode - 1]
+        axes.axhline(omega, color=FAINT, lw=0.8, ls=(0, (1, 2)), zorder=0)
+        if figure.over == "alpha":
+            placer.annotate(f"{symbol} constant\npaper {printed}\nhere {omega:.4f}", 1, omega)
+        for node in (node for node in figure.nodes if node.mode == mode):
+            at = nearest_node(free.nodes[mode - 1], node)
+            axes.plot(at, omega, **RING, zorder=5)
+            text = f"β, {symbol}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
+            placer.annotate(text, at, omega)
+
+
+def _draw_legend(
+    picture: Picture, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
+) -> None:
+    """Colours, lines and markers, those drawn only."""
+    branches = [branch for found in by_curvature.values() for branch in found.branches]
+    families = {name for branch in branches for name in branch.family}
+    rows = [Line2D([], [], color=c, **LINE, label=n) for n, c in COLOURS.items() if n in families]
+    for label, line, marker in LEGEND if MATERIAL in by_curvature else ():
+        style = {**(marker if marked else {}), "color": INK, "ls": "-", **line}
+        rows.append(Line2D([], [], label=label, **style))
+    if marked and MATERIAL not in by_curvature:
+        rows.append(Line2D([], [], label="crossing", **RING))
+    if any(crossing.printed for crossing in marked):
+        rows.append(Line2D([], [], label="in the paper", **TICK))
+    draw_legend(picture, rows, 0.0115, 1 - 0.3 / HEIGHT)
+
+
+@rc_context(STYLE)
+def draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
+    """One mode for each mass ratio, in one frame."""
+    picture, axes = _single_frame(figure, 3.6, 0.32, 0.9)
+    axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
+    for curve, opacity in zip(curves, np.linspace(1, 0.4, len(curves))[::-1], strict=True):
+        axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=opacity, lw=1.6)
+    axes.set(xlim=(0, 1), ylim=axes.get_ylim())
+    axes.set(xlabel="x / L", ylabel="displacement across, unit modal mass")
+    axes.locator_params(axis="y", nbins=7, steps=(1, 2, 5, 10))
+    if len(curves) > 1:
+        ends = [(c.y[-1], f"α = {c.alpha:g}", COLOURS[c.family], "bold") for c in curves]
+        label_line_ends(axes, ends)
+    placer = LabelPlacer(axes)
+    for curve in curves:
+        axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
+    for node in figure.nodes:
+        at = nearest_node(curves[0].nodes, node)
+        placer.annotate(f"node\npaper {node.at}\nhere {at:.6f}", at, 0)
+    return picture
+
+
+@rc_context(STYLE)
+def draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
+    """One frame for each mode, one above the other."""
+    picture = _titled_picture(figure, 5.6)
+    picture.subplots_adjust(LEFT, 0.09, 0.77, 0.94)
+    frames = picture.subplots(len(curves), sharex=True)
+    largest = 1.15 * max(abs(curve.y).max() for curve in curves)
+    for axes, curve in zip(frames, curves, strict=True):
+        colour = COLOURS[curve.family]
+        axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
+        axes.plot(curve.x, curve.y, color=colour, lw=1.6)
+        axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
+        axes.set(xlim=(0, 1), ylim=(-largest, largest), yticks=[-1, 0, 1])
+        text = f"mode {curve.mode}: {curve.label}, {curve.family}\nω = {curve.frequency:.4f}"
+        if curve.mode == figure.stretching:
+            text += "\nstretching in the paper"
+        axes.text(1.03, 0.5, text, color=colour, va="center", transform=axes.transAxes)
+    frames[-1].set_xlabel("x / L")
+    picture.supylabel("displacement: across the beam (bending), along it (stretching)", size=9)
+    return picture
 
 
 def nearest_event(found: Loci, branches: set[str], at: float) -> Event:
@@ -212,120 +385,11 @@ def nearest_event(found: Loci, branches: set[str], at: float) -> Event:
     return min(events, key=lambda event: abs(event.at - at))
 
 
-def locate(figure: LociFigure, crossing: PrintedCrossing, **options: Any) -> Event:
-    """Where the two loci of a printed crossing cross, with options of `solve`."""
-    at = float(crossing.at)
-    found = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
-    return nearest_event(found, crossing.branches, at)
-
-
 def nearest_node(nodes: np.ndarray, printed: PrintedNode) -> float:
     """The vibration node nearest to a printed one."""
     return float(nodes[abs(nodes - float(printed.at)).argmin()])
 
 
-def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
-    def explain(values: dict[str, float]) -> str:
-        material, spatial = (abs(values[k] - float(crossing.at)) for k in ("material", "spatial"))
-        remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"
-        if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
-            remark = f"off by {spatial:.2g}; {SAME_AT_REST}"
-        return remark + (f"; {crossing.explanation}" if crossing.explanation else "")
-
-    def compute(**options: Any) -> float:
-        return locate(figure, crossing, **options).at
-
-    low, high = crossing.loci
-    quantity = f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}"
-    row = figure.name, "crossing", quantity, crossing.at, 4
-    return PrintedNumber(*row, compute, explain, f"{crossing.material} {crossing.spatial}")
-
-
-def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
-    def compute(**options: Any) -> float:
-        return nearest_node(solve(figure.beam, node.mode, **options).nodes[node.mode - 1], node)
-
-    row = figure.name, "node", f"node of mode {node.mode}", node.at, 6
-    return PrintedNumber(*row, compute, lambda values: SAME_AT_REST)
-
-
-def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
-    def compute(**options: Any) -> float:
-        return float(solve(Beam(), mode, **options).frequencies[mode - 1])
-
-    def explain(values: dict[str, float]) -> str:
-        places = [float(node.at) for node in NODES if node.mode == mode]
-        frequencies = [
-            frequencies_by_label(Beam(alpha, beta), mode + 1, tolerance=TOLERANCE)[f"B{mode}"]
-            for beta in places
-            for alpha in MASS_RATIOS.tolist()
-        ]
-        remark = (
-            f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
-            f" {np.ptp(frequencies) / frequencies[0]:.0e} of itself"
-        )
-        if abs(values["spatial"] - float(printed)) > last_digit(printed):
-            remark = f"20 elements give it, the exact value is {values['spatial']:.6f}; {remark}"
-        return remark
-
-    row = figure.name, "constant", f"constant {OMEGAS[mode - 1]}", printed, 6
-    return PrintedNumber(*row, compute, explain)
-
-
-def _stretching_mode(figure: ShapeFigure, printed: int) -> PrintedNumber:
-    beam = figure.beam.replace(alpha=figure.alphas[0])
-
-    def compute(**options: Any) -> float:
-        return float(solve(beam, len(figure.modes), **options).labels.index("S1") + 1)
-
-    quantity = f"place of the stretching mode, α = {beam.alpha:g}"
-    row = figure.name, "mode", quantity, str(printed), 0
-    return PrintedNumber(*row, compute, lambda values: "the mode shift is the crossing of figure 8")
-
-
-def to_csv(numbers: Sequence[PrintedNumber]) -> str:
-    """One line for each number."""
-    heading = ["figure", "quantity", "paper", *MODELS, "fits", "remark"]
-    return csv_text(heading, (_cells(row, ".10g") for row in numbers))
-
-
-def to_markdown(numbers: Sequence[PrintedNumber]) -> str:
-    """The numbers as a page."""
-    heading = ["figure", "quantity", "paper", "material", "spatial"]
-    heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
-    body = [_cells(row, f".{row.decimals}f") for row in numbers]
-    fits = [row.fits for row in numbers if row.kind == "crossing"]
-    verdict = VERDICT.format(
-        crossings=len(fits),
-        material=sum(fit in ("material", "both") for fit in fits),
-        spatial=sum(fit in ("spatial", "both") for fit in fits),
-    )
-    for cells in body:
-        cells[0] = cells[0].removeprefix("fig")
-    table = markdown_table(heading, body)
-    return "\n\n".join([f"# {TITLE}", SUMMARY, table, verdict, VEERING]) + "\n"
-
-
-def _cells(row: PrintedNumber, spec: str) -> list[str]:
-    values = [format(row.values[name], spec) for name in MODELS]
-    return [row.figure, row.quantity, row.printed, *values, row.fits, row.explain(row.values)]
-
-
-SAME_AT_REST = "at rest the measures are the same"
-TITLE = "Crossings, nodes and constant frequencies"
-SUMMARY = (
-    "Every such number in the paper's text beside the exact answer for both curvature measures,"
-    " and beside the paper's 20 cubic elements. A value fits when it is within a unit of the last"
-    " printed digit."
-)
-VERDICT = (
-    "Of the {crossings} crossings the material measure fits {material}, the spatial one of eq. 16"
-    " fits {spatial}. They differ where the beam is stretched: a stretch f leaves EI/f² of the"
-    " bending stiffness with the material measure and EI/f⁴ with the spatial one, so with eq. 16"
-    " the bending loci climb more slowly and cross the stretching one later. The printed crossings"
-    " speak for a computation with the material measure, although eq. 16 is the spatial one."
-)
-VEERING = (
-    "What the text calls veering is crossing: without Coriolis nothing couples stretching to"
-    " bending about a straight state, and the gap of every crossing above is 0."
-)
+def decimals(printed: str) -> int:
+    """The number of decimals of a printed number."""
+    return len(printed.partition(".")[2])

@@ -8,8 +8,8 @@ from scipy.integrate import trapezoid
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from beamviz import Beam, solve
-from beamviz.paper import figures, plots, tables
+from beamviz import Beam, paper, solve
+from beamviz.paper import figures, tables
 from beamviz.paper.figures import FIGURES
 from beamviz.paper.tables import TABLES
 from beamviz.solver.fem import elements
@@ -47,13 +47,13 @@ def test_captions_name_the_fixed_parameters():
 @pytest.mark.slow
 def test_the_models_that_fit_each_printed_number():
     """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16."""
-    found = list(figures.printed_numbers())
+    found = list(paper.printed_numbers())
     fits = [f"{row.figure} {row.printed} {row.fits}" for row in found]
     assert fits == FITS.strip().replace(",\n", ", ").split(", ")
-    page = figures.to_markdown(found)
+    page = paper.to_markdown(found)
     assert "Of the 11 crossings the material measure fits 9, the spatial one" in page
     assert "fits 5" in page
-    lines = figures.to_csv(found).splitlines()
+    lines = paper.to_csv(found).splitlines()
     assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
     assert len(lines) == 1 + len(found)
 
@@ -155,7 +155,7 @@ def test_models_differ_by_the_stretch(column):
 def test_curves_rise_from_the_clamp_and_vanish_at_their_nodes():
     """A curve has unit modal mass, starts upwards, and is zero at its nodes."""
     for name in ("fig13", "fig14", "fig19"):
-        for curve in plots.compute_curves(FIGURES[name]):
+        for curve in figures.compute_curves(FIGURES[name]):
             assert curve.y[0] == 0 < curve.y[1]
             assert abs(np.interp(curve.nodes, curve.x, curve.y)).max(initial=0) < 1e-3
             mass = trapezoid(curve.y**2, curve.x) + curve.alpha * curve.y[-1] ** 2

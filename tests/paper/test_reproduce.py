@@ -13,8 +13,8 @@ from matplotlib.text import Annotation, Text
 
 from beamviz import Beam, solve
 from beamviz.cli import main
-from beamviz.paper import plots
-from beamviz.paper.figures import FIGURES, MODELS, LociFigure, locate
+from beamviz.paper import MODELS, figures, locate
+from beamviz.paper.figures import FIGURES, LociFigure
 from beamviz.paper.tables import TABLES
 from beamviz.plotting.labels import LabelPlacer
 
@@ -33,9 +33,9 @@ def folder(tmp_path_factory):
 @cache
 def drawn(figure):
     """The loci of a figure by curvature measure, their crossings, the picture, its annotations."""
-    computed = plots.compute_loci(figure)
-    crossings = plots.crossings(figure, computed)
-    picture = plots.draw_loci(figure, computed, crossings)
+    computed = figures.compute_loci(figure)
+    crossings = figures.crossings(figure, computed)
+    picture = figures.draw_loci(figure, computed, crossings)
     notes = [text for text in picture.axes[0].texts if isinstance(text, Annotation)]
     return computed, crossings, picture, notes
 
@@ -73,7 +73,7 @@ def assert_readable(folder, shown):
         assert ElementTree.parse(folder / f"{name}.svg").getroot().tag.endswith("svg")
         with (folder / f"{name}.csv").open(newline="") as file:
             heading, *rows = csv.reader(file)
-        assert len(rows) in (plots.POINTS, 2 * plots.POINTS)
+        assert len(rows) in (figures.POINTS, 2 * figures.POINTS)
         assert all(len(row) == len(heading) for row in rows)
         numbers = [float(cell) for row in rows for cell in row if cell[0] not in "sm"]
         assert np.isfinite(numbers).all()
@@ -129,8 +129,9 @@ def test_figures_cross_where_the_numbers_say(figure):
     printed = {row.printed: row for row in found if row.printed}
     assert set(printed) == set(figure.crossings)
     for crossing, row in printed.items():
-        for name, event in row.events.items():
-            assert event.at == pytest.approx(locate(figure, crossing, **MODELS[name]).at, rel=1e-6)
+        for name in ("spatial", "material") if row.material else ("spatial",):
+            expected = locate(figure, crossing, **MODELS[name]).at
+            assert getattr(row, name).at == pytest.approx(expected, rel=1e-6)
     dashed = [line for line in picture.axes[0].lines if line.get_linewidth() == 0.9]
     at_rest = figure.over != "gamma" and figure.beam.gamma == 0
     assert len(dashed) == (0 if at_rest else figure.modes)
