@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from importlib import import_module
 from operator import attrgetter
 from typing import Any
 
@@ -158,10 +159,7 @@ def _solve(
     if package == "hp":
         interruption.get()()
         return solve_hp(beams, problem, start, extra_modes, mesh_of)
-    if package == "fem":
-        from beamviz.solver.fem import solve as solve_one
-    else:
-        from beamviz.solver.series import solve as solve_one
+    solve_one = import_module(f"beamviz.solver.{package}").solve
     more = replace(problem, modes=problem.modes + extra_modes)
     return [_attempt(solve_one, beam, more, start) for beam in beams]
 

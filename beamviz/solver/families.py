@@ -101,23 +101,20 @@ def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return straight(x, np.ones_like(x))
 
 
-class Solved(NamedTuple):
-    """Modes, number of unknowns and equilibrium by one method."""
-
-    modes: Modes
-    dof: int
-    curve: Curve = unstretched
-    iterations: int = 0
-
-
 def build_solution(
-    beam: Beam, problem: Problem, start: float, solved: Solved, *, order: int, elements: int = 1
+    beam: Beam,
+    problem: Problem,
+    start: float,
+    modes: Modes,
+    size: tuple[int, int, int],
+    curve: Curve = unstretched,
+    iterations: int = 0,
 ) -> Solution:
-    """The Solution; start: the clock at the call."""
-    omega_squared, fraction, fields = solved.modes
-    stable = bool(omega_squared[0] >= 0)
-    equilibrium = Equilibrium(stable, solved.iterations, solved.curve)
-    stats = Stats(solved.dof, time.perf_counter() - start, problem.method, elements, order)
+    """The Solution. start: the clock at the call. size: unknowns, elements, order. curve,
+    iterations: of the equilibrium."""
+    (omega_squared, fraction, fields), (dof, elements, order) = modes, size
+    equilibrium = Equilibrium(bool(omega_squared[0] >= 0), iterations, curve)
+    stats = Stats(dof, time.perf_counter() - start, problem.method, elements, order)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
     results = read_only(omega_squared), errors, read_only(fraction), fields
     return Solution(beam, problem, equilibrium, stats, *results)

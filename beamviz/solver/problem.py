@@ -1,11 +1,14 @@
 """The problem that is solved for a beam, and the table of methods."""
 
+import math
 from collections.abc import Callable, Collection
 from contextvars import ContextVar
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from beamviz.beam import check_int
+from beamviz.errors import InvalidInput
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 
 PLANES = ("chordwise", "flapwise")
@@ -87,6 +90,19 @@ class Problem:
         """Whether the tension is that of the unstretched beam."""
         return METHODS[self.method].rigid_tension
 
+    @property
+    def resolution(self) -> int:
+        """The number of elements or terms; InvalidInput where it is out of range, or too few."""
+        option, default, least, most, modes_each = METHODS[self.method].resolution
+        given = getattr(self, option)
+        number = check_int(option, default if given is None else given, least, most)
+        if self.modes > modes_each * number:
+            raise InvalidInput(
+                f"modes = {self.modes}: at most {modes_each * number} with {option} = {number};"
+                f" ask for more {option} or fewer modes"
+            )
+        return number
+
 
 class Feature(NamedTuple):
     """A feature that some methods do not support, and the options that ask for it."""
@@ -109,24 +125,34 @@ CORIOLIS = Feature("Coriolis forces", ("coriolis",))
 SWITCHES = Feature("switched-off term", ("stiffening", "softening"))
 
 
+class Resolution(NamedTuple):
+    """The option that is the resolution of a method, its default and its limits, and the number of
+    modes for each element or term (without end for a series whose roots are sought)."""
+
+    option: str
+    default: int
+    least: int
+    most: int
+    modes_each: float = 1
+
+
 class Method(NamedTuple):
     """A row of the table of methods.
 
-    package: folder under beamviz/solver, imported on first use. source: publication. choose: when
-    to use it. rigid_tension: whether the tension is that of the unstretched beam (first-order
-    coupling).
+    package: under beamviz/solver, imported on first use. source: publication. choose: when to use
+    it. rigid_tension: whether the tension is that of the unstretched beam (first-order coupling).
     """
 
     package: str
     unsupported: tuple[Feature, ...]
+    resolution: Any  # a Resolution; None where a method refines to a tolerance
     source: str
     choose: str
     rigid_tension: bool = False
 
 
-HP, FEM = ("hp", (ELEMENTS, TERMS)), ("fem", (TERMS, SWITCHES))
-SERIES = "series", (ELEMENTS, SWITCHES)
-SERIES_WITHOUT_CORIOLIS = "series", (ELEMENTS, CORIOLIS, SWITCHES)
+HP = "hp", (ELEMENTS, TERMS), None
+FEM = "fem", (TERMS, SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: as in the paper
 METHODS = {
     "auto": Method(
         *HP,
@@ -162,19 +188,25 @@ METHODS = {
         rigid_tension=True,
     ),
     "assumed-modes": Method(
-        *SERIES,
+        "series.assumed_modes",
+        (ELEMENTS, SWITCHES),
+        Resolution("terms", 10, 1, 100),  # cosh overflows soon after
         "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
         "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
         rigid_tension=True,
     ),
     "power-series": Method(
-        *SERIES_WITHOUT_CORIOLIS,
+        "series.power_series",
+        (ELEMENTS, CORIOLIS, SWITCHES),
+        Resolution("terms", 80, 6, 1000, math.inf),
         "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
         "to check foac at low speed: exact there, without a digit left at high speed",
         rigid_tension=True,
     ),
     "chebyshev": Method(
-        *SERIES_WITHOUT_CORIOLIS,
+        "series.chebyshev",
+        (ELEMENTS, CORIOLIS, SWITCHES),
+        Resolution("terms", 32, 2, 200),
         "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
         "to check auto by other equations; wasteful where layers are thin",
     ),

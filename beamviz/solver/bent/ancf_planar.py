@@ -18,7 +18,6 @@ from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import in_axes_of_the_beam, oscillating_or_growing, squared
 from beamviz.solver.bent.equilibrium import State
 from beamviz.solver.continuation import continue_load, newton_at
-from beamviz.solver.fem import element_count
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, gauss, interpolate
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Fields, Solution, Stats
@@ -95,8 +94,7 @@ def solve_planar(
     beam: Beam, problem: Problem, exact: Solution, state: State, start: float
 ) -> Solution:
     """The modes about the elements' state next to the exact one, a solution of method auto."""
-    count = problem.modes
-    elements = element_count(problem)
+    count, elements = problem.modes, problem.resolution
     planar = PlanarProblem(beam, problem, elements)
     nodes = planar.model.nodes
     position, f, angle = exact.equilibrium.curve(nodes)

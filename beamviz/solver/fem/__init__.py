@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
-from beamviz.beam import Beam, check_int
-from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
+from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Shapes, Solved, build_solution, modes_of_matrices
+from beamviz.solver.families import Shapes, build_solution, modes_of_matrices
 from beamviz.solver.fem.elements import (
     PlanarBeam,
     assemble_band,
@@ -28,8 +28,6 @@ from beamviz.solver.fem.elements import (
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
 
-PAPER_ELEMENTS = 20
-MAX_ELEMENTS = 1000
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
 
@@ -40,28 +38,15 @@ Assembled = tuple[NDArray, int, NDArray, NDArray]
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """Equilibrium and modes on `problem.elements` elements (the paper's 20 by default), or an error
-    of `beamviz.solve`. start: the clock at the call."""
-    elements = element_count(problem)
+    """Equilibrium and modes, or an error of `beamviz.solve`. start: the clock at the call."""
+    elements = problem.resolution
     nodes = np.linspace(0.0, 1.0, elements + 1)
     model = PlanarBeam(nodes, beam, problem)
     position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (F[:, 1:], F[:, 2:]), (shapes, shapes))
-    solved = Solved(modes, len(Ka) + len(Kb), partial(_curve, nodes, position), iterations)
-    return build_solution(beam, problem, start, solved, order=3, elements=elements)
-
-
-def element_count(problem: Problem) -> int:
-    """The number of elements, enough for the modes asked for, or InvalidInput."""
-    elements = PAPER_ELEMENTS if problem.elements is None else problem.elements
-    elements = check_int("elements", elements, 1, MAX_ELEMENTS)
-    if problem.modes > 2 * elements:
-        raise InvalidInput(
-            f"modes = {problem.modes}: at most {2 * elements} with elements = {elements};"
-            " ask for more elements or fewer modes"
-        )
-    return elements
+    size, curve = (len(Ka) + len(Kb), elements, 3), partial(_curve, nodes, position)
+    return build_solution(beam, problem, start, modes, size, curve, iterations)
 
 
 def _ancf(model: PlanarBeam) -> Assembled:

@@ -15,8 +15,9 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Solved, modes_of_matrices, quadrature
+from beamviz.solver.families import build_solution, modes_of_matrices, quadrature
 from beamviz.solver.problem import Problem
+from beamviz.solver.solution import Solution
 
 NEWTON_ITERATIONS = 8
 
@@ -29,8 +30,10 @@ class Basis(NamedTuple):
     curvature: np.ndarray
 
 
-def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> Solved:
-    """The modes on `terms` functions across the beam and as many along it."""
+def solve(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The modes on some functions across the beam and as many along it. start: the clock at the
+    call."""
+    terms = problem.resolution
     x, weights = quadrature(beam, 2 * terms + 12)  # exact to rounding
     across, along = clamped_free(terms, x), fixed_free(terms, x)
     N = rigid_tension(beam, x)
@@ -43,7 +46,8 @@ def solve_assumed_modes(beam: Beam, problem: Problem, terms: int) -> Solved:
     Fb = roots * np.vstack((across.value, clamped_free(terms, at_mass).value))
     Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
     shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
-    return Solved(modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes), dof=2 * terms)
+    modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
+    return build_solution(beam, problem, start, modes, (2 * terms, 1, terms))
 
 
 def clamped_free(terms: int, x: np.ndarray) -> Basis:

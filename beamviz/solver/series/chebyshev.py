@@ -24,13 +24,13 @@ from numpy.polynomial import chebyshev
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver import constitutive
+from beamviz.solver import constitutive, families
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge
+from beamviz.solver.families import Family, Shapes
 from beamviz.solver.hp.mesh import interpolation_matrix
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import straight
+from beamviz.solver.solution import Solution, straight
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
@@ -64,11 +64,10 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
     return Grid(ends, *arrays)
 
 
-def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
-    """The modes with polynomials of `order`, and the state they vibrate about.
-
-    Raises NoEquilibrium with the limit, NotConverged.
-    """
+def solve(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The modes with polynomials of an order, about the state of the same. start: the clock at the
+    call. Raises NoEquilibrium with the limit, NotConverged."""
+    order = problem.resolution
     interior = beam.alpha > 0 and 0 < beam.beta < 1
     on = grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
     R = on.to_tip.copy()
@@ -79,10 +78,9 @@ def solve_chebyshev(beam: Beam, problem: Problem, order: int) -> Solved:
     f = root.state
     stretching = _stretching(on, R, f, beam, problem)
     bending = _bending(on, R, f, beam, problem)
-    curve = partial(_curve, on, f)
-    return Solved(
-        merge(stretching, bending, problem.modes), 2 * len(on.points), curve, root.iterations
-    )
+    modes = families.merge(stretching, bending, problem.modes)
+    size, curve = (2 * len(on.points), 1, order), partial(_curve, on, f)
+    return families.build_solution(beam, problem, start, modes, size, curve, root.iterations)
 
 
 def equilibrium(on: Grid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
@@ -125,7 +123,7 @@ def _bending(on: Grid, R: np.ndarray, f: np.ndarray, beam: Beam, problem: Proble
     rotation = (J / stiffness) @ on.to_tip  # f (N theta - V) -> -theta
     A = np.eye(len(f)) + rotation * (f * N)
     B = (rotation * f) @ R @ (J * f)
-    softened = A - centrifugal_softening(beam, problem) * B
+    softened = A - families.centrifugal_softening(beam, problem) * B
     omega_squared, theta = _lowest(softened, B, problem.modes)
     return Family(omega_squared, _unit_mass_shapes(on, beam, J @ (f[:, None] * theta)))
 

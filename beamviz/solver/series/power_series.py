@@ -21,10 +21,11 @@ from scipy.interpolate import PPoly
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
+from beamviz.solver import families
 from beamviz.solver.constitutive import rigid_tension
-from beamviz.solver.families import Family, Shapes, Solved, centrifugal_softening, merge, quadrature
+from beamviz.solver.families import Family, Shapes
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import false_position
+from beamviz.solver.solution import Solution, false_position
 
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
@@ -53,13 +54,13 @@ class Series(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
-def solve_power_series(beam: Beam, problem: Problem, terms: int) -> Solved:
-    """The modes, w with `terms` powers on each part of the beam.
-
-    Raises NotConverged where the determinant is rounding, and where too few roots are found.
-    """
-    bending = _bending(beam, terms, problem.modes, centrifugal_softening(beam, problem))
-    return Solved(merge(_stretching(beam, problem.modes), bending, problem.modes), dof=2)
+def solve(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The modes, w with as many powers as terms on each part of the beam. start: the clock at the
+    call. Raises NotConverged where the determinant is rounding, and for too few roots."""
+    terms, modes = problem.resolution, problem.modes
+    bending = _bending(beam, terms, modes, families.centrifugal_softening(beam, problem))
+    found = families.merge(_stretching(beam, modes), bending, modes)
+    return families.build_solution(beam, problem, start, found, (2, 1, terms))
 
 
 def parts(beam: Beam) -> list[Part]:
@@ -179,6 +180,6 @@ def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) 
 
 def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
-    x, weights = quadrature(beam, QUADRATURE)
+    x, weights = families.quadrature(beam, QUADRATURE)
     mass = weights @ shapes(x) ** 2 + beam.alpha * shapes(np.array([beam.beta]))[0] ** 2
     return 1 / np.sqrt(mass)
