@@ -31,7 +31,8 @@ def stability(out: Path, quick: bool) -> str:
     size, state_size = (QUICK, QUICK_STATES) if quick else (FULL, FULL_STATES)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         found = [compute.compute_map(plane, size, pool) for plane in compute.PLANES]
-        states = compute.compute_states(state_size, pool)
+        rows = compute.state_rows, "stable states over "
+        states = compute.compute_map(compute.INWARD, state_size, pool, *rows)
     write_files(out, files(found, states))
     return page(found, states)
 

@@ -18,10 +18,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
-from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.limits import is_bent
 from beamviz.frequency_loci.mode_vectors import Outcome
-from beamviz.solver import other_stable_states, solve
+from beamviz.solver import solve_many
+from beamviz.solver.bent import other_stable_states
 from beamviz.solver.solution import Solution
 
 MODES, EXACT_MODES = 5, 10  # compared at the most; of the exact solution, where they may be higher
@@ -119,10 +120,7 @@ class Verdict(NamedTuple):
 
 def answer(beam: Beam, **options: Any) -> Outcome:
     """A solution, or the error in its place."""
-    try:
-        return solve(beam, **options)
-    except (NoEquilibrium, NotConverged) as error:
-        return error
+    return solve_many([beam], **options)[0]
 
 
 def verdicts(beam: Beam) -> list[Verdict]:
@@ -206,7 +204,6 @@ INWARD = Plane("delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70")
 
 class Row(NamedTuple):
     """One method along the speed: the verdict on each cell, and speeds, nan where there is none.
-
     refusal: its message, instead, where it has no bent states."""
 
     cells: Sequence[Verdict]
@@ -343,8 +340,3 @@ def compute_map(
         done.append(row)
         print(f"{name}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
     return Map(plane, gammas, values, list(zip(*done, strict=True)))
-
-
-def compute_states(size: tuple[int, int], pool: Executor) -> Map:
-    """The stable states of an inward beam."""
-    return compute_map(INWARD, size, pool, state_rows, "stable states over ")

@@ -18,7 +18,7 @@ from beamviz.frequency_loci.crossings import Event
 from beamviz.frequency_loci.curves import Curves, polish
 from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.frequency_loci.sweep import Sweep
-from beamviz.solver import end_of_bent_state, other_stable_states, solve
+from beamviz.solver import solve
 from beamviz.solver.solution import Solution
 
 PRECISION = 1e-9  # relative, of a limit of equilibrium and of a buckling point
@@ -122,11 +122,8 @@ class LimitSearch:
 
     def _between(self, low: float, high: float) -> float:
         """The value between two solved ones at which equilibrium, or convergence, begins or ends;
-        the midpoint once no solves remain.
-
-        By bisection, accelerated by extrapolation of the excess of gamma over the limit of
-        equilibrium; over gamma that is the distance from the limit.
-        """
+        the midpoint once no solves remain. By bisection, accelerated by extrapolation of the excess
+        of gamma over the limit of equilibrium; over gamma that is the distance from the limit."""
         if self.remaining <= 0:
             return (low + high) / 2
         after = self.sweep.outcomes[high]
@@ -183,12 +180,9 @@ def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
 
 
 def state_events(sweep: Sweep, values: np.ndarray) -> list[Event]:
-    """The events, in no order, of the equilibria at ascending values.
-
-    "buckling": the straight state loses its stability; "limit point": the bent state ends, and the
-    branches end or continue on another state; "second state": the value from which another stable
-    bent state exists.
-    """
+    """The events, in no order, of the equilibria at ascending values. "buckling": the straight
+    state loses its stability; "limit point": the bent state ends, and the branches end or continue
+    on another state; "second state": the value from which another stable bent state exists."""
     events: list[Event] = []
     over, outcomes = sweep.over, sweep.solve(values)
     for low, high in pairwise(range(len(values))):
@@ -240,6 +234,8 @@ def _limit_point(
     over: str, low: float, high: float, before: Outcome, after: Outcome
 ) -> list[Event]:
     """The limit point, between two values, of the bent state at one of them."""
+    from beamviz.solver.bent import end_of_bent_state
+
     for start, stop in ((before, high), (after, low)):
         if not is_bent(start):
             continue
@@ -256,6 +252,8 @@ def _limit_point(
 def _second_states(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
     """The limit point, or else the first value, of the first other stable bent state found. The
     label of its lowest branch is "B1 (state 2)" or so."""
+    from beamviz.solver.bent import end_of_bent_state, other_stable_states
+
     for k in np.unique(np.linspace(0, len(values) - 1, SECOND_STATES_SOUGHT).astype(int)):
         own = outcomes[k]
         for other in other_stable_states(own)[:1] if isinstance(own, Solution) else ():

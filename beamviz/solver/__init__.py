@@ -11,13 +11,7 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import Beam, check_float, check_int
-from beamviz.errors import (
-    BeamvizError,
-    InvalidInput,
-    NoEquilibrium,
-    NotConverged,
-    unknown_keyword,
-)
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, unknown_keyword
 from beamviz.solver.hp import displacements, family_spectrum, mesh_spectrum, solve_hp  # noqa: F401
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
@@ -62,10 +56,10 @@ def solve(
     A beam with a spin-up has no straight state.
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
+    options = dict(locals())
     start = time.perf_counter()
-    model = (modes, method, strain, curvature, coriolis, plane)
-    others = (tolerance, elements, terms, stiffening, softening, state)
-    problem = parse_options(*model, *others, **unknown)
+    del options["beam"]
+    problem = parse_keywords(**options.pop("unknown"), **options)
     answer = _solve([beam], problem, start, 0, ())[0]
     if isinstance(answer, BeamvizError):
         raise answer
@@ -90,39 +84,16 @@ def solve_many(
     return _solve(beams, problem, start, extra_modes, mesh_of)
 
 
-def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
-    """The other stable bent states found of the beam of a solution, with their modes, without
-    mirror images. Ordered by energy, or to match the states `near` of a neighbouring beam."""
-    from beamviz.solver.bent import other_states
-
-    return other_states(solution, near)
-
-
-def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
-    """The limit point of a bent state: the value of the parameter `over`, between that of the beam
-    and `stop`, beyond which the state does not exist; None where it exists up to `stop`."""
-    from beamviz.solver.bent import end_of_state
-
-    return end_of_state(solution, over, stop)
-
-
 def parse_keywords(**options: Any) -> Problem:
-    """The problem with these options by name, the others by default; raises InvalidInput."""
-    values = [options.pop(name, default) for name, default in DEFAULTS.items()]
-    return parse_options(*values, **options)
-
-
-def parse_options(*options: Any, **unknown: Any) -> Problem:
-    """The problem with these options, in the order of OPTIONS; raises InvalidInput.
-
-    Valid combinations are cached: a slider or a sweep repeats them.
-    """
-    for name in unknown:
+    """The problem with these options by name, the others by default; raises InvalidInput. Valid
+    combinations are cached: a slider or a sweep repeats them."""
+    for name in options.keys() - DEFAULTS.keys():
         raise unknown_keyword("option", name, OPTIONS)
+    values = (DEFAULTS | options).values()
     try:
-        return _validated(*options)
+        return _validated(*values)
     except TypeError:  # an unhashable option
-        return _validated.__wrapped__(*options)
+        return _validated.__wrapped__(*values)
 
 
 @lru_cache(maxsize=256, typed=True)

@@ -16,17 +16,22 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import BentBeam, BentModes, State, bent_modes, in_axes_of_the_beam
-from beamviz.solver.bent.equilibrium import descend, is_resolved, newton, stable_states
-from beamviz.solver.bent.mesh_design import first_mesh, refined_mesh, tails
+from beamviz.solver.bent.equilibrium import (
+    descend,
+    first_mesh,
+    is_resolved,
+    newton,
+    stable_states,
+)
 from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.mesh import Mesh
+from beamviz.solver.hp.mesh import Mesh, make_mesh, reference
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
-REFINEMENTS, MAX_UNKNOWNS = 14, 1000
+REFINEMENTS, MAX_UNKNOWNS, HIGHEST_ORDER = 14, 1000, 16
 TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
 
 
@@ -82,7 +87,7 @@ def solve_bent(
         excess = float((truncation / allowed)[: problem.modes].max())
         if excess <= 1 and (verified or coarser is not None):
             return _solution(state, modes, truncation + rounding, start), state
-        state = _on_mesh(state, refined_mesh(state, modes, problem.tolerance))
+        state = _on_mesh(state, _refined_mesh(state, modes, problem.tolerance))
         coarser = omega_squared
     raise NotConverged(
         f"errors are still {excess:.1e} times the tolerance {problem.tolerance:g} with"
@@ -90,8 +95,9 @@ def solve_bent(
     )
 
 
-def other_states(solution: Solution, near: Sequence[Solution]) -> list[Solution]:
-    """The other stable bent states of the beam of a solution."""
+def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
+    """The other stable bent states found of the beam of a solution, with their modes, without
+    mirror images. Ordered by energy, or to match the states `near` of a neighbouring beam."""
     beam, problem = solution.beam, solution.problem
     start, seen = time.perf_counter(), bent_states([solution])
     found = []
@@ -112,8 +118,10 @@ def other_states(solution: Solution, near: Sequence[Solution]) -> list[Solution]
     return found
 
 
-def end_of_state(solution: Solution, over: str, stop: float) -> float | None:
-    """The limit point of a bent state, located again on the mesh that resolves the state there."""
+def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
+    """The limit point of a bent state: the value of the parameter `over`, between that of the beam
+    and `stop`, beyond which the state does not exist; None where it exists up to `stop`. Located
+    again on the mesh that resolves the state there."""
     (state,) = bent_states([solution])
     end = paths.end_on_mesh(state, over, stop)
     if end is not None:
@@ -160,6 +168,44 @@ def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | Non
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
+def _tails(bent: BentBeam, Q: np.ndarray, parity: int) -> np.ndarray:
+    """The part of values Q (2 n, ...) in the two highest polynomials of every second element."""
+    found = np.zeros_like(Q)
+    for half in (0, len(bent.w)):
+        end = half
+        for k, order in enumerate(bent.mesh.orders):
+            block = slice(end, end + order)
+            if k % 2 == parity:
+                found[block] = reference(order).last_two @ Q[block]
+            end += order
+    return found
+
+
+def _refined_mesh(state: State, modes: BentModes, tolerance: float) -> Mesh:
+    """A mesh with a higher order, or halves, where the tails of the state or of a shape are."""
+    bent, n = state.beam, len(state.f)
+    q = _tails(bent, state.q, 0) + _tails(bent, state.q, 1)
+    V = abs(_tails(bent, modes.V, 0)) ** 2 + abs(_tails(bent, modes.V, 1)) ** 2
+    stiffness = 1 / bent.scale**2
+    breaks, orders, start = [0.0], [], 0
+    lengths = np.diff(bent.mesh.breaks)
+    for order, length, end in zip(bent.mesh.orders, lengths, bent.mesh.breaks[1:], strict=True):
+        block = slice(start, start + order)
+        angle = math.sqrt(length * (bent.w[block] @ q[n:][block] ** 2))
+        stretch = math.sqrt(length * (bent.w[block] @ q[:n][block] ** 2))
+        strain = stiffness[block] @ V[block] + stiffness[n:][block] @ V[n:][block]
+        shapes = strain / (modes.frequencies**2 + modes.growth_rates**2)
+        needed = max(max(angle, stretch) * 10, math.sqrt(shapes.max())) / math.sqrt(tolerance)
+        start += order
+        if needed > 1 and order >= HIGHEST_ORDER:
+            breaks += [end - length / 2, end]
+            orders += [order, order]
+        else:
+            breaks.append(end)
+            orders.append(order + (6 if needed > 10 else 4 if needed > 1 else 2))
+    return make_mesh(tuple(breaks), tuple(orders))
+
+
 def _on_mesh(state: State, refined: Mesh) -> State:
     """The same state on another mesh."""
     old = state.beam
@@ -178,11 +224,9 @@ def _on_mesh(state: State, refined: Mesh) -> State:
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated truncation and rounding errors (modes,) of omega^2.
-
-    What the two highest polynomials of each element contribute: those of the state to its tangent,
-    and those of the shapes to their energies; neighbouring elements apart, since they may cancel.
-    """
+    """Estimated truncation and rounding errors (modes,) of omega^2. What the two highest
+    polynomials of each element contribute: those of the state to its tangent, and those of the
+    shapes to their energies; neighbouring elements apart, since they may cancel."""
     bent, omega, V = state.beam, modes.frequencies, modes.V
     squares = -((modes.growth_rates + 1j * omega) ** 2)
     exact = _energies(state, V)
@@ -190,8 +234,8 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     size = abs(squares) * inertia + abs(stiffness)
     truncation = np.zeros_like(omega)
     for parity in (0, 1):
-        lower = State(bent, state.q - tails(bent, state.q, parity))
-        for energies in (_energies(lower, V), _energies(state, V - tails(bent, V, parity))):
+        lower = State(bent, state.q - _tails(bent, state.q, parity))
+        for energies in (_energies(lower, V), _energies(state, V - _tails(bent, V, parity))):
             dK, dG, dM = energies - exact
             truncation += abs(dK + omega * dG - squares * dM) * 2 * abs(squares) / size
     rounding = (abs(np.diag(state.stiffness))[:, None] * abs(V) ** 2).sum(axis=0)

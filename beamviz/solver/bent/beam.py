@@ -67,10 +67,8 @@ class BentBeam:
 
 class State:
     """A state of a bent beam: the stretch f at the n Gauss points and after it kappa, in q (2 n,).
-
     iterations: that an equilibrium took. theta (n,): angle [rad]. direction (2, n): cos theta and
-    sin theta. arms (2, m): x and y of each mass from the axis of rotation.
-    """
+    sin theta. arms (2, m): x and y of each mass from the axis of rotation."""
 
     def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
         self.beam, self.q, self.iterations = beam, q, iterations
@@ -259,11 +257,9 @@ def oscillating_or_growing(s: NDArray) -> NDArray:
 
 
 def bent_modes(state: State, count: int) -> BentModes:
-    """The `count` lowest modes about a state.
-
-    A state without a spin-up has to be stable, which the descent to it guarantees. Raises
-    NotConverged where the stiffness of such a state is not positive definite.
-    """
+    """The `count` lowest modes about a state. A state without a spin-up has to be stable, which the
+    descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
+    positive definite."""
     bent, gamma = state.beam, state.beam.beam.gamma
     scale, K, B = bent.scale, state.scaled_stiffness, state.displacements * bent.scale
     F = B.reshape(-1, len(scale))  # M = F' F

@@ -1,4 +1,5 @@
-"""Bent equilibria at a constant speed: stable states by descent of the energy, and Newton's method.
+"""Bent equilibria at a constant speed: a mesh graded towards bending layers, stable states by
+descent of the energy, and Newton's method.
 
 Without a spin-up the loads have a potential, and a stable state is one of its minima: descent
 finds one from any guess. Guesses are the straight state bent along its buckling modes, and a beam
@@ -7,15 +8,24 @@ folded over at the clamp, from where it points outward.
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
+from beamviz.beam import Beam
 from beamviz.solver.bent.beam import MAX_STRETCH, MAX_TURN, BentBeam, State
-from beamviz.solver.bent.mesh_design import folded_beam
-from beamviz.solver.hp.mesh import make_mesh
+from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.mesh_design import distances, subdivided
+from beamviz.solver.problem import Problem
 
+FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
+LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
+CELLS = 40  # of the beam, for an estimate of its tension
+MOST_STRETCH = 30.0  # of that estimate
+SETTLED = 0.05  # relative change of its stretch after which it is good enough
 DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 120, 12, 40
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no line search
@@ -25,6 +35,52 @@ ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is roundi
 ENERGY_ROUNDING = 1e-12  # of its terms
 STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
+
+
+class FoldedBeam(NamedTuple):
+    """An estimate of the beam pulled straight outward from its clamp, at the middles of cells."""
+
+    x: np.ndarray  # (CELLS,)
+    stretch: np.ndarray  # (CELLS,)
+    carries_load: bool  # whether its strain law has the force for it
+    width: np.ndarray  # (CELLS,) of a bending layer: sqrt of bending stiffness over tension
+
+
+def folded_beam(beam: Beam, problem: Problem) -> FoldedBeam:
+    """The beam folded over at its clamp, where the load pulls it."""
+    law, power = problem.strain_law, 4 - 2 * problem.curvature_power
+    x = (np.arange(CELLS) + 0.5) / CELLS
+    load = max(beam.gamma**2, abs(beam.spin_up))
+    f = np.ones(CELLS)
+    most = min(law.max_stretch, MOST_STRETCH)
+    for _ in range(CELLS):
+        arm = abs(beam.delta) + np.cumsum(f) / CELLS
+        at_mass = beam.alpha * np.interp(beam.beta, x, arm) * (x <= beam.beta)
+        tension = load * (np.cumsum(arm[::-1])[::-1] / CELLS + at_mass)
+        with np.errstate(invalid="ignore"):
+            found = np.clip(law.stretch(tension / beam.mu**2), 1.0, most)
+        change, f = abs(found / f - 1).max(), found
+        if change < SETTLED:
+            break
+    return FoldedBeam(
+        x, f, bool(f.max() < most), f ** ((power - 1) / 2) / np.sqrt(np.maximum(tension, 1.0))
+    )
+
+
+def first_mesh(beam: Beam, problem: Problem) -> Mesh:
+    """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
+    folded = folded_beam(beam, problem)
+    ends = [0.0, beam.beta, 1.0] if beam.alpha and 0 < beam.beta < 1 else [0.0, 1.0]
+    breaks = set(ends)
+    for a, b in pairwise(ends):
+        inside = folded.width[(folded.x > a) & (folded.x < b)]
+        first, last = (inside[0], inside[-1]) if len(inside) else (1.0, 1.0)
+        half = (b - a) / 2
+        breaks |= {a + distance for distance in distances(LAYER * first, GRADING, half)}
+        if b < 1:
+            breaks |= {b - distance for distance in distances(LAYER * last, GRADING, half)}
+    spread = subdivided(sorted(breaks), 1 / LONGEST_ELEMENT)
+    return make_mesh(tuple(spread), (FIRST_ORDER,) * (len(spread) - 1))
 
 
 def stable_states(beam: BentBeam) -> list[State]:
@@ -85,11 +141,9 @@ def straight_state(beam: BentBeam) -> State | None:
 
 
 def descend(beam: BentBeam, q: np.ndarray) -> State | None:
-    """The stable state that descent of the energy leads to; None where it finds none.
-
-    Newton's method where the stiffness is positive definite and the step small; elsewhere a bounded
-    step of descent, which leaves saddle points.
-    """
+    """The stable state that descent of the energy leads to; None where it finds none. Newton's
+    method where the stiffness is positive definite and the step small; elsewhere a bounded step of
+    descent, which leaves saddle points."""
     low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
     high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
     state, last, shift = State(beam, q), math.inf, 1.0

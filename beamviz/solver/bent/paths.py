@@ -12,11 +12,19 @@ from numpy.typing import NDArray
 from beamviz.beam import SPIN_UP
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent.beam import BentBeam, State
-from beamviz.solver.bent.equilibrium import CONVERGED, descend, guesses, newton, stable_states
-from beamviz.solver.bent.mesh_design import first_mesh, folded_beam
+from beamviz.solver.bent.equilibrium import (
+    CONVERGED,
+    descend,
+    first_mesh,
+    folded_beam,
+    guesses,
+    newton,
+    stable_states,
+)
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
+FIRST_STEP = 0.4  # of a speed: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio of speeds, and their number, where a stable state is looked for
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 SMALLEST_STEP = 1e-4  # of the spin-up
@@ -27,23 +35,21 @@ LIMIT_ACCURACY, SPEED_PRECISION = 1e-3, 1e-5  # relative: of the limit, and on o
 
 
 def follow_speed(bent: BentBeam) -> State:
-    """A stable state followed to the speed of a beam from that of a slower one that has one.
-
-    Raises NoEquilibrium with the largest speed that has one, or NotConverged.
-    """
+    """A stable state followed to the speed of a beam from that of a slower one that has one. Raises
+    NoEquilibrium with the largest speed that has one, or NotConverged."""
     start = _slower(bent)
     limits: list[float] = []
     for _ in range(MAX_MESHES):
         start = _finer(start)
-        path = _follow(bent, start)
+        path = _follow_speed(start, bent.beam.gamma)
         if path.limit is not None and start.is_straight:
-            bifurcated = _bifurcated(bent, start.beam.mesh, _speed(start, path.limit))
+            bifurcated = _bifurcated(bent, start.beam.mesh, start.beam.beam.gamma + path.limit)
             if bifurcated:
                 start = bifurcated
-                path = _follow(bent, start)
+                path = _follow_speed(start, bent.beam.gamma)
         if path.limit is None:
             return State(bent.changed(start.beam.mesh), path.state, path.iterations)
-        limits.append(_speed(start, path.limit))
+        limits.append(start.beam.beam.gamma + path.limit)
         if len(limits) > 1 and abs(limits[-1] / limits[-2] - 1) < LIMIT_ACCURACY:
             break
     raise NoEquilibrium(
@@ -97,17 +103,10 @@ def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
     return None
 
 
-def _speed(start: State, load: float) -> float:
-    """The speed of a load, which is gamma^2 less that of the start."""
-    return math.sqrt(start.beam.beam.gamma**2 + load)
-
-
-def _follow(bent: BentBeam, start: State) -> Root:
-    """The stable states from a slower beam's to the speed of the beam, or to their limit."""
-    target = bent.beam.gamma**2 - start.beam.beam.gamma**2
-    return _follow_load(
-        lambda load: bent.changed(start.beam.mesh, gamma=_speed(start, load)),
-        *(start, target, start.beam.beam.gamma**2, SPEED_PRECISION),
+def _follow_speed(start: State, gamma: float) -> Root:
+    """The stable states from a slower beam's to that of a speed, or to their limit."""
+    return _follow_number(
+        start, "gamma", gamma, FIRST_STEP * start.beam.beam.gamma, SPEED_PRECISION
     )
 
 
@@ -127,22 +126,15 @@ def state_at(start: State, over: str, value: float) -> State | None:
     return State(start.beam.changed(**{over: value}), path.state, path.iterations)
 
 
-def _follow_number(start: State, over: str, stop: float) -> Root:
-    """The stable states that continue one to another value of a number of the beam; loads are
-    distances from its own."""
+def _follow_number(start: State, over: str, stop: float, *accuracy: float) -> Root:
+    """The stable states that continue one to another value of a number of the beam, or to their
+    limit; loads are distances from its own. accuracy: see `continue_load`."""
     bent, own = start.beam, float(getattr(start.beam.beam, over))
     sign = math.copysign(1.0, stop - own)
 
     def at(load: float) -> BentBeam:
         return bent.changed(**{over: own + sign * load})
 
-    return _follow_load(at, start, abs(stop - own))
-
-
-def _follow_load(
-    at: Callable[[float], BentBeam], start: State, target: float, *accuracy: float
-) -> Root:
-    """The stable states of the beams at loads from 0 to a target, or to their limit."""
     first = _margins(start)
 
     def solve_at(load: float, guess: NDArray) -> Root | None:
@@ -152,7 +144,7 @@ def _follow_load(
     def margin(load: float, q: NDArray) -> NDArray:
         return _margins(State(at(load), q)) / first
 
-    return continue_load(solve_at, start.q, target, margin, *accuracy)
+    return continue_load(solve_at, start.q, abs(stop - own), margin, *accuracy)
 
 
 def _margins(state: State) -> NDArray:
