@@ -155,7 +155,7 @@ def sweep(
     ] = "",
 ) -> None:
     """Every combination of parameters, in parallel; interrupted, the same command resumes."""
-    from beamviz.cli.progress import ProgressLine
+    from beamviz.cli import ProgressLine
     from beamviz.sweeps import count_statuses, dask_client, sweep
 
     axes = sweep_axes(over)

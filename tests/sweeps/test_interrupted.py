@@ -16,7 +16,7 @@ import pytest
 from helpers import contents
 
 from beamviz import Beam, solve
-from beamviz.cli.progress import INTERRUPTED
+from beamviz.cli import KEPT
 from beamviz.sweeps import open_sweep, sweep
 
 ROOT = Path(__file__).parents[2]
@@ -102,7 +102,7 @@ def test_interrupted(number, undisturbed, tmp_path):
             out, err = process.communicate(timeout=10)
         assert (process.returncode, out) == (128 + number, "")
         *progress, last = err.splitlines()
-        assert last == f"beamviz: {INTERRUPTED}"
+        assert last == f"beamviz: {KEPT}"
         assert all("a second" in line for line in progress), err
     finish(store, undisturbed)
 
