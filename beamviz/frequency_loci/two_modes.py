@@ -9,7 +9,7 @@ half the difference d of its diagonal and the coupling c,
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import polynomial
+from numpy.polynomial.polynomial import Polynomial, polyvander
 from scipy.optimize import brentq
 
 from beamviz.frequency_loci.mode_vectors import Points
@@ -36,9 +36,7 @@ class Approach(NamedTuple):
 
 def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
     """Parameter, mean, d, c and the indices (n, 6) of the two modes most like two shapes (2, d).
-
-    Points whose modes do not contain the shapes are left out.
-    """
+    Points whose modes do not contain the shapes are left out."""
     B = reference.conj() @ points.duals.swapaxes(1, 2)
     modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
     U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
@@ -51,32 +49,23 @@ def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
 
 
 class TwoModes(NamedTuple):
-    """The 2 x 2 problem: its entries as polynomials in (p - centre) / scale."""
+    """The 2 x 2 problem: its entries as functions of the parameter."""
 
-    centre: float
-    scale: float
-    coefficients: np.ndarray  # (order, 3): mean, d, c
+    mean: Polynomial
+    d: Polynomial
+    c: Polynomial
     uncoupled: bool  # c vanishes everywhere
-
-    def entries(self, p: float | np.ndarray) -> np.ndarray:
-        """Mean, d and c at p: (3, ...)."""
-        return polynomial.polyval((p - self.centre) / self.scale, self.coefficients)
 
     def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and difference of the two frequencies at p."""
-        mean, d, c = self.entries(p)
-        r = np.hypot(abs(d), 0.0 if self.uncoupled else abs(c))
-        low, high = (np.sqrt(np.maximum(mean.real + side * r, FLOOR)) for side in (-1, 1))
+        r = np.hypot(self.d(p), 0.0 if self.uncoupled else abs(self.c(p)))
+        low, high = (np.sqrt(np.maximum(self.mean(p) + side * r, FLOOR)) for side in (-1, 1))
         return (low + high) / 2, 2 * r / (low + high)
 
     def closest(self, low: float, high: float) -> float:
         """The parameter of the least gap: the root of d for uncoupled modes."""
-
-        def d(p: float) -> float:
-            return float(self.entries(p)[1].real)
-
-        if self.uncoupled and d(low) * d(high) <= 0:
-            return brentq(d, low, high, xtol=1e-14 * (high - low))
+        if self.uncoupled and self.d(low) * self.d(high) <= 0:
+            return brentq(self.d, low, high, xtol=1e-14 * (high - low))
         for _ in range(MAX_ZOOMS):
             p = np.linspace(low, high, SAMPLES)
             gap = self.frequencies(p)[1]
@@ -88,25 +77,24 @@ class TwoModes(NamedTuple):
 
 
 def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
-    """The least gap by the `entries` (n, 6) from `reduce`.
-
-    These are interpolated through the points nearest to `near` that are at least SPACING apart, as
-    the difference of closer ones is rounding error.
-    """
+    """The least gap by the `entries` (n, 6) from `reduce`. These are interpolated through the
+    points nearest to `near` that are at least SPACING apart, as the difference of closer ones is
+    rounding error."""
     p = entries[:, 0].real
     nearest: list[int] = []
     for k in np.argsort(abs(p - near)).tolist():
         if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
             nearest.append(k)
     values, scale = entries[nearest, 1:4], np.ptp(p[nearest])
-    powers = polynomial.polyvander((p[nearest] - near) / scale, len(nearest) - 1)
+    powers = polyvander((p[nearest] - near) / scale, len(nearest) - 1)
+    coefficients, domain = np.linalg.solve(powers, values).T, (near - scale, near + scale)
+    mean, d = (Polynomial(one.real, domain) for one in coefficients[:2])
+    c = Polynomial(coefficients[2], domain)
     uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
-    local = TwoModes(near, scale, np.linalg.solve(powers, values), uncoupled)
+    local = TwoModes(mean, d, c, uncoupled)
     at = local.closest(low, high)
     frequency, gap = map(float, local.frequencies(at))
     touching = gap <= TOUCHING * frequency
-    slope = polynomial.polyder(local.coefficients[:, 1].real)
-    rate = abs(polynomial.polyval((at - near) / scale, slope) / scale)
-    width = float(abs(local.entries(at)[2]) / max(rate, np.finfo(float).tiny))
+    width = float(abs(local.c(at)) / max(abs(local.d.deriv()(at)), np.finfo(float).tiny))
     i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
     return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))
