@@ -10,7 +10,6 @@ same force at rest.
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.curves import polish
 from beamviz.frequency_loci.sweep import Sweep
 from beamviz.solver import solve_many
+from beamviz.solver.families import quadrature
 from beamviz.solver.solution import Solution
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)
@@ -28,7 +28,6 @@ DAMPING = (0.001, 0.2)  # least and greatest damping ratio
 MAX_PER_REV = 20
 SPEEDS = 81  # evenly spaced
 NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # speeds near a resonance, in its half-widths
-GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(64)
 TIP = np.ones(1)
 
 
@@ -84,7 +83,7 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
     beam, omega = solution.beam, solution.frequencies
-    nodes, weight = quadrature(beam)
+    nodes, weight = quadrature(beam)  # the mass at each point
     u, w = np.moveaxis(solution.displacement(nodes), 1, 0)  # (len(nodes), modes) each
     mass = weight @ (abs(u) ** 2 + abs(w) ** 2)
     coriolis = weight @ (w.conj() * u - u.conj() * w)  # phi^H G phi, 0 for real shapes
@@ -98,14 +97,6 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     direct = shapes @ (force / (norm * (pole - frequency)))
     conjugate = shapes.conj() @ (force_conjugate / (norm * (pole.conj() + frequency)))
     return (direct + conjugate) / static_deflection(beam)
-
-
-def quadrature(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights of an integral over the mass of a beam, with the mass at beta."""
-    ends = [0.0, *([beam.beta] if 0 < beam.beta < 1 else []), 1.0]
-    x = [a + (b - a) * (GAUSS_X + 1) / 2 for a, b in pairwise(ends)]
-    weight = [(b - a) * GAUSS_W / 2 for a, b in pairwise(ends)]
-    return np.append(np.concatenate(x), beam.beta), np.append(np.concatenate(weight), beam.alpha)
 
 
 def static_deflection(beam: Beam) -> float:

@@ -3,19 +3,18 @@ with Coriolis forces, the gyroscopic one."""
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.errors import BeamvizError
 from beamviz.solver import displacements
+from beamviz.solver.families import gauss
 from beamviz.solver.solution import Solution
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
 
 Outcome = Solution | BeamvizError  # at one value of a parameter
-_gauss = lru_cache(maxsize=8)(np.polynomial.legendre.leggauss)
 
 
 class Points(NamedTuple):
@@ -45,11 +44,9 @@ def gauss_points(solutions: Sequence[Solution]) -> int:
 
 
 def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Points:
-    """The modes, equal in number, of the outcomes at values (n,) that are solutions.
-
-    Shapes are sampled at `count` Gauss points of the whole beam and at the mass; inner products of
-    shapes and duals contain the weights and the mass.
-    """
+    """The modes, equal in number, of the outcomes at values (n,) that are solutions. Shapes are
+    sampled at `count` Gauss points of the whole beam and at the mass; inner products of shapes and
+    duals contain the weights and the mass."""
     solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
@@ -69,11 +66,8 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
 
 def kinetic_energies(solutions: Sequence[Solution], count: int) -> np.ndarray:
     """Kinetic energies (n, 2, m) across the beam and total of gyroscopic modes, equal in number,
-    relative to the norm in the product of `_gyroscopic`.
-
-    As functions of omega^2 that are analytic also where it vanishes: the energy across of unstable
-    modes counts as negative.
-    """
+    relative to the norm in the product of `_gyroscopic`. As functions of omega^2 that are analytic
+    also where it vanishes: the energy across of unstable modes counts as negative."""
     squares = np.array([solution.omega_squared for solution in solutions])
     gamma = np.array([solution.beam.gamma for solution in solutions])
     fields, masses = _fields(solutions, count)
@@ -104,7 +98,7 @@ def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
 def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
     """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, of arbitrary
     phase; weights and mass there (n, 1, 1, count + 1)."""
-    x, w = _gauss(count)
+    x, w = gauss(count)
     alpha, beta = np.array([(one.beam.alpha, one.beam.beta) for one in solutions]).T
     stations, masses = (
         np.column_stack((np.broadcast_to(common, (len(own), count)), own))

@@ -48,8 +48,8 @@ class StrainLaw:
     max_stretch: float
     hardens: bool
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _law, (self.name,)
+    def __reduce__(self) -> str:  # pickled as the constant of its name
+        return self.name.upper()
 
     def stretch_series(self, n: Any) -> Any:
         """`stretch` for a small force, cheaper, to about 10 n^4."""
@@ -84,52 +84,44 @@ def _exponential(n: Any) -> Any:
     return f
 
 
-_LAWS = (
-    StrainLaw(  # Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)
-        name="green",
-        strain=lambda f: (f - 1) * (f + 1) / 2,
-        force=lambda f: (f - 1) * (f + 1) * f / 2,
-        stiffness=lambda f: 1.5 * f * f - 0.5,
-        stretch=_cubic,
-        series=(1.5, 4.0),
-        min_stretch=1 / math.sqrt(3),
-        max_stretch=math.inf,
-        hardens=True,
-    ),
-    StrainLaw(  # Biot (engineering) strain f - 1, the axial strain of Gerstmayr & Irschik (2008)
-        name="biot",
-        strain=lambda f: f - 1,
-        force=lambda f: f - 1,
-        stiffness=np.ones_like,
-        stretch=lambda n: 1 + n,
-        series=(0.0, 0.0),
-        min_stretch=0.0,
-        max_stretch=math.inf,
-        hardens=False,
-    ),
-    StrainLaw(  # Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e
-        name="hencky",
-        strain=np.log,
-        force=lambda f: np.log(f) / f,
-        stiffness=lambda f: (1 - np.log(f)) / f**2,
-        stretch=_exponential,
-        series=(-1.5, 8 / 3),
-        min_stretch=0.0,
-        max_stretch=math.e,
-        hardens=False,
-    ),
+GREEN = StrainLaw(  # Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)
+    name="green",
+    strain=lambda f: (f - 1) * (f + 1) / 2,
+    force=lambda f: (f - 1) * (f + 1) * f / 2,
+    stiffness=lambda f: 1.5 * f * f - 0.5,
+    stretch=_cubic,
+    series=(1.5, 4.0),
+    min_stretch=1 / math.sqrt(3),
+    max_stretch=math.inf,
+    hardens=True,
 )
-
-STRAIN_LAWS = {law.name: law for law in _LAWS}
+BIOT = StrainLaw(  # Biot (engineering) strain f - 1, of Gerstmayr & Irschik (2008)
+    name="biot",
+    strain=lambda f: f - 1,
+    force=lambda f: f - 1,
+    stiffness=np.ones_like,
+    stretch=lambda n: 1 + n,
+    series=(0.0, 0.0),
+    min_stretch=0.0,
+    max_stretch=math.inf,
+    hardens=False,
+)
+HENCKY = StrainLaw(  # Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e
+    name="hencky",
+    strain=np.log,
+    force=lambda f: np.log(f) / f,
+    stiffness=lambda f: (1 - np.log(f)) / f**2,
+    stretch=_exponential,
+    series=(-1.5, 8 / 3),
+    min_stretch=0.0,
+    max_stretch=math.e,
+    hardens=False,
+)
+STRAIN_LAWS = {law.name: law for law in (GREEN, BIOT, HENCKY)}
 CURVATURES = {  # the power c of each curvature measure
     "spatial": 3,  # curvature of the deformed axis, per deformed length (paper, eq. 16)
     "material": 2,  # rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)
 }
-
-
-def _law(name: str) -> StrainLaw:
-    """The law of this name: unpickles a StrainLaw."""
-    return STRAIN_LAWS[name]
 
 
 def axial_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:

@@ -35,11 +35,9 @@ class Root(NamedTuple):
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # divergence is detected below
 def newton(increment: Callable[[NDArray], NDArray], start: NDArray) -> Root | None:
-    """Add increment(q) = -K(q)^-1 R(q) until it is below TOLERANCE or rounding error.
-
-    None where it does not converge, or where increment raises np.linalg.LinAlgError (for a tangent
-    that is not positive definite, say).
-    """
+    """Add increment(q) = -K(q)^-1 R(q) until it is below TOLERANCE or rounding error. None where it
+    does not converge, or where increment raises np.linalg.LinAlgError (for a tangent that is not
+    positive definite, say)."""
     q, previous = start, math.inf
     for iteration in range(1, MAX_ITERATIONS + 1):
         try:

@@ -6,7 +6,7 @@ Errors are estimated by the difference from the default method, which converges 
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from beamviz.solver.solution import Curve, Equilibrium, Fields, Solution, Stats,
 
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
+gauss = lru_cache(maxsize=8)(legendre.leggauss)
 Shapes = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), modes); picklable
 
 
@@ -61,11 +62,9 @@ def modes_of_matrices(
     F: tuple[np.ndarray, np.ndarray],
     shapes: tuple[Callable[[np.ndarray], Shapes], Callable[[np.ndarray], Shapes]],
 ) -> Modes:
-    """The lowest modes of the matrices along the beam and of those across it.
-
-    K (n, n): stiffness without softening. F (m, n): factors of the mass matrices F' F. shapes: the
-    functions of x of coordinates (n, modes). The softening, a multiple of the mass, shifts omega^2.
-    """
+    """The lowest modes of the matrices along the beam and of those across it. K (n, n): stiffness
+    without softening. F (m, n): factors of the mass matrices F' F. shapes: the functions of x of
+    coordinates (n, modes). The softening, a multiple of the mass, shifts omega^2."""
     Ma, Mb = (f.T @ f for f in F)
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
@@ -87,13 +86,14 @@ def centrifugal_softening(beam: Beam, problem: Problem) -> float:
     return beam.gamma**2 if problem.chordwise else 0.0
 
 
-def quadrature(beam: Beam, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points (n,) in [0, 1] and their weights: `points` on either side of the mass."""
-    xi, weights = legendre.leggauss(points)
-    ends = sorted({0.0, beam.beta, 1.0})
-    x = [a + (b - a) * (xi + 1) / 2 for a, b in pairwise(ends)]
-    w = [(b - a) / 2 * weights for a, b in pairwise(ends)]
-    return np.concatenate(x), np.concatenate(w)
+def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n,) and weights of an integral over the mass of a beam: `points` Gauss points on
+    either side of the concentrated mass and, as the last one, that."""
+    xi, weights = gauss(points)
+    parts = list(pairwise(sorted({0.0, beam.beta, 1.0})))
+    x = [a + (b - a) * (xi + 1) / 2 for a, b in parts]
+    w = [(b - a) / 2 * weights for a, b in parts]
+    return np.append(np.concatenate(x), beam.beta), np.append(np.concatenate(w), beam.alpha)
 
 
 def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -124,10 +124,8 @@ def errors_against_reference(
     beam: Beam, problem: Problem, omega_squared: np.ndarray, bending_energy_fraction: np.ndarray
 ) -> np.ndarray:
     """Errors (modes,) of omega^2: the difference from the default method plus the error of that.
-
     Modes are paired within their family, for a coarse basis may change the order of families.
-    Infinite where the default method has no answer.
-    """
+    Infinite where the default method has no answer."""
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
     reference = replace(problem, modes=2 * modes, method=method, tolerance=REFERENCE_TOLERANCE)

@@ -137,11 +137,9 @@ class Resolution(NamedTuple):
 
 
 class Method(NamedTuple):
-    """A row of the table of methods.
-
-    package: under beamviz/solver, imported on first use. source: publication. choose: when to use
-    it. rigid_tension: whether the tension is that of the unstretched beam (first-order coupling).
-    """
+    """A row of the table of methods. package: under beamviz/solver, imported on first use. source:
+    publication. choose: when to use it. rigid_tension: whether the tension is that of the
+    unstretched beam (first-order coupling)."""
 
     package: str
     unsupported: tuple[Feature, ...]

@@ -127,11 +127,9 @@ class Solution:
 
     @cached_property
     def growth_rates(self) -> np.ndarray:
-        """Growth rates (modes,) in units of 1/T*; 0 where stable.
-
-        With a spin-up a mode may have both a frequency and a growth rate, negative where it decays:
-        the Euler force has no potential.
-        """
+        """Growth rates (modes,) in units of 1/T*; 0 where stable. With a spin-up a mode may have
+        both a frequency and a growth rate, negative where it decays: the Euler force has no
+        potential."""
         if self.spin_up_growth is not None:
             return read_only(self.spin_up_growth)
         return read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))

@@ -105,10 +105,8 @@ def across(K: NDArray) -> NDArray:
 
 def straight_equilibrium(model: PlanarBeam) -> Root:
     """The straight state (paper, eq. 40), followed by Newton-Raphson from rest to the beam's gamma.
-
     Returns its planar coordinates and the number of iterations; it may be unstable (delta < 0).
-    Raises NoEquilibrium with the limit in gamma, and NotConverged.
-    """
+    Raises NoEquilibrium with the limit in gamma, and NotConverged."""
 
     def increment(load: float, q: NDArray) -> NDArray:
         dq = np.zeros_like(q)
@@ -129,10 +127,8 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
 
 
 def straight_margin(model: PlanarBeam, load: float, q: NDArray) -> float:
-    """Distance of a straight state from the end of its branch: 1 at rest, falling to 0 there.
-
-    The least of the stretch, the slope n' of the force law and the static stiffness of the tip.
-    """
+    """Distance of a straight state from the end of its branch: 1 at rest, falling to 0 there. The
+    least of the stretch, the slope n' of the force law and the static stiffness of the tip."""
     f = model.slopes(q)[:, 0]
     if f.min() <= 0:
         return 0.0

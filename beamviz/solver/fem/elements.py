@@ -41,10 +41,8 @@ def gauss(degree: int) -> tuple[NDArray, NDArray]:
 
 
 def hermite(xi: ArrayLike, length: ArrayLike) -> tuple[NDArray, NDArray, NDArray]:
-    """S, S' and S'' of cubic elements (paper, eqs. 5-6), one component: (..., 4) each.
-
-    xi = x / length in [0, 1] and length are broadcast; the derivatives are by x.
-    """
+    """S, S' and S'' of cubic elements (paper, eqs. 5-6), one component: (..., 4) each. xi = x /
+    length in [0, 1] and length are broadcast; the derivatives are by x."""
     xi, l = np.broadcast_arrays(xi, length)
     S = [1 - xi * xi * (3 - 2 * xi), l * xi * (1 - xi) ** 2, xi * xi * (3 - 2 * xi)]
     S.append(-l * xi * xi * (1 - xi))
@@ -66,21 +64,17 @@ def element_coordinates(q: NDArray, per_node: int) -> NDArray:
 
 
 def interpolate(nodes: NDArray, q: NDArray, x: ArrayLike, derivative: int = 0) -> NDArray:
-    """A field or its derivative (1 or 2) at x (k,), from value and slope of node after node.
-
-    q (2N, ...) of N nodes; the field (k, ...).
-    """
+    """A field or its derivative (1 or 2) at x (k,), from value and slope of node after node. q (2N,
+    ...) of N nodes; the field (k, ...)."""
     element, xi = locate(nodes, x)
     S = hermite(xi, np.diff(nodes)[element])[derivative]
     return np.einsum("xi,xi...->x...", S, element_coordinates(q, 2)[element])
 
 
 def mass(nodes: NDArray, alpha: float, beta: float) -> NDArray:
-    """Mass matrix m_e of one component: (elements, 4, 4).
-
-    int S' S dx of each element for rho A = 1 (paper, eq. 8), and alpha S'(beta) S(beta) in the
-    element that holds the concentrated mass (eqs. 29-32).
-    """
+    """Mass matrix m_e of one component: (elements, 4, 4). int S' S dx of each element for rho A = 1
+    (paper, eq. 8), and alpha S'(beta) S(beta) in the element that holds the concentrated mass (eqs.
+    29-32)."""
     points, weights = gauss(MASS_DEGREE)
     lengths = np.diff(nodes)
     S, _, _ = hermite(points, lengths[:, None])
@@ -176,11 +170,9 @@ class PlanarBeam:
         return load * self.C - self.euler
 
     def centrifugal_force(self, q_e: NDArray, load: float) -> NDArray:
-        """gamma^2 C (q + delta t) of each element, and its Euler force: (n, 8).
-
-        t is the unit translation along the beam, which cubics hold exactly, so that delta C t is
-        the load of the hub radius (paper, eqs. 24-25, 33-34).
-        """
+        """gamma^2 C (q + delta t) of each element, and its Euler force: (n, 8). t is the unit
+        translation along the beam, which cubics hold exactly, so that delta C t is the load of the
+        hub radius (paper, eqs. 24-25, 33-34)."""
         arm = q_e.copy()
         arm[:, [0, 4]] += self.beam.delta
         return (self.field(load) @ arm[..., None])[..., 0]
@@ -242,12 +234,9 @@ def axial_hessian(s: NDArray, f: NDArray, law: StrainLaw) -> NDArray:
 
 
 def bending_hessian(s: NDArray, f: NDArray, power: int) -> NDArray:
-    """The second derivative of kappa^2 / 2 by s (..., 4, 4): dkappa dkappa' + kappa d^2 kappa
-    (the other terms of the paper's eq. 44).
-
-    Printed there, -6 Gamma q q' S'' S' / f^5 stands for -3 times the product and its transpose:
-    a second derivative is symmetric.
-    """
+    """The second derivative of kappa^2 / 2 by s (..., 4, 4): dkappa dkappa' + kappa d^2 kappa (the
+    other terms of the paper's eq. 44). Printed there, -6 Gamma q q' S'' S' / f^5 stands for -3
+    times the product and its transpose: a second derivative is symmetric."""
     kappa, dkappa = bending(s, f, power)
     a = s[..., :2]
     kappa, scale, f2 = (field[..., None, None] for field in (kappa, f**-power, f**2))

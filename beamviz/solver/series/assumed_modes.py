@@ -34,17 +34,14 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     """The modes on some functions across the beam and as many along it. start: the clock at the
     call."""
     terms = problem.resolution
-    x, weights = quadrature(beam, 2 * terms + 12)  # exact to rounding
+    x, masses = quadrature(beam, 2 * terms + 12)  # exact to rounding
     across, along = clamped_free(terms, x), fixed_free(terms, x)
-    N = rigid_tension(beam, x)
-    Kb = (across.curvature.T * weights) @ across.curvature
-    Kb += (across.slope.T * (weights * N)) @ across.slope
-    Ka = beam.mu**2 * (along.slope.T * weights) @ along.slope
-    # M = F' F: rows of F are displacements at the points and at the mass
-    at_mass = np.array([beam.beta])
-    roots = np.sqrt(np.append(weights, beam.alpha))[:, None]
-    Fb = roots * np.vstack((across.value, clamped_free(terms, at_mass).value))
-    Fa = roots * np.vstack((along.value, fixed_free(terms, at_mass).value))
+    lengths = np.append(masses[:-1], 0.0)  # the concentrated mass has no stiffness
+    Kb = (across.curvature.T * lengths) @ across.curvature
+    Kb += (across.slope.T * (lengths * rigid_tension(beam, x))) @ across.slope
+    Ka = beam.mu**2 * (along.slope.T * lengths) @ along.slope
+    # M = F' F: rows of F are displacements at the points
+    Fa, Fb = (np.sqrt(masses)[:, None] * basis.value for basis in (along, across))
     shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
     return build_solution(beam, problem, start, modes, (2 * terms, 1, terms))

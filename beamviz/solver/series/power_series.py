@@ -139,10 +139,7 @@ def _stretching(beam: Beam, modes: int) -> Family:
 
 def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> np.ndarray:
     """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow but stay smaller than
-    the distance of bending modes.
-
-    Compression makes Lambda negative, by less than its square.
-    """
+    the distance of bending modes. Compression makes Lambda negative, by less than its square."""
     x = (np.arange(SAMPLES) + 0.5) / SAMPLES
     widths = float(np.sqrt(np.maximum(rigid_tension(beam, x), 0.0)).mean())  # int sqrt(N) dx
     if widths > MAX_WIDTHS:
@@ -181,5 +178,4 @@ def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) 
 def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
     x, weights = families.quadrature(beam, QUADRATURE)
-    mass = weights @ shapes(x) ** 2 + beam.alpha * shapes(np.array([beam.beta]))[0] ** 2
-    return 1 / np.sqrt(mass)
+    return 1 / np.sqrt(weights @ shapes(x) ** 2)
