@@ -152,10 +152,8 @@ def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
 def _rows_of(
     scene: str, solver: Solver, theories: dict[str, np.ndarray | str], effort: Effort
 ) -> list[Row]:
-    """The rows of one solver in one scene, coarse to fine; the budget ends them.
-
-    The first call warms up and gives the errors, the fastest of the others the time.
-    """
+    """The rows of one solver in one scene, coarse to fine; the budget ends them. The first call
+    warms up and gives the errors, the fastest of the others the time."""
     exact = theories[solver.theory]
     blank = Row(scene, solver.name, solver.theory, solver.option)
     if isinstance(exact, str) or solver.missing:

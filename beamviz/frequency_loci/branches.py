@@ -42,11 +42,9 @@ class Solutions(Sequence[Any]):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Branch:
-    """One mode along a sweep, with one label; its family may change.
-
-    Arrays have one entry per value and are read-only. Where the branch is not among the requested
-    modes, mode_index is -1, family None, and the others are nan.
-    """
+    """One mode along a sweep, with one label; its family may change. Arrays have one entry per
+    value and are read-only. Where the branch is not among the requested modes, mode_index is -1,
+    family None, and the others are nan."""
 
     label: str
     mode_index: np.ndarray  # (values,) index of the mode in each solution
@@ -92,11 +90,9 @@ class Branch:
 
 @dataclass(frozen=True)
 class Part:
-    """The loci between two limits.
-
-    Branches are numbered as their modes by family. Coupled modes may still cross, where their
-    coupling vanishes (Perkins & Mote 1986); the branches exchange their modes there.
-    """
+    """The loci between two limits. Branches are numbered as their modes by family. Coupled modes
+    may still cross, where their coupling vanishes (Perkins & Mote 1986); the branches exchange
+    their modes there."""
 
     curves: Curves
     events: tuple[Event, ...]

@@ -162,9 +162,8 @@ def _locate(
     sweep: Sweep,
     solved: np.ndarray,
 ) -> Search[Event | None]:
-    """The crossing or veering of two neighbours of a family; None if it is neither.
-
-    solved: values (n,) solved before."""
+    """The crossing or veering of two neighbours of a family; None if it is neither. solved: values
+    (n,) solved before."""
     family, k, low, at, high, *_ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
     if guess:
@@ -232,11 +231,8 @@ def _near(approach: Approach, start: float, stop: float) -> np.ndarray:
 def _interpolated_gaps(
     curves: Curves, candidates: Sequence[Candidate]
 ) -> dict[Candidate, Approach]:
-    """The least gap of each candidate by interpolated loci.
-
-    The square of a gap is analytic, least^2 (1 + ((p - at) / width)^2) near its minimum, however
-    narrow that is.
-    """
+    """The least gap of each candidate by interpolated loci. The square of a gap is analytic,
+    least^2 (1 + ((p - at) / width)^2) near its minimum, however narrow that is."""
     found: dict[Candidate, Approach] = {}
     if not candidates:
         return found
@@ -290,9 +286,7 @@ def _least_gap(
     points: Points, reference: np.ndarray, low: float, high: float, guess: Approach
 ) -> Search[Approach | None]:
     """The least gap within low .. high of the two modes that have the shapes `reference` (2, d).
-
-    points: solved modes around it. guess: its estimate. None where the gap is least at an end.
-    """
+    points: solved modes around it. guess: its estimate. None where the gap is least at an end."""
     entries, interval = reduce(reference, points), high - low
     approach, shift = guess, math.inf
     for _ in range(MAX_SOLVES):

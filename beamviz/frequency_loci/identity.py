@@ -1,9 +1,9 @@
 """Corresponding modes of two solutions, and the names of modes, also where Coriolis forces mix
 shapes."""
 
+from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -54,11 +54,8 @@ MIN_SHARE = 0.1  # MAC from which a mode is a part of a mixture
 
 
 class ModeIdentity(NamedTuple):
-    """What the modes of a solution are called.
-
-    labels: one for each mode, all different; mixtures: "S1/B3 mixed 55:45" for a mode that is one,
-    "" for any other.
-    """
+    """What the modes of a solution are called. labels: one for each mode, all different; mixtures:
+    "S1/B3 mixed 55:45" for a mode that is one, "" for any other."""
 
     labels: tuple[str, ...]
     mixtures: tuple[str, ...]
@@ -81,6 +78,7 @@ class ModeIdentity(NamedTuple):
         return "; ".join(lines)
 
 
+@lru_cache(maxsize=64)
 def identify_modes(solution: Solution) -> ModeIdentity:
     """The names of the modes of a solution.
 
@@ -89,16 +87,6 @@ def identify_modes(solution: Solution) -> ModeIdentity:
     corresponding mode of the same beam without them, and where it is a mixture of several modes,
     their shares. So the name follows the shape through a veering.
     """
-    found = _known.get(solution)
-    if found is None:
-        found = _known[solution] = _identified(solution)
-    return found
-
-
-_known: WeakKeyDictionary[Solution, ModeIdentity] = WeakKeyDictionary()
-
-
-def _identified(solution: Solution) -> ModeIdentity:
     labels, problem = solution.labels, solution.problem
     pure = ModeIdentity(labels, ("",) * len(labels))
     if not (problem.gyroscopic and solution.beam.gamma) or solution.equilibrium.shape == "bent":
@@ -128,10 +116,8 @@ def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
 
 
 def names_of_branches(found: Loci, value: float) -> dict[str, str]:
-    """The names of the modes by branch label, at the value of the sweep nearest to `value`.
-
-    Two branches that veer keep their labels and exchange their shapes, so the names of their modes.
-    """
+    """The names of the modes by branch label, at the value of the sweep nearest to `value`. Two
+    branches that veer keep their labels and exchange their shapes, so the names of their modes."""
     k = int(np.argmin(abs(found.values - value)))
     solution = next((one.solutions[k] for one in found.branches), None)
     if solution is None:

@@ -121,10 +121,8 @@ def open_sweep(path: str | Path) -> "xarray.Dataset":
 def open_line(
     path: Path, over: str, at: Mapping[str, float]
 ) -> tuple[Beam, list[float], dict[str, Any]]:
-    """A line of a store: its beam, the values along one axis, and the options of `solve`.
-
-    at: values of the other axes; those of one value need none.
-    """
+    """A line of a store: its beam, the values along one axis, and the options of `solve`. at:
+    values of the other axes; those of one value need none."""
     plan = stored_plan(path)
     place = find_place(plan.axes, [over], at)
     beam = plan.beam.replace(**{name: float(plan.axes[name][k]) for name, k in place.items()})

@@ -126,11 +126,9 @@ def _solve(wanted: Iterable[tuple["Line", int]]) -> None:
 
 
 class Line:
-    """The lowest modes of the beams of a line, as far as they are known.
-
-    answers: of the beams solved; where there is a Solution or None, the rows of omega_squared,
-    errors (of omega_squared) and bending_energy_fraction (beams, modes) are known.
-    """
+    """The lowest modes of the beams of a line, as far as they are known. answers: of the beams
+    solved; where there is a Solution or None, the rows of omega_squared, errors (of omega_squared)
+    and bending_energy_fraction (beams, modes) are known."""
 
     def __init__(self, beam: Beam, over: str, grid: Grid, problem: Problem):
         self.beam, self.over, self.grid, self.problem = beam, over, grid, problem

@@ -29,11 +29,8 @@ Task = tuple[int, ...]  # a chunk, by its position along each axis
 
 @dataclass(frozen=True)
 class Plan:
-    """Every combination of the values of some parameters of a beam.
-
-    axes: the values (n,) by parameter, in the order of the dimensions. beam: holds the other
-    numbers.
-    """
+    """Every combination of the values of some parameters of a beam. axes: the values (n,) by
+    parameter, in the order of the dimensions. beam: holds the other numbers."""
 
     axes: dict[str, np.ndarray]
     beam: Beam
@@ -58,11 +55,9 @@ class Plan:
 
     @cached_property
     def chunk(self) -> tuple[int, ...]:
-        """Numbers of values of a chunk: whole lines, if they are not too long, and neighbours.
-
-        They follow from the arguments alone: what is solved together, hence every digit, must not
-        depend on the machine.
-        """
+        """Numbers of values of a chunk: whole lines, if they are not too long, and neighbours. They
+        follow from the arguments alone: what is solved together, hence every digit, must not depend
+        on the machine."""
         most, least = COUPLED if self.problem.gyroscopic else FAST, LEAST
         if not self.smooth:
             most, least = SLOW, LEAST_SLOW

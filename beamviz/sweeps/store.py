@@ -46,11 +46,8 @@ NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 @defer_signals()
 def open_store(plan: Plan, path: Path) -> list[Task]:
-    """Make the store of a sweep, or find it begun; the tasks that are left.
-
-    Raises InvalidInput where it is the store of another sweep, Unavailable where it cannot be
-    written.
-    """
+    """Make the store of a sweep, or find it begun; the tasks that are left. Raises InvalidInput
+    where it is the store of another sweep, Unavailable where it cannot be written."""
     check_suffix(path, (".zarr",))
     with written(path):
         if not path.exists():
@@ -62,19 +59,14 @@ def open_store(plan: Plan, path: Path) -> list[Task]:
                 part.rename(path)
             finally:
                 shutil.rmtree(part, ignore_errors=True)
-        left = tasks_left(plan, path)
+        chunks = path / "status" / "c"
+        left = [task for task in plan.tasks if not chunks.joinpath(*map(str, task)).exists()]
         check_same(plan, path, bool(left))
         for unfinished in path.rglob("*.partial") if left else ():
             unfinished.unlink(missing_ok=True)
         if left and not os.access(path / "status", os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     return left
-
-
-def tasks_left(plan: Plan, path: Path) -> list[Task]:
-    """The tasks whose chunk of `status` is not there."""
-    chunks = path / "status" / "c"
-    return [task for task in plan.tasks if not chunks.joinpath(*map(str, task)).exists()]
 
 
 @contextlib.contextmanager
