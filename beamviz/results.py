@@ -87,7 +87,7 @@ def records_dataframe(kind: type, records: Sequence[Any]) -> Any:
 
 def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":
     """See Solution.plot."""
-    axes = axes or _new_axes()
+    axes = axes or optional("matplotlib.pyplot", "test").gca()  # the current ones, by default
     x = np.linspace(0.0, 1.0, STATIONS)
     shapes = solution.displacement(x)
     for k, share in enumerate(solution.bending_energy_fraction):
@@ -112,14 +112,9 @@ def plot_loci(loci: Loci, axes: "Axes | None" = None) -> "Axes":
     """See Loci.plot."""
     from beamviz.plotting.loci import draw_on
 
-    axes = axes or _new_axes()
+    axes = axes or optional("matplotlib.pyplot", "test").gca()
     draw_on(axes, loci)
     return axes
-
-
-def _new_axes() -> "Axes":
-    """The current axes of pyplot, as other libraries draw onto by default."""
-    return optional("matplotlib.pyplot", "test").gca()
 
 
 def solution_html(solution: Solution) -> str:

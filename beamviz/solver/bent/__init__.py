@@ -15,7 +15,14 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import BentBeam, BentModes, State, bent_modes, in_axes_of_the_beam
+from beamviz.solver.bent.beam import (
+    BentBeam,
+    BentModes,
+    State,
+    bent_modes,
+    in_axes_of_the_beam,
+    squared,
+)
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_mesh,
@@ -79,7 +86,7 @@ def solve_bent(
     verified = near is not None and state.beam.mesh is near.beam.mesh
     for _ in range(REFINEMENTS):
         modes = bent_modes(state, count)
-        omega_squared = modes.omega_squared
+        omega_squared = squared(modes.s)
         truncation, rounding = _errors(state, modes)
         if coarser is not None:
             truncation = np.maximum(truncation, abs(omega_squared - coarser))
@@ -194,7 +201,7 @@ def _refined_mesh(state: State, modes: BentModes, tolerance: float) -> Mesh:
         angle = math.sqrt(length * (bent.w[block] @ q[n:][block] ** 2))
         stretch = math.sqrt(length * (bent.w[block] @ q[:n][block] ** 2))
         strain = stiffness[block] @ V[block] + stiffness[n:][block] @ V[n:][block]
-        shapes = strain / (modes.frequencies**2 + modes.growth_rates**2)
+        shapes = strain / abs(modes.s) ** 2
         needed = max(max(angle, stretch) * 10, math.sqrt(shapes.max())) / math.sqrt(tolerance)
         start += order
         if needed > 1 and order >= HIGHEST_ORDER:
@@ -227,8 +234,8 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation and rounding errors (modes,) of omega^2. What the two highest
     polynomials of each element contribute: those of the state to its tangent, and those of the
     shapes to their energies; neighbouring elements apart, since they may cancel."""
-    bent, omega, V = state.beam, modes.frequencies, modes.V
-    squares = -((modes.growth_rates + 1j * omega) ** 2)
+    bent, omega, V = state.beam, modes.s.imag, modes.V
+    squares = -(modes.s**2)
     exact = _energies(state, V)
     stiffness, _, inertia = exact
     size = abs(squares) * inertia + abs(stiffness)
@@ -258,11 +265,12 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) 
     theta = (bent.R @ state.kappa)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     # An Euler force may make vibrations grow; unstable is a state that is left without vibration.
-    stable = bool(modes.omega_squared.min() > 0) if beam.spin_up else modes.definite
+    omega_squared = squared(modes.s)
+    stable = bool(omega_squared.min() > 0) if beam.spin_up else modes.definite
     kept = State(bent, state.q, state.iterations)  # without its matrices
     equilibrium = Equilibrium(stable, state.iterations, partial(_curve, kept), kept)
     stats = Stats(len(state.q), time.perf_counter() - start, "hp", len(orders), max(orders))
     fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
-    results = modes.omega_squared, partial(np.array, errors), fraction, fields
-    growth = modes.growth_rates if beam.spin_up else None
+    results = omega_squared, partial(np.array, errors), fraction, fields
+    growth = modes.s.real if beam.spin_up else None
     return Solution(beam, bent.problem, equilibrium, stats, *results, growth)

@@ -18,13 +18,14 @@ from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import in_axes_of_the_beam, oscillating_or_growing, squared
 from beamviz.solver.bent.equilibrium import State
 from beamviz.solver.continuation import continue_load, newton_at
-from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, gauss, interpolate
+from beamviz.solver.families import quadrature
+from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Equilibrium, Fields, Solution, Stats
+from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
+ENERGY_POINTS = 160  # of the quadrature of the kinetic energy of modes, on either side of the mass
 SMALLEST_SHARE = 1e-3  # of the forces that hold a sampled state, taken away in one step
-PER_ELEMENT = 4  # Gauss points for the energy of a mode
 
 
 def components(nodes: NDArray, q: NDArray, x: NDArray, derivative: int = 0) -> NDArray:
@@ -109,8 +110,10 @@ def solve_planar(
     errors = abs(omega_squared - exact.omega_squared[:count]) + exact.omega_squared_errors[:count]
     equilibrium = Equilibrium(stable, iterations, partial(_curve, nodes, q), state)
     stats = Stats(len(planar.free), time.perf_counter() - start, problem.method, elements, 3)
-    fraction, growth = _across_fraction(fields, nodes, beam), s.real if beam.spin_up else None
-    results = omega_squared, partial(np.array, errors), fraction, fields
+    x, mass = quadrature(beam, ENERGY_POINTS)
+    along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
+    results = omega_squared, partial(np.array, errors), across / (along + across), fields
+    growth = s.real if beam.spin_up else None
     return Solution(beam, problem, equilibrium, stats, *results, growth)
 
 
@@ -126,16 +129,6 @@ def _fields(nodes: NDArray, q: NDArray, V: NDArray, x: NDArray) -> NDArray:
     """Displacements (len(x), 2, modes) along and across the bent beam; V (N, 4, modes)."""
     moved = components(nodes, V, x)
     return in_axes_of_the_beam(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])
-
-
-def _across_fraction(fields: Fields, nodes: NDArray, beam: Beam) -> NDArray:
-    """Share (modes,) of the kinetic energy across the beam."""
-    points, weights = gauss(2 * PER_ELEMENT - 1)
-    lengths = np.diff(nodes)[:, None]
-    x = np.append((nodes[:-1, None] + lengths * points).ravel(), beam.beta)
-    mass = np.append((lengths * weights).ravel(), beam.alpha)
-    energy = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
-    return energy[1] / energy.sum(axis=0)
 
 
 def _modes(

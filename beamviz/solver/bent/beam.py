@@ -232,21 +232,15 @@ class State:
 
 
 class BentModes(NamedTuple):
-    """The lowest modes: frequency and growth rate from s = growth + i frequency."""
+    """The lowest modes."""
 
-    frequencies: NDArray  # (count,) ascending
-    growth_rates: NDArray  # (count,) real part of s; 0 without a spin-up
+    s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
     V: NDArray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
     definite: bool  # whether K is positive definite: a stable state, where it is symmetric
 
-    @property
-    def omega_squared(self) -> NDArray:
-        """Squared frequencies (count,); minus squared growth rates of modes without frequency."""
-        return squared(self.growth_rates + 1j * self.frequencies)
-
 
 def squared(s: NDArray) -> NDArray:
-    """Squared frequencies; minus squared growth rates of modes without a frequency."""
+    """omega^2: squared frequencies; minus squared growth rates of modes without a frequency."""
     return np.where(s.imag <= STILL * abs(s.real), -(s.real**2), s.imag**2)
 
 
@@ -280,7 +274,7 @@ def bent_modes(state: State, count: int) -> BentModes:
     s, V = found
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
     order = np.lexsort((-s.real, np.where(s.imag <= STILL * abs(s), 0.0, s.imag)))
-    return BentModes(s.imag[order], s.real[order], scale[:, None] * V[:, order], info == 0)
+    return BentModes(s[order], scale[:, None] * V[:, order], info == 0)
 
 
 def _gyroscopic(

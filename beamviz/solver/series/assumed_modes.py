@@ -9,7 +9,6 @@ twelfth. An interior mass bends the beam more sharply than any basis function: c
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,12 +21,8 @@ from beamviz.solver.solution import Solution
 NEWTON_ITERATIONS = 8
 
 
-class Basis(NamedTuple):
-    """Values and derivatives of basis functions at points: (len(x), terms) each."""
-
-    value: np.ndarray
-    slope: np.ndarray
-    curvature: np.ndarray
+Basis = Callable[[int, np.ndarray], tuple[np.ndarray, ...]]
+"""Number of terms, points x -> values and derivatives of basis functions, (len(x), terms) each."""
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
@@ -35,29 +30,25 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     call."""
     terms = problem.resolution
     x, masses = quadrature(beam, 2 * terms + 12)  # exact to rounding
-    across, along = clamped_free(terms, x), fixed_free(terms, x)
+    (u, du), (w, dw, ddw) = fixed_free(terms, x), clamped_free(terms, x)
     lengths = np.append(masses[:-1], 0.0)  # the concentrated mass has no stiffness
-    Kb = (across.curvature.T * lengths) @ across.curvature
-    Kb += (across.slope.T * (lengths * rigid_tension(beam, x))) @ across.slope
-    Ka = beam.mu**2 * (along.slope.T * lengths) @ along.slope
+    Ka = beam.mu**2 * (du.T * lengths) @ du
+    Kb = (ddw.T * lengths) @ ddw + (dw.T * (lengths * rigid_tension(beam, x))) @ dw
     # M = F' F: rows of F are displacements at the points
-    Fa, Fb = (np.sqrt(masses)[:, None] * basis.value for basis in (along, across))
+    Fa, Fb = (np.sqrt(masses)[:, None] * displacement for displacement in (u, w))
     shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
     return build_solution(beam, problem, start, modes, (2 * terms, 1, terms))
 
 
-def clamped_free(terms: int, x: np.ndarray) -> Basis:
+def clamped_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Bending modes of a cantilever at rest, of unit mass."""
     b = wave_numbers(terms)
     ratio = (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
     z = x[:, None] * b
     c, s, ch, sh = np.cos(z), np.sin(z), np.cosh(z), np.sinh(z)
-    return Basis(
-        ch - c - ratio * (sh - s),
-        b * (sh + s - ratio * (ch - c)),
-        b**2 * (ch + c - ratio * (sh + s)),
-    )
+    slope, curvature = b * (sh + s - ratio * (ch - c)), b**2 * (ch + c - ratio * (sh + s))
+    return ch - c - ratio * (sh - s), slope, curvature
 
 
 def wave_numbers(terms: int) -> np.ndarray:
@@ -69,15 +60,12 @@ def wave_numbers(terms: int) -> np.ndarray:
     return b
 
 
-def fixed_free(terms: int, x: np.ndarray) -> Basis:
+def fixed_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stretching modes of a bar at rest, of unit mass."""
     z = (np.arange(terms) + 0.5) * np.pi
-    sines, cosines = np.sqrt(2) * np.sin(x[:, None] * z), np.sqrt(2) * np.cos(x[:, None] * z)
-    return Basis(sines, z * cosines, -(z**2) * sines)
+    return np.sqrt(2) * np.sin(x[:, None] * z), np.sqrt(2) * z * np.cos(x[:, None] * z)
 
 
-def _combined(
-    basis: Callable[[int, np.ndarray], Basis], coefficients: np.ndarray, x: np.ndarray
-) -> np.ndarray:
+def _combined(basis: Basis, coefficients: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Combinations (len(x), modes) of basis functions, coefficients (terms, modes)."""
-    return basis(len(coefficients), x).value @ coefficients
+    return basis(len(coefficients), x)[0] @ coefficients

@@ -45,14 +45,6 @@ class Part(NamedTuple):
     tension: tuple[float, float, float]
 
 
-class Series(NamedTuple):
-    """The two solutions that satisfy the clamp, for each of k values of Lambda."""
-
-    coefficients: list[np.ndarray]  # of each part: (terms, 2, k)
-    moment: np.ndarray  # (2, k) at the tip
-    shear: np.ndarray  # (2, k)
-
-
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     """The modes, w with as many powers as terms on each part of the beam. start: the clock at the
@@ -76,8 +68,11 @@ def parts(beam: Beam) -> list[Part]:
     return found
 
 
-def series(beam: Beam, terms: int, Lambda: np.ndarray) -> Series:
-    """Both solutions from the clamp to the tip for each Lambda (k,)."""
+def series(
+    beam: Beam, terms: int, Lambda: np.ndarray
+) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+    """The two solutions that satisfy the clamp for each Lambda (k,): their coefficients (terms, 2,
+    k) on each part, and moment and shear (2, k) at the tip."""
     start = np.zeros((4, 2, len(Lambda)))  # w, w', w''/2, w'''/6
     start[2, 0] = start[3, 1] = 1.0
     coefficients = []
@@ -92,7 +87,7 @@ def series(beam: Beam, terms: int, Lambda: np.ndarray) -> Series:
             N -= beam.gamma**2 * beam.alpha * (beam.beta + beam.delta)
             shear -= Lambda * beam.alpha * w
         start = np.stack((w, slope, moment / 2, (N * slope - shear) / 6))
-    return Series(coefficients, moment, shear)
+    return coefficients, moment, shear
 
 
 def recurrence(part: Part, start: np.ndarray, terms: int, Lambda: np.ndarray) -> np.ndarray:
@@ -111,14 +106,14 @@ def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
 
     def determinant(s: np.ndarray) -> np.ndarray:
         """Relative to its two products."""
-        tip = series(beam, terms, s * abs(s))
-        first, second = tip.moment[0] * tip.shear[1], tip.moment[1] * tip.shear[0]
+        _, moment, shear = series(beam, terms, s * abs(s))
+        first, second = moment[0] * shear[1], moment[1] * shear[0]
         return (first - second) / (abs(first) + abs(second))
 
     s = _lowest_roots(determinant, beam, terms, modes)
-    tip = series(beam, terms, s * abs(s))
-    shares = np.stack((-tip.moment[1], tip.moment[0])) / np.hypot(*tip.moment)
-    c = np.stack([(c * shares).sum(axis=1) for c in tip.coefficients], axis=1)
+    coefficients, moment, _ = series(beam, terms, s * abs(s))
+    shares = np.stack((-moment[1], moment[0])) / np.hypot(*moment)
+    c = np.stack([(c * shares).sum(axis=1) for c in coefficients], axis=1)
     ends = [*(part.start for part in parts(beam)), 1.0]
     scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
     return Family(s * abs(s) - softening, PPoly(c[::-1] * scale, ends))
