@@ -1,24 +1,16 @@
-"""The command line: data on stdout, messages and progress on stderr, one exit code for each kind of
-failure."""
+"""The command line: data on stdout, messages on stderr, one exit code for each kind of failure."""
 
 import json
 import math
 import os
 import sys
-import time
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
 
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-
-if TYPE_CHECKING:
-    from beamviz.sweeps import Progress
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
 OTHER_FAILURE = 1
 INTERRUPTED = 130
-KEPT = "interrupted; what is written is kept: run the same command again to resume"
-EVERY = 10.0  # [s] between lines of progress where stderr is no terminal
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -72,41 +64,3 @@ def report(
     if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
         print(json.dumps({"error": {"kind": kind, "message": line, **details}}))
     return code
-
-
-class ProgressLine:
-    """The progress of a sweep: on a terminal a line that is written anew; elsewhere one now and
-    then, and the last."""
-
-    def __init__(self) -> None:
-        self.terminal, self.shown, self.text = sys.stderr.isatty(), time.monotonic(), ""
-
-    def __enter__(self) -> "ProgressLine":
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, *_: Any) -> None:
-        if self.text:
-            print(f"\r{self.text}" if self.terminal else self.text, file=sys.stderr)
-        if kind and not issubclass(kind, Exception):
-            print(f"beamviz: {KEPT}", file=sys.stderr)
-
-    def show(self, progress: "Progress") -> None:
-        """Show the progress."""
-        self.text = progress_text(progress)
-        now = time.monotonic()
-        if self.terminal:
-            print(f"\r{self.text}\x1b[K", end="", file=sys.stderr, flush=True)
-        elif now - self.shown > EVERY:
-            print(self.text, file=sys.stderr, flush=True)
-            self.shown, self.text = now, ""
-
-
-def progress_text(progress: "Progress") -> str:
-    """Share and number of beams, rate, and time left."""
-    done, total = progress.done, progress.total
-    seconds = round(progress.left)
-    left = f"{seconds} s" if seconds < 120 else f"{seconds // 3600}:{seconds // 60 % 60:02d} h"
-    return (
-        f"beamviz: {100 * done // total} %, {done:,} of {total:,} beams,"
-        f" {progress.rate:,.0f} a second, {left} left"
-    )

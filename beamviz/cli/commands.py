@@ -2,9 +2,10 @@
 
 import contextlib
 import sys
+import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -27,6 +28,9 @@ from beamviz.cli.options import (
 from beamviz.errors import InvalidInput
 from beamviz.files import check_suffix
 
+if TYPE_CHECKING:
+    from beamviz.sweeps import Progress
+
 Format = Annotated[Literal["table", "json", "csv"], option("Output format.")]
 Folder = Annotated[Path, option("Folder to write to.", metavar="DIR")]
 DIRECTION = option(
@@ -41,6 +45,8 @@ PORTS = (1, 65535)
 MAX_PER_REV = 100
 MAX_VISITORS = 1000
 MAX_PROCESSES = 64
+KEPT = "interrupted; what is written is kept: run the same command again to resume"
+EVERY = 10.0  # [s] between lines of progress where stderr is no terminal
 
 app = typer.Typer(add_completion=False)
 
@@ -55,8 +61,7 @@ def show_version(wanted: bool) -> None:
 @app.callback()
 def beamviz(
     version: Annotated[
-        bool,
-        option("Show the version.", "--version", callback=show_version, is_eager=True),
+        bool, option("Show the version.", "--version", callback=show_version, is_eager=True)
     ] = False,
 ) -> None:
     """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer."""
@@ -155,7 +160,6 @@ def sweep(
     ] = "",
 ) -> None:
     """Every combination of parameters, in parallel; interrupted, the same command resumes."""
-    from beamviz.cli import ProgressLine
     from beamviz.sweeps import count_statuses, dask_client, sweep
 
     axes = sweep_axes(over)
@@ -166,6 +170,33 @@ def sweep(
         keywords = {"beam": beam, "workers": workers, "progress": line.show, **options}
         sweep(axes, path, modes, client, **keywords)
     print(", ".join(f"{count} {status}" for status, count in count_statuses(path).items()))
+
+
+class ProgressLine:
+    """The progress of a sweep: on a terminal a line that is written anew; elsewhere one now and
+    then, and the last."""
+
+    def __init__(self) -> None:
+        self.terminal, self.shown, self.text = sys.stderr.isatty(), time.monotonic(), ""
+
+    def __enter__(self) -> "ProgressLine":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: Any) -> None:
+        if self.text:
+            print(f"\r{self.text}" if self.terminal else self.text, file=sys.stderr)
+        if kind and not issubclass(kind, Exception):
+            print(f"beamviz: {KEPT}", file=sys.stderr)
+
+    def show(self, progress: "Progress") -> None:
+        """Show the progress."""
+        self.text = f"beamviz: {progress}"
+        now = time.monotonic()
+        if self.terminal:
+            print(f"\r{self.text}\x1b[K", end="", file=sys.stderr, flush=True)
+        elif now - self.shown > EVERY:
+            print(self.text, file=sys.stderr, flush=True)
+            self.shown, self.text = now, ""
 
 
 @app.command()

@@ -12,6 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, unknown_keyword
+from beamviz.solver.families import gauss, quadrature  # noqa: F401
 from beamviz.solver.hp import displacements, family_spectrum, mesh_spectrum, solve_hp  # noqa: F401
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
@@ -82,6 +83,13 @@ def solve_many(
     problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
     return _solve(beams, problem, start, extra_modes, mesh_of)
+
+
+def __getattr__(name: str) -> Any:
+    """The functions of `bent` for other stable states and for limit points, on first use."""
+    if name in ("other_stable_states", "end_of_bent_state"):
+        return getattr(import_module("beamviz.solver.bent"), name)
+    raise AttributeError(f"module 'beamviz.solver' has no attribute {name!r}")
 
 
 def parse_keywords(**options: Any) -> Problem:

@@ -66,6 +66,14 @@ class Progress:
         """Seconds left at this rate."""
         return (self.total - self.done) / self.rate if self.rate else float("inf")
 
+    def __str__(self) -> str:
+        seconds = round(self.left)
+        left = f"{seconds} s" if seconds < 120 else f"{seconds // 3600}:{seconds // 60 % 60:02d} h"
+        return (
+            f"{100 * self.done // self.total} %, {self.done:,} of {self.total:,} beams,"
+            f" {self.rate:,.0f} a second, {left} left"
+        )
+
 
 Report = Callable[[Progress], None]
 

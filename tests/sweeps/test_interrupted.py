@@ -16,7 +16,7 @@ import pytest
 from helpers import contents
 
 from beamviz import Beam, solve
-from beamviz.cli import KEPT
+from beamviz.cli.commands import KEPT
 from beamviz.sweeps import open_sweep, sweep
 
 ROOT = Path(__file__).parents[2]
