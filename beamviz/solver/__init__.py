@@ -16,7 +16,7 @@ from beamviz.solver.families import gauss, quadrature  # noqa: F401
 from beamviz.solver.hp import displacements, family_spectrum, mesh_spectrum, solve_hp  # noqa: F401
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
-from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, Problem, interruption
+from beamviz.solver.problem import CHOICES, FEATURES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution
 
 Answer = Solution | BeamvizError
@@ -118,11 +118,12 @@ def _validated(*options: Any) -> Problem:
     values["modes"] = check_int("modes", values["modes"], 1, MAX_MODES)
     values["tolerance"] = check_float("tolerance", values["tolerance"], *TOLERANCES)
     problem = Problem(**values)
-    for feature in METHODS[problem.method].unsupported:
-        if option := feature.requested_by(problem):
-            able = [name for name, row in METHODS.items() if feature not in row.unsupported]
+    for option in METHODS[problem.method].unsupported:
+        given = values[option]
+        if given != DEFAULTS[option] and (option != "coriolis" or problem.gyroscopic):
+            able = [name for name, row in METHODS.items() if option not in row.unsupported]
             raise InvalidInput(
-                f"{option}: method {problem.method} takes no {feature.name};"
+                f"{option} = {given!r}: method {problem.method} takes no {FEATURES[option]};"
                 f" methods that do: {', '.join(able)}"
             )
     return problem

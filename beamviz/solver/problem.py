@@ -104,25 +104,14 @@ class Problem:
         return number
 
 
-class Feature(NamedTuple):
-    """A feature that some methods do not support, and the options that ask for it."""
-
-    name: str
-    options: tuple[str, ...]
-
-    def requested_by(self, problem: Problem) -> str | None:
-        """The option that asks for the feature, with its value; None where none does."""
-        for name in self.options:
-            value = getattr(problem, name)
-            if value != getattr(Problem, name) and (name != "coriolis" or problem.gyroscopic):
-                return f"{name} = {value!r}"
-        return None
-
-
-ELEMENTS = Feature("number of elements", ("elements",))
-TERMS = Feature("number of terms", ("terms",))
-CORIOLIS = Feature("Coriolis forces", ("coriolis",))
-SWITCHES = Feature("switched-off term", ("stiffening", "softening"))
+FEATURES = {  # that some methods do not support, by the options that ask for them
+    "elements": "number of elements",
+    "terms": "number of terms",
+    "coriolis": "Coriolis forces",
+    "stiffening": "switched-off term",
+    "softening": "switched-off term",
+}
+SWITCHES = "stiffening", "softening"
 
 
 class Resolution(NamedTuple):
@@ -142,15 +131,15 @@ class Method(NamedTuple):
     unstretched beam (first-order coupling)."""
 
     package: str
-    unsupported: tuple[Feature, ...]
+    unsupported: tuple[str, ...]  # options
     resolution: Any  # a Resolution; None where a method refines to a tolerance
     source: str
     choose: str
     rigid_tension: bool = False
 
 
-HP = "hp", (ELEMENTS, TERMS), None
-FEM = "fem", (TERMS, SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: as in the paper
+HP = "hp", ("elements", "terms"), None
+FEM = "fem", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: as in the paper
 METHODS = {
     "auto": Method(
         *HP,
@@ -187,7 +176,7 @@ METHODS = {
     ),
     "assumed-modes": Method(
         "series.assumed_modes",
-        (ELEMENTS, SWITCHES),
+        ("elements", *SWITCHES),
         Resolution("terms", 10, 1, 100),  # cosh overflows soon after
         "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
         "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
@@ -195,7 +184,7 @@ METHODS = {
     ),
     "power-series": Method(
         "series.power_series",
-        (ELEMENTS, CORIOLIS, SWITCHES),
+        ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 80, 6, 1000, math.inf),
         "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
         "to check foac at low speed: exact there, without a digit left at high speed",
@@ -203,7 +192,7 @@ METHODS = {
     ),
     "chebyshev": Method(
         "series.chebyshev",
-        (ELEMENTS, CORIOLIS, SWITCHES),
+        ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 32, 2, 200),
         "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
         "to check auto by other equations; wasteful where layers are thin",
