@@ -18,7 +18,7 @@ from PIL import Image, ImageSequence
 
 from beamviz import exports
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import animate, film
+from beamviz.exports import animate
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.scene import Scene
@@ -136,7 +136,7 @@ def test_impossible_films_are_reported(tmp_path, scene, options, message):
 def test_a_missing_encoder_is_reported(tmp_path, monkeypatch):
     """With the remedy, before any work; no file is left."""
     with monkeypatch.context() as patch:
-        patch.setattr(film, "find_spec", lambda name: None)
+        patch.setattr(exports, "find_spec", lambda name: None)
         patch.setattr(exports, "SolvedScene", None)
         with pytest.raises(Unavailable, match=r"MP4 needs PyAV: pip install av"):
             animate(tmp_path / "a.mp4", Scene())

@@ -17,8 +17,7 @@ from beamviz.explorer.features.links import within_limits
 from beamviz.explorer.jobs import Job
 from beamviz.explorer.page.html import button, select
 from beamviz.explorer.visitor import Visitor
-from beamviz.exports import animate, export
-from beamviz.exports.film import FORMATS
+from beamviz.exports import FORMATS, animate, export
 from beamviz.scene import Scene
 from beamviz.solver import interruption
 
@@ -66,14 +65,12 @@ class Files:
         visitor.page.on("film_length", self.choose_length)
 
     def save(self) -> None:
-        """Send the scene as a file."""
         try:
             self.send("scene.toml", self.visitor.to_scene().to_toml().encode())
         except InvalidInput as error:
             self.visitor.notify("This scene cannot be saved", str(error))
 
     def send(self, name: str, content: bytes) -> None:
-        """Send a file."""
         self.visitor.client.send_file_download(name, content, save_immediately=True)
 
     def load(self, file: Any) -> None:
@@ -88,7 +85,6 @@ class Files:
             self.visitor.background.submit(partial(self.visitor.load, scene, opened=scene))
 
     def choose_length(self, length: Any) -> None:
-        """Choose the length of films."""
         self.length = length if length in tuple(LENGTHS) else self.length
         self.page.value("film_length", self.length)
 
