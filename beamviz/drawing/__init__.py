@@ -8,8 +8,8 @@ import trimesh
 from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, subdivide, to_hub_frame
-from beamviz.drawing.modes import SampledModes, amplitudes, displacement
+from beamviz.drawing.beam_mesh import DrawnMotion, subdivide, to_hub_frame
+from beamviz.drawing.modes import SampledModes, displacement
 from beamviz.drawing.objects import (
     BOX,
     HIDDEN,
@@ -45,8 +45,6 @@ class BeamView:
     """
 
     def __init__(self, api: SceneApi, root: str = "/scene", *, alone: bool = True):
-        if alone:
-            add_lights(api)
         self.height, self.fixed = 0.0, False
         self.frame = api.add_frame(root, show_axes=False)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
@@ -72,23 +70,22 @@ class BeamView:
         self,
         shapes: SampledModes,
         view: ViewOptions,
-        shown: list[int],
+        motion: DrawnMotion | None = None,
         *,
         warning: str = "",
         title: str = "",
-        motion: DrawnMotion | None = None,
     ) -> None:
-        """Draw a beam and the nodes of its modes `shown` (0-based), with a warning above it in
-        grey. motion: that the beam is subdivided for, by default that of `view`."""
-        sizes = amplitudes(view, len(shapes.modes))
-        motion = motion or DrawnMotion.of(shapes, sizes, view.colouring)
-        shapes = subdivide(shapes, motion, self.count)
-        self.shapes, self.view, self.greyed = shapes, view, bool(warning)
+        """Draw a beam and the nodes of the mode that it moves in, with a warning above it in grey.
+        motion: by default that of `view`."""
+        self.motion = motion or DrawnMotion.of(shapes, view)
+        self.shapes = shapes = subdivide(shapes, self.motion, self.count)
+        self.greyed = bool(warning)
         beam = shapes.beam
         self.section = section_size(beam, view.thicken)
         self.choose_frame(float(view.rotating_frame))
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         self.reference.show(shapes, self.section, visible=view.ghosts)
+        shown = self.motion.shown
         marked = shown if view.nodes and len(shown) == 1 and not warning else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes)
         size = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
@@ -118,22 +115,20 @@ class BeamView:
             middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
             set_position(self.frame, [0.0, 0.0, self.height] - middle)
 
-    def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
-        """Draw the beam at phases (m,) [rad] with amplitudes (m,), the hub rotated by angle [rad];
-        in the rotating frame the ground rotates instead."""
-        moved = displacement(self.shapes, phases, amplitudes)
-        largest = colours.colour_range(self.shapes, self.view.colouring, amplitudes)
-        self.displace(moved, largest, angle)
+    def move(self, phases: np.ndarray, angle: float) -> None:
+        """Draw the beam at phases (m,) [rad] of its modes, the hub rotated by angle [rad]; in the
+        rotating frame the ground rotates instead."""
+        self.displace(displacement(self.shapes, phases, self.motion.amplitudes), angle)
 
-    def displace(self, moved: np.ndarray, largest: float, angle: float) -> None:
-        """Draw the beam displaced by `moved` (n, 2), in colours that end at `largest`."""
+    def displace(self, moved: np.ndarray, angle: float) -> None:
+        """Draw the beam displaced by `moved` (n, 2)."""
         shapes = self.shapes
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
         if self.greyed:
             paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)))
         else:
-            paint = colours.painted(shapes, self.view.colouring, moved, largest)
+            paint = colours.painted(shapes, self.motion.colouring, moved, self.motion.largest)
         if self.count not in (0, len(paint)):  # hide the last pieces in the same frame
             set_properties(self.beam, batched_scales=np.full((self.count, 3), HIDDEN))
         self.count = len(paint)
@@ -170,20 +165,20 @@ class OverlayBeam:
         self,
         shapes: SampledModes,
         view: ViewOptions,
-        shown: list[int],
-        title: str,
         motion: DrawnMotion,
+        title: str,
     ) -> None:
-        """Draw a beam and the nodes of its modes `shown` (0-based), subdivided for `motion`."""
+        """Draw a beam and the nodes of the modes that it moves in."""
         shapes = subdivide(shapes, replace(motion, largest=np.inf), self.count)
         self.count = len(shapes.strain)
         thickness, breadth = section_size(shapes.beam, view.thicken)
         self.shapes, self.section = shapes, (INSET * thickness, INSET * breadth)
+        self.amplitudes = motion.amplitudes
         self.root.visible = True
         self.mass.visible = shapes.beam.alpha > 0
         length, radius = mass_size(shapes.beam, view.thicken)
         self.mass.scale = (INSET * length, INSET * radius, INSET * radius)
-        self.nodes.show(shapes, self.section, shown if view.nodes else [], labels=False)
+        self.nodes.show(shapes, self.section, motion.shown if view.nodes else [], labels=False)
         points, _ = to_hub_frame(shapes, shapes.centreline)
         top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + TITLE_OFFSET
         self.title.show(title, top + [0.0, 0.0, radius])
@@ -195,9 +190,9 @@ class OverlayBeam:
     def hide(self) -> None:
         self.root.visible = False
 
-    def move(self, phases: np.ndarray, amplitudes: np.ndarray, angle: float) -> None:
+    def move(self, phases: np.ndarray, angle: float) -> None:
         shapes = self.shapes
-        moved = displacement(shapes, phases, amplitudes)
+        moved = displacement(shapes, phases, self.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         set_surface(self.body, *beam_mesh.swept(points, normal, self.section))
         wxyz = beam_mesh.segments(points, normal, self.section)[1]
@@ -211,39 +206,61 @@ def stacked_heights(count: int) -> list[float]:
     return [ROW_SPACING * ((count - 1) / 2 - k) for k in range(count)]
 
 
-class AllModesView:
-    """Each mode in a row of its own, on one clock (paper, figs. 14-15)."""
+class BeamScene:
+    """The beam in a scene; or each of its modes in a row of its own, on one clock (paper, figs.
+    14-15). views: by number, 0 for the single beam, k for the row of mode k; rows: the views
+    in the picture."""
 
     def __init__(self, api: SceneApi):
         self.api = api
+        add_lights(api)
+        self.views: dict[int, BeamView] = {}
         self.rows: list[BeamView] = []
-        self.count = 0  # of the rows shown
 
-    def show(self, shapes: SampledModes, view: ViewOptions, scale: float = DEFAULT_SCALE) -> None:
-        """Draw one row for each mode, at `scale` [pixels per beam length]."""
-        self.count = len(shapes.modes)
-        while len(self.rows) < self.count:
-            self.rows.append(BeamView(self.api, f"/mode {len(self.rows) + 1}", alone=False))
+    def view(self, k: int) -> BeamView:
+        """The view of number k, made when it is first needed."""
+        if k not in self.views:
+            self.views[k] = BeamView(self.api, f"/mode {k}" if k else "/scene", alone=k == 0)
+        return self.views[k]
+
+    def show(
+        self,
+        shapes: SampledModes,
+        view: ViewOptions,
+        motion: DrawnMotion,
+        warning: str = "",
+        title: str = "",
+    ) -> None:
+        """Draw a beam as `BeamView.show` does, or all its modes."""
+        rows = in_rows(shapes, view, warning)
+        self.rows = [self.view(k + 1) for k in range(len(shapes.modes))] if rows else [self.view(0)]
+        for beam in self.views.values():
+            if beam not in self.rows:
+                beam.hide()
+        if not rows:
+            self.view(0).show(shapes, view, motion, warning=warning, title=title)
+            return
         frequency = frequencies(shapes.beam.units)
-        for k, height in enumerate(stacked_heights(self.count)):
-            alone = view.amplitude * np.eye(self.count)[k]
-            motion = DrawnMotion.of(shapes, alone, view.colouring, scale)
+        for k, height in enumerate(stacked_heights(len(self.rows))):
+            alone = view.amplitude * np.eye(len(self.rows))[k]
+            own = DrawnMotion.of(shapes, view, motion.scale, alone)
             title = f"{shapes.labels[k]}   {frequency.text(shapes.frequencies[k], 5)}"
             self.rows[k].height = height
-            self.rows[k].show(shapes, view, [k], title=title, motion=motion)
-        for row in self.rows[self.count :]:
-            row.hide()
+            self.rows[k].show(shapes, view, own, title=title)
 
-    def hide(self) -> None:
-        for row in self.rows[: self.count]:
-            row.hide()
-        self.count = 0
+    @property
+    def captions(self) -> list[Caption]:
+        return [caption for beam in self.rows for caption in beam.captions]
 
     def choose_frame(self, share: float) -> None:
-        for row in self.rows[: self.count]:
-            row.choose_frame(share)
+        for beam in self.rows:
+            beam.choose_frame(share)
 
-    def move(self, phases: np.ndarray, amplitude: float, angle: float) -> None:
-        """Draw the rows at phases (m,) [rad]."""
-        for k, alone in enumerate(amplitude * np.eye(self.count)):
-            self.rows[k].move(phases, alone, angle)
+    def move(self, phases: np.ndarray, angle: float) -> None:
+        for beam in self.rows:
+            beam.move(phases, angle)
+
+
+def in_rows(shapes: SampledModes, view: ViewOptions, warning: str) -> bool:
+    """Whether each mode is drawn in a row of its own: not for an unstable beam."""
+    return view.all_modes and len(shapes.modes) > 0 and not warning

@@ -7,7 +7,8 @@ from typing import Self
 import numpy as np
 
 from beamviz.drawing import colours
-from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.modes import SampledModes, amplitudes
+from beamviz.scene import ViewOptions
 
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
 EDGES = np.array(  # (12, 2) vertices of the edges of a section swept between two points
@@ -88,13 +89,15 @@ DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 @dataclass(frozen=True)
 class DrawnMotion:
-    """The motion that a beam is subdivided for.
+    """The motion of a beam, which is subdivided for it.
 
-    fields: displacements (k, n, 2) at their largest amplitude; scale: [pixels per beam length];
-    colouring, largest: the colour map and the value at its end (infinite: one colour).
+    fields: displacements (k, n, 2) at their largest amplitude; amplitudes: (m,) of its modes;
+    scale: [pixels per beam length]; colouring, largest: the colour map and the value at its end
+    (infinite: one colour).
     """
 
     fields: np.ndarray
+    amplitudes: np.ndarray
     scale: float = DEFAULT_SCALE
     colouring: str = "displacement"
     largest: float = np.inf
@@ -103,15 +106,21 @@ class DrawnMotion:
     def of(
         cls,
         shapes: SampledModes,
-        amplitudes: np.ndarray,
-        colouring: str,
+        view: ViewOptions,
         scale: float = DEFAULT_SCALE,
+        sizes: np.ndarray | None = None,
     ) -> Self:
-        """The motion of the modes of `shapes` with amplitudes (m,)."""
-        sizes = np.minimum(amplitudes, shapes.limits)
-        shown = sizes > 0
-        largest = colours.colour_range(shapes, colouring, amplitudes)
-        return cls(sizes[shown, None, None] * shapes.modes[shown], scale, colouring, largest)
+        """The motion of modes with amplitudes `sizes` (m,), by default those of `view`."""
+        sizes = amplitudes(view, len(shapes.modes)) if sizes is None else sizes
+        drawn = np.minimum(sizes, shapes.limits)
+        shown, largest = drawn > 0, colours.colour_range(shapes, view.colouring, sizes)
+        fields = drawn[shown, None, None] * shapes.modes[shown]
+        return cls(fields, sizes, scale, view.colouring, largest)
+
+    @property
+    def shown(self) -> list[int]:
+        """The modes (0-based) with an amplitude."""
+        return np.flatnonzero(self.amplitudes).tolist()
 
 
 def subdivide(shapes: SampledModes, motion: DrawnMotion, before: int = 0) -> SampledModes:

@@ -13,7 +13,7 @@ from beamviz.drawing import camera
 from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer.frames import FrameLoop
-from beamviz.explorer.page.page import choose_theme, insert_page
+from beamviz.explorer.page import choose_theme, insert_page
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, VisitorCount, public_url

@@ -95,11 +95,9 @@ class FrameLoop:
         return session.visitor if session else None
 
     def crowded(self) -> bool:
-        """Whether the process has CROWD visitors or more."""
         return len(self.sessions) >= CROWD
 
     async def left(self, client: ClientHandle) -> None:
-        """Close the session of a visitor who has left."""
         self.leave(client.client_id)
 
     def leave(self, visitor: int) -> None:
@@ -124,7 +122,6 @@ class FrameLoop:
                 self.loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
-        """End all sessions."""
         self.stopped = True
         self.resume()
         wait([self.running], STOP_TIMEOUT)

@@ -124,7 +124,6 @@ class Workers:
         self.batch_pool = WorkerPool(1, "solver batch", BATCH_TIMEOUT)
 
     def solve(self, work: Work, is_quick: Callable[[], bool]) -> None:
-        """Run a solve soon."""
         if self.crowded() and is_quick():
             self.waiting.append((work, is_quick))
             self.notify()
@@ -145,7 +144,6 @@ class Workers:
         done.wait(BATCH_TIMEOUT)
 
     def close(self) -> None:
-        """Discard the waiting work."""
         self.waiting.clear()
         for pool in (self.background, self.pool, self.batch_pool):
             pool.close()
@@ -194,7 +192,6 @@ class Job(Generic[Q, R]):
 
     @property
     def result(self) -> R | None:
-        """The result of the last answer; None without one."""
         return self.answer.result if self.answer else None
 
     def request(self, request: Q) -> None:
@@ -288,7 +285,6 @@ class Job(Generic[Q, R]):
             return self.kind(request, error=BeamvizError(f"unexpected: {error}"))
 
     def close(self) -> None:
-        """Compute no further request."""
         self.closed = True
 
 
@@ -358,7 +354,6 @@ class SolveJob(Job[Case, Solved]):
         return self.seconds < QUICK and latest is not None and self.options == latest.options
 
     def solved(self, case: Case) -> Solved:
-        """Solve a case."""
         start = time.thread_time()
         try:
             solution = solve(case.beam(), **case.options)

@@ -18,16 +18,16 @@ from typing import Any
 import numpy as np
 from viser import CameraHandle
 
-from beamviz.drawing import AllModesView, BeamView, colours, stacked_heights
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, interpolate
-from beamviz.drawing.modes import SampledModes, amplitudes
+from beamviz.drawing import BeamScene, stacked_heights
+from beamviz.drawing.beam_mesh import DrawnMotion, interpolate
+from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
 from beamviz.explorer.features import MassDrag, PresenterMode
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
 from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.links import Links
-from beamviz.explorer.features.loci_tab import LociTab
+from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
@@ -47,20 +47,20 @@ class SceneView(Feature):
     """The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with, on
     one clock. `show` draws the state and the answer, `move` advances the time.
 
-    shapes: the modes drawn; amplitudes (m,): of these modes; shown_modes: those (from 0) in the
-    picture; solved: the last solution of this scene.
+    beam: the single one; shapes: the modes drawn; motion: of these modes, or the response to a
+    force; shown_modes: those (from 0) in the picture; solved: the last solution of this scene.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
         super().__init__(visitor)
         self.camera, self.clock, self.state = visitor.camera, visitor.clock, visitor.state
         self.comparison, self.run_up = comparison, run_up
-        api = visitor.client.scene
-        self.scene, self.all_modes = BeamView(api), AllModesView(api)
-        self.scale = DEFAULT_SCALE  # [pixels per beam length] that the beam is subdivided for
+        self.scene = BeamScene(visitor.client.scene)
+        self.beam = self.scene.view(0)
         self.open(visitor.state.scene)
         plane = visitor.state.case.options["plane"]
         self.shapes = SampledModes.at_rest(visitor.state.scene.beam, plane)
+        self.motion = DrawnMotion.of(self.shapes, visitor.state.view)
 
     def open(self, scene: Scene) -> None:
         """Begin with a scene that was loaded, which is not solved yet."""
@@ -84,7 +84,7 @@ class SceneView(Feature):
         again."""
         if self.camera.requested or super().outdated:
             return True
-        ratio = self.camera.scale / self.scale
+        ratio = self.camera.scale / self.motion.scale
         return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
     def show(self) -> None:
@@ -120,35 +120,29 @@ class SceneView(Feature):
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
 
     def choose_modes(self) -> np.ndarray:
-        """Choose the modes in the picture and their amplitudes, none while a force drives the beam.
+        """Choose the modes in the picture and their motion, none while a force drives the beam.
         Returns the frequencies in the picture."""
-        modes = len(self.shapes.modes)
-        self.amplitudes, self.shown_modes = amplitudes(self.state.view, modes), list(range(modes))
+        view, shapes, scale = self.state.view, self.shapes, self.camera.scale
         if self.run_up.driven:
-            self.amplitudes, self.shown_modes = np.zeros(modes), []
-            return np.array([self.run_up.frequency(self.shapes.beam.gamma)])
-        if not self.state.view.all_modes:
-            self.shown_modes = np.flatnonzero(self.amplitudes).tolist()
-        return self.shapes.frequencies[self.shown_modes]
+            self.motion, self.shown_modes = self.run_up.motion(shapes, view, scale), []
+            return np.array([self.run_up.frequency(shapes.beam.gamma)])
+        self.motion = DrawnMotion.of(shapes, view, scale)
+        self.shown_modes = list(range(len(shapes.modes))) if view.all_modes else self.motion.shown
+        return shapes.frequencies[self.shown_modes]
 
     def draw(self, *, settled: bool) -> None:
         """Draw the beam, or all its modes, and the beam compared with."""
-        view, self.scale = self.state.view, self.camera.scale
-        self.comparison.draw(self.shapes, self.clock, self.shown_modes, self.scale)
+        view = self.state.view
+        self.comparison.draw(self.shapes, self.clock, self.motion)
         heights = self.comparison.heights
-        self.scene.height = heights[0]
-        texts = {"warning": self.warning, "title": THIS if len(heights) > 1 else ""}
-        self.scene.show(self.shapes, view, self.shown_modes, motion=self.motion, **texts)
-        together = view.all_modes and len(self.shapes.modes) > 0 and not self.warning
-        self.scene.frame.visible = not together
-        if together:
-            self.all_modes.show(self.shapes, view, self.scale)
-        else:
-            self.all_modes.hide()
-        levels = stacked_heights(self.all_modes.count) or heights
+        self.beam.height = heights[0]
+        title = THIS if len(heights) > 1 else ""
+        self.scene.show(self.shapes, view, self.motion, self.warning, title)
+        if self.scene.rows != [self.beam]:
+            heights = stacked_heights(len(self.scene.rows))
         self.camera.given = self.state.camera
-        if not self.scene.fixed:
-            self.camera.look_at(self.shapes, view.rotating_frame, levels, settled=settled)
+        if not self.beam.fixed:
+            self.camera.look_at(self.shapes, view.rotating_frame, heights, settled=settled)
 
     def move(self, time: float) -> None:
         """Draw the moment of the clock, `time` [T*] after the last one."""
@@ -156,52 +150,31 @@ class SceneView(Feature):
         if change:
             angle = change.angle
             self.scene.choose_frame(change.rotating_share)
-            self.all_modes.choose_frame(change.rotating_share)
-        if self.run_up.driven:
+        if self.run_up.driven and self.scene.rows == [self.beam]:
             moved = self.run_up.displacement(self.clock.angle)
-            moved = interpolate(self.shapes.x, moved, self.scene.shapes.x)
-            self.scene.displace(moved, self.largest, angle)
+            self.beam.displace(interpolate(self.shapes.x, moved, self.beam.shapes.x), angle)
         else:
-            self.scene.move(self.clock.phases, self.amplitudes, angle)
-        self.comparison.move(time, self.amplitudes, change)
-        self.all_modes.move(self.clock.phases, self.state.view.amplitude, angle)
+            self.scene.move(self.clock.phases, angle)
+        self.comparison.move(time, change)
 
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene. The warning is not one of them, as it is
         above the scene, nor is the speed while the beam of an earlier answer is drawn."""
-        parts: list[BeamView | Comparison] = [self.scene, *self.all_modes.rows, self.comparison]
-        captions = [caption for part in parts for caption in part.captions]
-        answer, hidden = self.visitor.answer, [self.scene.warning]
+        answer, hidden = self.visitor.answer, [self.beam.warning]
         if answer and answer.beam != self.shapes.beam:
-            hidden.append(self.scene.surroundings.speed)
+            hidden.append(self.beam.surroundings.speed)
+        captions = [*self.scene.captions, *self.comparison.captions]
         return [caption for caption in captions if caption not in hidden]
 
     @property
     def warning(self) -> str:
-        """The reason why there is no stable equilibrium, or ""."""
         return self.visitor.answer.warning if self.visitor.answer else ""
 
     @property
     def pace(self) -> float:
         """Time [T*] that passes in one second."""
         return self.clock.rate * self.state.view.pace
-
-    @property
-    def largest(self) -> float:
-        """The value at the end of the colour map."""
-        view = self.state.view
-        if self.run_up.driven:
-            return self.run_up.colour_range(self.shapes, view.colouring, view.amplitude)
-        return colours.colour_range(self.shapes, view.colouring, self.amplitudes)
-
-    @property
-    def motion(self) -> DrawnMotion:
-        """The motion that the beam is subdivided for."""
-        colouring = self.state.view.colouring
-        if self.run_up.driven:
-            return DrawnMotion(self.run_up.field[None], self.scale, colouring, self.largest)
-        return DrawnMotion.of(self.shapes, self.amplitudes, colouring, self.scale)
 
 
 class Session:
@@ -223,7 +196,7 @@ class Session:
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.presenter = PresenterMode(visitor, presenter)
-        self.mass_drag = MassDrag(visitor, self.view.scene)
+        self.mass_drag = MassDrag(visitor, self.view.beam)
         visitor.page.on("preferences", self.take_preferences)
         visitor.client.camera.on_update(self.camera_moved)
         self.links = Links(visitor, lessons)
@@ -261,7 +234,6 @@ class Session:
 
     @property
     def needs_tick(self) -> bool:
-        """Whether the next frame differs from the last one."""
         visitor = self.visitor
         late = visitor.state is not visitor.shown or visitor.chart_answer is not visitor.answer
         moving = self.is_moving or visitor.camera.change is not None
@@ -313,7 +285,7 @@ class Session:
         page.props("playing", disabled=bool(view.warning))
         panel.show_answer(self.visitor, view.solved, view.shown_modes)
         units = view.shapes.beam.units
-        legend = html.legend(view.state.view.colouring, view.largest, units)
+        legend = html.legend(view.motion.colouring, view.motion.largest, units)
         page.html("legend", "" if view.warning else legend)
         page.html("pace-text", html.pace(view.pace, units))
 

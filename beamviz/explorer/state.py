@@ -43,7 +43,6 @@ class Case:
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """The case of a scene."""
         numbers = {name: getattr(scene.beam, name) for name in NUMBERS}
         return cls(numbers, scene.solver_options, scene.beam.units)
 
@@ -65,7 +64,6 @@ class Case:
         return self
 
     def with_options(self, **options: Any) -> Self:
-        """With other keywords of `solve`."""
         return replace(self, options={**self.options, **options})
 
 
@@ -165,11 +163,9 @@ class State:
         return replace(self, case=self.case.changed(name, value), camera=camera)
 
     def share(self, value: Any, mode: int) -> Self:
-        """With another share of one mode (0-based)."""
         return replace(self, view=self.view.share(mode, value), forced_response=False)
 
     def only(self, mode: int) -> Self:
-        """With one mode (0-based) alone."""
         return replace(self, view=self.view.only(mode), forced_response=False)
 
     def differences(self, other: Self) -> set[str]:

@@ -16,7 +16,7 @@ from viser import ClientHandle
 from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import Clock
 from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
-from beamviz.explorer.page.page import Page
+from beamviz.explorer.page import Page
 from beamviz.explorer.state import History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
@@ -86,7 +86,6 @@ class Visitor:
         with self.lock:
             self.change(lambda state: replace(state.loaded(scene), **values))
             self.camera.set_viewpoint(scene.camera)
-        self.wake()
 
     def reset(self) -> None:
         """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
@@ -98,14 +97,12 @@ class Visitor:
         with self.lock:
             self.change(lambda state: replace(state, camera=None))
             self.camera.set_viewpoint(None)
-        self.wake()
 
     def to_scene(self) -> Scene:
         """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
         return replace(self.state.to_scene(), camera=self.camera.chosen)
 
     def open_tab(self, tab: Any) -> None:
-        """Note that the visitor has opened a tab."""
         self.page.tab = str(tab)
         self.wake()
 
@@ -202,11 +199,9 @@ class Feature:
 
     @property
     def inputs(self) -> tuple[object, ...]:
-        """The objects that the display depends on."""
         raise NotImplementedError
 
     def show(self) -> None:
-        """Update the display."""
         raise NotImplementedError
 
     @property
@@ -216,7 +211,6 @@ class Feature:
         return len(inputs) != len(self.shown) or any(map(operator.is_not, inputs, self.shown))
 
     def update(self) -> None:
-        """Show the present inputs."""
         self.shown = self.inputs
         self.show()
 

@@ -81,7 +81,7 @@ class Gltf:
 def write_glb(file: Path, solved: SolvedScene) -> None:
     """Hub, beam and mass, in lengths of the beam; outside the rotating frame they rotate."""
     gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(offline_scene())
-    drawn.show(solved.shapes, solved.scene.view, [])
+    drawn.show(solved.shapes, solved.scene.view)
     loop = None if solved.warning else Loop(solved, film=False)
     times, moments = np.zeros(1), [Moment(np.zeros(len(solved.shapes.modes)), 0.0)]
     if loop:
@@ -96,7 +96,7 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     if beam.alpha > 0:
         places = []
         for moment in moments:
-            drawn.move(moment.phases, solved.amplitudes, 0.0)
+            drawn.move(moment.phases, 0.0)
             places.append(np.append(drawn.mass.batched_positions, drawn.mass.batched_wxyzs))
         path, turned = np.split(np.array(places), [3], axis=1)
         turned = np.roll(turned, -1, axis=1)  # glTF has xyzw

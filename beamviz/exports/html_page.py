@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.drawing import BeamView, camera, colours
+from beamviz.drawing import BeamScene, BeamView, camera, colours
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.objects import captions_file, equilibrium_body
@@ -58,7 +58,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
         camera.place(server.initial_camera, solved.scene.camera or fitted)
         beams = solved.draw(server.scene)
-        solved.move(beams, solved.moment())
+        beams.move(*solved.moment())
         page = server.get_scene_serializer().as_html(dark_mode=view.dark)
     if not solved.warning:
         data = zlib.compress(json.dumps(speed_data(solved, beams)).encode())
@@ -138,7 +138,7 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
     return found
 
 
-def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
+def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     """What offline.js needs; shapes and frequencies of a mode are matched by its label.
 
     body (3 v, speeds), faces (3 t,): vertices and triangles of the equilibrium; see `steps`.
@@ -151,7 +151,7 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
     known = [dict(zip(one.labels, one.omega_squared.tolist(), strict=True)) for one in solutions]
     labels = solved.solution.labels
     speed = measure("gamma", beam.units)
-    stations, section = beams[0].shapes.x, beams[0].section
+    stations, section = beams.rows[0].shapes.x, beams.rows[0].section
     bodies = [equilibrium_body(resampled(shape, stations), section) for shape in shapes]
     places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
     return {
@@ -168,24 +168,19 @@ def speed_data(solved: SolvedScene, beams: list[BeamView]) -> dict[str, Any]:
         "turning": ["floor", -1] if view.rotating_frame else ["rotor", 1],
         "palette": colours.PALETTES[view.colouring][places].ravel().tolist(),
         "strain": view.colouring == "axial strain",
-        "captions": [one.data for row in beams for one in row.captions],
-        "beams": [
-            beam_data(row, solved, shapes, sizes)
-            for row, sizes in zip(beams, solved.rows, strict=True)
-        ],
+        "captions": [one.data for one in beams.captions],
+        "beams": [beam_data(row, solved, shapes) for row in beams.rows],
     }
 
 
-def beam_data(
-    row: BeamView, solved: SolvedScene, shapes: list[SampledModes], sizes: np.ndarray
-) -> dict[str, Any]:
-    """One beam with modes of amplitudes `sizes` (m,) at the speed of the scene.
+def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) -> dict[str, Any]:
+    """One beam with its modes.
 
     states (4 n (1 + 2 m), speeds): axis and strain (n, 4), and their change by the real and the
     imaginary part of each mode; see `steps`.
     """
-    normal, view = NORMALS[row.shapes.plane], solved.scene.view
-    shown = np.flatnonzero(sizes).tolist()
+    normal, sizes = NORMALS[row.shapes.plane], row.motion.amplitudes
+    shown = row.motion.shown
     labels = [solved.shapes.labels[k] for k in shown]
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
     states = []
@@ -205,7 +200,7 @@ def beam_data(
         "section": extents(row.section, normal)[1:].tolist(),
         "ring": np.array(row.nodes.collars.batched_scales)[0].tolist(),
         "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
-        "largest": colours.colour_range(row.shapes, view.colouring, sizes),
+        "largest": row.motion.largest,
     }
 
 

@@ -122,13 +122,12 @@ class Renderer:
         dark = solved.scene.view.dark
         self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
         self.scene, self.lock = offline_scene(), threading.Lock()
-        self.solved = solved
         self.beams = solved.draw(self.scene, camera.scale(self.distance, height))
 
     def picture(self, moment: Moment, *, transparent: bool = False) -> Image.Image:
         """The picture at a moment in RGB, or with transparency in RGBA."""
         with self.lock:
-            self.solved.move(self.beams, moment)
+            self.beams.move(*moment)
             scene = Geometry(self.scene)
         picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
         if scene.floor is not None:  # everything is above it
@@ -208,9 +207,9 @@ class Renderer:
         (captions.js)."""
         layer = Image.new("RGBA", self.size)
         paper, placed = ImageDraw.Draw(layer), list[tuple[int, ...]]()
-        title = MAX_TITLE * self.focal / self.distance if len(self.beams) > 1 else math.inf
+        title = MAX_TITLE * self.focal / self.distance if len(self.beams.rows) > 1 else math.inf
         letters = min(MAX_LETTERS, RELATIVE_LETTERS * self.width, title)
-        for caption in (one for beam in self.beams for one in beam.captions):
+        for caption in self.beams.captions:
             x, y, distance = self.projected(scene.points[caption.point.name])
             if distance <= NEAR:
                 continue

@@ -7,10 +7,9 @@ import numpy as np
 from viser import SceneApi
 
 from beamviz.beam import check_float
-from beamviz.drawing import AllModesView, BeamView, camera, stacked_heights
+from beamviz.drawing import BeamScene, camera, in_rows, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
 from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
-from beamviz.drawing.surroundings import add_lights
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
 from beamviz.scene import Camera, Scene
@@ -37,9 +36,8 @@ class SolvedScene:
     """A scene with its solution; direction, zoom: replace its camera.
 
     warning: describes an unstable equilibrium, "" for a stable one; amplitudes: (m,) of the modes;
-    all_modes: every mode is drawn in a row of its own; rows: amplitudes (beams, m) of the modes in
-    each beam drawn; heights: of these beams, around the middle of the picture; shown: the modes
-    (0-based) in the picture. Raises InvalidInput and the errors of `solve`.
+    heights: of the beams drawn, around the middle of the picture; shown: the modes (0-based) in the
+    picture. Raises InvalidInput and the errors of `solve`.
     """
 
     def __init__(self, scene: Scene, direction: Direction | None = None, zoom: float = 1.0):
@@ -51,11 +49,9 @@ class SolvedScene:
         self.shapes = SampledModes.sampled(self.solution)
         self.warning = stability_warning(self.solution)
         view, count = scene.view, len(self.shapes.modes)
-        self.all_modes = view.all_modes and not self.warning
-        self.amplitudes = amplitudes(view, count)
-        self.rows = view.amplitude * np.eye(count) if self.all_modes else self.amplitudes[None]
-        self.heights = stacked_heights(len(self.rows))
-        self.shown = [k for k in range(count) if self.all_modes or self.amplitudes[k] > 0]
+        self.amplitudes, rows = amplitudes(view, count), in_rows(self.shapes, view, self.warning)
+        self.heights = stacked_heights(count if rows else 1)
+        self.shown = [k for k in range(count) if rows or self.amplitudes[k] > 0]
 
     def moment(self, phase: float = 0.25) -> Moment:
         """The scene when the first mode shown is at `phase` [periods]; at 0.25 every mode has its
@@ -78,23 +74,12 @@ class SolvedScene:
         axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 
-    def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> list[BeamView]:
-        """Add the beams to a viser scene, at `scale` pixels per length of the beam; `move` them."""
-        view = self.scene.view
-        if self.all_modes:
-            add_lights(api)
-            stacked = AllModesView(api)
-            stacked.show(self.shapes, view, scale)
-            return stacked.rows
-        beam = BeamView(api)
-        motion = DrawnMotion.of(self.shapes, self.amplitudes, view.colouring, scale)
-        beam.show(self.shapes, view, self.shown, warning=self.warning, motion=motion)
-        return [beam]
-
-    def move(self, beams: list[BeamView], moment: Moment) -> None:
-        """Draw the beams at a moment."""
-        for beam, sizes in zip(beams, self.rows, strict=True):
-            beam.move(moment.phases, sizes, moment.angle)
+    def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> BeamScene:
+        """The scene in viser, at `scale` [pixels per beam length]; move it to the moments."""
+        beams, view = BeamScene(api), self.scene.view
+        motion = DrawnMotion.of(self.shapes, view, scale)
+        beams.show(self.shapes, view, motion, self.warning)
+        return beams
 
 
 class Loop:

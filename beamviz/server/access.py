@@ -113,7 +113,6 @@ class Access:
         return public.scheme if host.lower() == public.netloc else "http"
 
     def presents(self, headers: Mapping[str, str], path: str) -> bool:
-        """Whether a request has the presenter's key."""
         return matches((self.presenter_key,), self.key_of(headers, path))
 
     def key_of(self, headers: Mapping[str, str], path: str) -> str:
@@ -173,7 +172,6 @@ def network_address() -> str:
 
 
 def machine_names() -> set[str]:
-    """The names of this machine on its own network."""
     name = socket.gethostname().lower()
     return {"localhost", name, f"{name}.local", name.partition(".")[0]}
 

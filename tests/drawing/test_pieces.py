@@ -39,7 +39,8 @@ class Drawn:
         self.sizes = amplitude * np.array(shares)
         self.eye = camera.viewpoint(self.shapes, True, 16 / 9)
         self.scale = camera.scale(float(np.linalg.norm(self.eye)), HEIGHT)
-        self.seen = DrawnMotion.of(self.shapes, self.sizes, colouring, self.scale)
+        view = ViewOptions(colouring=colouring)
+        self.seen = DrawnMotion.of(self.shapes, view, self.scale, self.sizes)
         self.pieces = subdivide(self.shapes, self.seen)
 
     @property
@@ -139,7 +140,7 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
     """Pieces of one mode (0: none)."""
     shapes = SampledModes.sampled(solve(beam))
     sizes = amplitude * np.eye(6)[mode][1:]
-    return len(subdivide(shapes, DrawnMotion.of(shapes, sizes, "displacement", scale)).strain)
+    return len(subdivide(shapes, DrawnMotion.of(shapes, ViewOptions(), scale, sizes)).strain)
 
 
 def test_simple_pictures_take_few_pieces():
@@ -154,7 +155,8 @@ def test_the_count_follows_a_slider_and_does_not_flicker():
     shapes, counts = SampledModes.sampled(solve(PAPER)), [0]
     noise = np.random.default_rng(1).uniform(0.97, 1.03, 200)
     for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)) * noise:
-        swing = DrawnMotion.of(shapes, amplitude * np.eye(5)[4], "axial strain", DEFAULT_SCALE)
+        view = ViewOptions(colouring="axial strain")
+        swing = DrawnMotion.of(shapes, view, DEFAULT_SCALE, amplitude * np.eye(5)[4])
         counts.append(len(subdivide(shapes, swing, counts[-1]).strain))
         enough = len(subdivide(shapes, swing).strain)
         assert enough <= counts[-1] <= 2 * enough
@@ -179,12 +181,12 @@ def test_a_scene_shows_one_set_of_pieces_and_an_overlay_has_faces_for_its_vertic
     with run_server() as server:
         scene, overlay = BeamView(server.scene), OverlayBeam(server.scene)
         for mode in (0, 4, 0, 1):
-            view, sizes = ViewOptions().only(mode), 0.15 * np.eye(5)[mode]
-            motion = DrawnMotion.of(shapes, sizes, "displacement")
-            scene.show(shapes, view, [mode])
-            overlay.show(shapes, view, [mode], "", motion)
+            view = ViewOptions().only(mode)
+            motion = DrawnMotion.of(shapes, view)
+            scene.show(shapes, view)
+            overlay.show(shapes, view, motion, "")
             for beam in (scene, overlay):
-                beam.move(np.full(5, math.pi / 2), sizes, 0.0)
+                beam.move(np.full(5, math.pi / 2), 0.0)
             largest = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
             assert [k for k, size in largest.items() if size > HIDDEN] == [scene.count]
             assert scene.count == count(PAPER, mode + 1)

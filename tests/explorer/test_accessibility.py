@@ -8,7 +8,7 @@ from live.browser import READY, Page, by_id, page, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
-from beamviz.explorer.page.page import TABS
+from beamviz.explorer.page import TABS
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))

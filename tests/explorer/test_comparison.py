@@ -12,8 +12,8 @@ from drawing.shapes import projected
 from live.visitor import PAPER, TIMEOUT, Visitor
 
 from beamviz.beam import Beam
-from beamviz.drawing import AllModesView, camera, stacked_heights
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, to_hub_frame
+from beamviz.drawing import BeamScene, camera, stacked_heights
+from beamviz.drawing.beam_mesh import DrawnMotion, to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import ANCF, CORIOLIS, DOUBLE, EFFECTS, comparison_table
@@ -32,7 +32,7 @@ def compared(choice: str, own: Case) -> Any:
     """The case compared with, or the message why there is none."""
     state = replace(State.of(Scene()), comparison=choice)
     other = comparisons.comparison_case(state, own)
-    return other if isinstance(other, str) else other.case
+    return other.case or other.title
 
 
 CORIOLIS_CASE = PAPER_CASE.changed("coriolis", True)
@@ -116,8 +116,8 @@ def test_both_beams_run_on_one_clock(stacked):
         guest.change(lambda state: replace(state, comparison=DOUBLE, stacked=stacked))
         comparison, clock = comparisons.Comparison(guest), Clock(phases=np.linspace(0, 1, 5))
         main, double = guest.answer.shapes, solve(PAPER.replace(alpha=2))
-        comparison.draw(main, clock, [1], DEFAULT_SCALE)
-        comparison.move(0.01, 0.15 * np.eye(5)[1], None)
+        comparison.draw(main, clock, DrawnMotion.of(main, guest.state.view))
+        comparison.move(0.01, None)
         for k, label in enumerate(double.labels):
             start = clock.phases[main.labels.index(label)]
             expected = start + 0.01 * double.frequencies[k]
@@ -138,22 +138,23 @@ def test_both_beams_run_on_one_clock(stacked):
 
 def test_each_row_shows_one_mode():
     """Five rows; in row k the beam moves as mode k; titles name the modes."""
-    shapes = SampledModes.sampled(solve(PAPER))
+    shapes, all_modes = SampledModes.sampled(solve(PAPER)), ViewOptions(all_modes=True)
     with run_server() as server:
-        multiples = AllModesView(server.scene)
-        multiples.show(shapes, ViewOptions(all_modes=True))
-        multiples.move(np.full(5, math.pi / 2), 0.15, 0.0)
-        levels = [part.frame.position[2] for part in multiples.rows]
+        beams = BeamScene(server.scene)
+        beams.show(shapes, all_modes, DrawnMotion.of(shapes, all_modes))
+        beams.move(np.full(5, math.pi / 2), 0.0)
+        rows = beams.rows
+        levels = [part.frame.position[2] for part in rows]
         assert levels == stacked_heights(5) == sorted(levels, reverse=True)
-        for k, part in enumerate(multiples.rows):
+        for k, part in enumerate(rows):
             drawn = part.shapes
             moved = displacement(drawn, np.full(5, math.pi / 2), 0.15 * np.eye(5)[k])
             line, _ = to_hub_frame(drawn, drawn.centreline + moved)
             middle = (line[:-1] + line[1:]) / 2
             assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
             assert part.title.text.startswith(shapes.labels[k])
-        multiples.hide()
-        assert not any(part.frame.visible for part in multiples.rows)
+        beams.show(shapes, ViewOptions(), DrawnMotion.of(shapes, ViewOptions()))
+        assert not any(part.frame.visible for part in rows)
 
 
 def test_all_rows_are_inside_the_picture():

@@ -13,8 +13,14 @@ from hypothesis import strategies as st
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features import veering
-from beamviz.explorer.features.loci_chart import Chart, ChartRequest, chart_data
-from beamviz.explorer.features.loci_tab import event_table, notes, resonance_table
+from beamviz.explorer.features.loci_chart import (
+    Chart,
+    ChartRequest,
+    chart_data,
+    event_table,
+    notes,
+    resonance_table,
+)
 from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci.sweep import chart_range

@@ -66,8 +66,8 @@ def test_a_point_of_the_beam_gives_its_coordinate(beam, state, rotating_frame):
     assert shapes.centreline[:, 1].any() == (state == "stable")
     with run_server() as server:
         view = BeamView(server.scene)
-        view.show(shapes, ViewOptions(rotating_frame=rotating_frame), [0])
-        view.move(np.zeros(5), np.zeros(5), angle=0.7)
+        view.show(shapes, ViewOptions(rotating_frame=rotating_frame))
+        view.move(np.zeros(5), angle=0.7)
         client = SimpleNamespace(camera=SimpleNamespace(position=np.array([0.3, -3.0, 2.0])))
         guest: Any = SimpleNamespace(client=client, state=SimpleNamespace(case=None))
         drag, turn = MassDrag(guest, view), 0.0 if rotating_frame else 0.7

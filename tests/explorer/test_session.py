@@ -11,11 +11,10 @@ from live.server import http_get
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
-from beamviz.explorer import frames, jobs, session
+from beamviz.explorer import frames, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import DOUBLE, EFFECTS, number
-from beamviz.explorer.page import page
 from beamviz.scene import Scene
 from beamviz.solver import solve
 

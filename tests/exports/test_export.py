@@ -88,7 +88,7 @@ def test_a_model_swings_as_the_solution_does(model):
     masses = values(gltf, samplers["mass", "translation"].output)
     tilts = Rotation.from_quat(values(gltf, samplers["mass", "rotation"].output))
     loop = Loop(solved, film=False)
-    shapes = solved.draw(offline_scene())[0].shapes
+    shapes = solved.draw(offline_scene()).rows[0].shapes
     assert times[-1] == pytest.approx(loop.seconds)
     assert weights[-1] == pytest.approx(weights[0], abs=1e-6)
     assert weights.min() == 0  # Blender takes no other: the beam would swing to one side only
@@ -284,7 +284,7 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
     middle = len(speeds) // 2
     gamma = math.sqrt((speeds[middle] ** 2 + speeds[middle + 1] ** 2) / 2)
     there = solve(scene.beam.replace(gamma=gamma), **{**scene.solver_options, "modes": MAX_MODES})
-    drawn = SolvedScene(scene).draw(offline_scene())
+    drawn = SolvedScene(scene).draw(offline_scene()).rows
     for beam, row in zip(data["beams"], drawn, strict=True):
         states = data["resolution"] * np.cumsum(np.cumsum(beam["states"], axis=1), axis=1).T
         of_speeds = states.reshape(len(speeds), -1, len(row.shapes.x), 4)

@@ -60,7 +60,6 @@ class PresenterMode(Feature):
             self.page.open(self.tab)
 
     def update_clock(self) -> None:
-        """Copy the clock of the presenter."""
         if (other := self.followed) and len(self.visitor.clock.phases) == len(other.clock.phases):
             clock, theirs = self.visitor.clock, other.clock
             clock.phases, clock.angle, clock.rate = theirs.phases, theirs.angle, theirs.rate

@@ -12,7 +12,7 @@ import numpy as np
 from beamviz.drawing import BeamView, OverlayBeam
 from beamviz.drawing.beam_mesh import DrawnMotion
 from beamviz.drawing.camera import ViewChange
-from beamviz.drawing.modes import Clock, SampledModes, amplitudes
+from beamviz.drawing.modes import Clock, SampledModes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolverAnswer
@@ -24,10 +24,10 @@ from beamviz.solver.solution import Solution
 
 
 class ComparisonCase(NamedTuple):
-    """A case to compare the beam with, and its title."""
+    """A case to compare the beam with, and its title; without one the title is the reason."""
 
-    title: str
-    case: Case
+    title: str = ""
+    case: Case | None = None
 
 
 CASES = ANCF, CORIOLIS, DOUBLE, EFFECTS = (
@@ -37,29 +37,32 @@ CHOICES = (NO_COMPARISON, EARLIER, *CASES)
 SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}  # in links
 
 
-def comparison_case(state: State, case: Case) -> ComparisonCase | str:
-    """The case that `case` is compared with, or a message why there is none ("" without one)."""
+def comparison_case(state: State, case: Case) -> ComparisonCase:
+    """The case that `case` is compared with."""
     choice, options, alpha = state.comparison, case.options, case.numbers["alpha"]
+    reason = ""
+    if choice == EARLIER and state.kept:
+        return ComparisonCase("before", state.kept)
     if choice == EARLIER:
-        missing = "No beam is kept yet: press the button below, then change the beam."
-        return ComparisonCase("before", state.kept) if state.kept else missing
-    if choice == ANCF and options["method"] == "ancf":
+        reason = "No beam is kept yet: press the button below, then change the beam."
+    elif choice == ANCF and options["method"] == "ancf":
         return ComparisonCase("auto", case.with_options(method="auto"))
-    if choice == ANCF:
+    elif choice == ANCF:
         return ComparisonCase("20 ANCF elements", case.with_options(method="ancf"))
-    if choice == CORIOLIS and options["plane"] == "flapwise":
-        return "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
-    if choice == CORIOLIS:
+    elif choice == CORIOLIS and options["plane"] == "flapwise":
+        reason = "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
+    elif choice == CORIOLIS:
         on = not options["coriolis"]
         return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
-    if choice == DOUBLE:
-        missing = "There is no mass to double: give the beam one first."
-        return ComparisonCase(DOUBLE, case.changed("alpha", 2 * alpha)) if alpha else missing
-    if choice == EFFECTS and all(options[term] for term in TERMS):
-        return "All effects are on already."
-    if choice == EFFECTS:
+    elif choice == DOUBLE and alpha:
+        return ComparisonCase(DOUBLE, case.changed("alpha", 2 * alpha))
+    elif choice == DOUBLE:
+        reason = "There is no mass to double: give the beam one first."
+    elif choice == EFFECTS and not all(options[term] for term in TERMS):
         return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
-    return ""
+    elif choice == EFFECTS:
+        reason = "All effects are on already."
+    return ComparisonCase(reason)
 
 
 # The second beam in the scene
@@ -70,16 +73,15 @@ SPACING = 0.5  # of the two scenes, in beam lengths
 class Comparison:
     """The second beam: its solution and its drawing.
 
-    case: the case compared with, or a message why there is none; choices: those drawn; shapes: the
-    modes drawn, None if nothing is; main: the solution drawn for the first beam; partner: of each
-    mode of the first beam its mode of the second, -1 where none corresponds; views: the objects
-    that draw the second beam, by whether it is stacked, made when they are first needed; view: the
-    one that is shown.
+    case: the one compared with; choices: those drawn; shapes: the modes drawn, None if nothing is;
+    main: the solution drawn for the first beam; partner: of each mode of the first beam its mode of
+    the second, -1 where none corresponds; views: the objects that draw the second beam, by whether
+    it is stacked, made when they are first needed; view: the one that is shown.
     """
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.job = visitor, visitor.solve_job()
-        self.case: ComparisonCase | str = ""
+        self.case = ComparisonCase()
         self.choices: tuple[object, ...] = ()
         self.clock = Clock()
         self.shapes: SampledModes | None = None
@@ -91,8 +93,6 @@ class Comparison:
     @property
     def answer(self) -> SolverAnswer | None:
         """The answer to the case; None before it."""
-        if isinstance(self.case, str):
-            return None
         answer = self.job.answer
         return answer if answer and answer.request == self.case.case else None
 
@@ -101,25 +101,24 @@ class Comparison:
         """Heights [beam lengths] of the first scene and, if they are stacked, of the second."""
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
-    def draw(self, main: SampledModes, clock: Clock, shown: list[int], scale: float) -> None:
-        """Draw the second beam with `main`, in the modes that match its modes `shown` (0-based), at
-        `scale` [pixels per beam length]."""
+    def draw(self, main: SampledModes, clock: Clock, motion: DrawnMotion) -> None:
+        """Draw the second beam with `main`, in the modes that match those of its motion."""
         state, answer = self.visitor.state, self.visitor.answer
         if answer:
             self.case = comparison_case(state, answer.request)
-            if not isinstance(self.case, str):
+            if self.case.case:
                 self.job.request(self.case.case)
             self.main = answer.solution if answer.shapes is main else self.main
         choices, second = (state.comparison, state.kept, state.stacked), self.answer
         restarted = choices != self.choices
-        ends = restarted or state.view.all_modes or isinstance(self.case, str)
-        if self.shapes and second is None and not ends:
+        lasts = self.case.case and not (restarted or state.view.all_modes)
+        if self.shapes and second is None and lasts:
             return  # it stays until the answer, as the first beam
-        drawable = second and second.shapes and not (second.warning or state.view.all_modes)
+        drawable = second and not (second.warning or state.view.all_modes)
         self.shapes = second.shapes if second and drawable else None
         for view in self.views.values():
             view.hide()
-        if self.shapes is None or isinstance(self.case, str) or second is None:
+        if self.shapes is None or second is None:
             self.choices = ()
             return
         if self.main and second.solution:
@@ -128,9 +127,8 @@ class Comparison:
             self.choices = choices
             self.clock.phases = self.transferred(clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
-        sizes = self.transferred(amplitudes(state.view, len(main.modes)), 0.0)
-        motion = DrawnMotion.of(self.shapes, sizes, state.view.colouring, scale)
-        partners = [int(self.partner[k]) for k in shown if k < len(self.partner)]
+        sizes = self.transferred(motion.amplitudes, 0.0)
+        motion = DrawnMotion.of(self.shapes, state.view, motion.scale, sizes)
         if state.stacked not in self.views:
             api = self.visitor.client.scene
             made = BeamView(api, "/other", alone=False) if state.stacked else OverlayBeam(api)
@@ -138,16 +136,15 @@ class Comparison:
         self.view = view = self.views[state.stacked]
         if isinstance(view, BeamView):
             view.height = self.heights[1]
-        matched, title = [k for k in partners if k >= 0], self.case.title
-        view.show(self.shapes, state.view, matched, title=title, motion=motion)
+        view.show(self.shapes, state.view, motion, title=self.case.title)
 
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene."""
         return [caption for view in self.views.values() for caption in view.captions]
 
-    def move(self, time: float, amplitudes: np.ndarray, change: ViewChange | None) -> None:
-        """Advance by `time` [T*]; amplitudes: (m,) of the first beam; change: of the view."""
+    def move(self, time: float, change: ViewChange | None) -> None:
+        """Advance by `time` [T*]; change: of the view."""
         shapes, view = self.shapes, self.view
         if shapes is None or view is None:
             return
@@ -156,7 +153,7 @@ class Comparison:
         if change and isinstance(view, BeamView):
             angle = change.continued(angle)
             view.choose_frame(change.rotating_share)
-        view.move(self.clock.phases, self.transferred(amplitudes, 0.0), angle)
+        view.move(self.clock.phases, angle)
 
     def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
         """Values (m,) of the modes of the first beam, for the modes (m',) of the second."""
@@ -208,8 +205,8 @@ class ComparisonTab(Feature):
     def show(self) -> None:
         """Show the frequencies of both beams, or a message why there are none."""
         case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
-        if isinstance(case, str):
-            self.page.html("comparison", f"<p>{escape(case or INVITATION)}</p>")
+        if case.case is None:
+            self.page.html("comparison", f"<p>{escape(case.title or INVITATION)}</p>")
         elif second and second.error:
             self.page.html("comparison", f"<p>{escape(f'{case.title}: {second.message}')}</p>")
         elif second and second.solution and answer and answer.solution:

@@ -13,7 +13,7 @@ from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import SHORT
 from beamviz.explorer.features.lessons import STEPS, Lessons
-from beamviz.explorer.page.page import TABS
+from beamviz.explorer.page import TABS
 from beamviz.explorer.state import History, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING

@@ -1,34 +1,46 @@
-"""The Campbell diagram: the request for its loci, and its data for the page (chart.js)."""
+"""The tab Frequencies: the Campbell diagram along one of the five numbers, and lists of crossings,
+veerings and resonances."""
 
+import contextlib
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from html import escape
 from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 
-from beamviz.beam import Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure, frequencies, measure
-from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.state import Case
+from beamviz.errors import InvalidInput
+from beamviz.explorer.features.comparison import comparison_case
+from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.page import Data, axis_data, frequency_axis, mark, sent
+from beamviz.explorer.page.html import button, chart_tab, hint, note, select, table
+from beamviz.explorer.state import Case, State
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
 from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.frequency_loci.limits import Limit
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
+from beamviz.scene import PER_REV
 
-DIGITS = 6  # significant, of the numbers sent to the page
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 FAILURES = {
     "no-equilibrium": "No equilibrium",
     "unstable": "Unstable",
     "not-converged": "The calculation did not converge",
 }
-Data = dict[str, Any]  # as chart.js takes it
-Axes = tuple[Measure, Measure]
+AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
+SIGNS = {"crossing": "○", "veering": "●", "buckling": "▽", "limit point": "△", "second state": "◇"}
+PER_REV_HELP = (
+    "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
+    " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
+)
 
 
 @dataclass(frozen=True)
@@ -122,34 +134,11 @@ def limit_text(request: ChartRequest, limit: Limit) -> str:
 # Data for the page
 
 
-def sent(values: np.ndarray) -> list[float | None]:
-    """Numbers (n,) for JSON: rounded, None for nan and infinity."""
-    return [float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in values.tolist()]
-
-
-def axis_data(measure: Measure, ends: tuple[float, float], *, log: bool = False) -> Data:
-    """An axis of a chart."""
-    names = {"label": measure.label, "symbol": measure.symbol, "unit": measure.unit}
-    return {**names, "range": [measure.factor * end for end in ends], "log": log}
-
-
-def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
-    """An axis of frequencies."""
-    label = "frequency [Hz]" if measure.unit else f"frequency {measure.label}"
-    return axis_data(measure._replace(label=label), ends)
-
-
 def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> Data | None:
     """The line at the beam of an answer, which sets the number along the axis."""
     if answer is None or answer.beam is None:
         return None
     return {"action": over, "x": along.factor * getattr(answer.beam, over)}
-
-
-def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **to: Any) -> Data:
-    """A mark of a chart at a point; action=, value=: what a click on it sends."""
-    x, y = (measure.factor * place for measure, place in zip(axes, at, strict=True))
-    return {"key": key, "kind": kind, "text": text, "x": x, "y": y, **to}
 
 
 def loci_lines(
@@ -240,3 +229,169 @@ def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
     branches = (event.branch,) if isinstance(event, Resonance) else event.branches
     names = (name_of(chart.loci, one, event.at) for one in branches)
     return sorted(names, key=lambda name: (name[0] != "S", name))
+
+
+# The tab
+
+
+class LociTab(Feature):
+    """The chart and its lists. chosen: the key of the event that the beam was moved to last;
+    choice: the number of these moves, so that a second one to the same event shows it again."""
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.charts = visitor.job("chart", ChartRequest.chart)
+        self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
+        self.chosen, self.choice = "", 0
+        self.page.html("tab-frequencies", skeleton())
+        visitor.bind("over")
+        for k in PER_REV:
+            edit, shown = partial(with_line, k=k), lambda multiples, k=k: k in multiples
+            visitor.bind(f"per_rev_{k}", edit, of="per_rev", shown=shown)
+        self.page.on("go_to_event", self.go_to)
+
+    def go_to(self, key: Any) -> None:
+        """Move the beam to a crossing, a veering or a resonance."""
+        if chart := self.chart:
+            events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
+            if event := events.get(key):
+                self.chosen, self.choice = key, self.choice + 1
+                self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
+
+    @property
+    def event(self) -> Event | None:
+        """The crossing or veering to magnify: the chosen one, or that nearest to the beam."""
+        chart, answer = self.chart, self.visitor.chart_answer
+        if chart is None or not chart.events or answer is None or answer.beam is None:
+            return None
+        value = getattr(answer.beam, chart.request.over)
+        nearest = min(chart.events.values(), key=lambda event: abs(event.at - value))
+        return chart.events.get(self.chosen, nearest)
+
+    @property
+    def chart(self) -> Chart | None:
+        """The last chart; None if it could not be computed."""
+        return self.charts.result
+
+    @property
+    def inputs(self) -> tuple[object, ...]:
+        state = self.visitor.state
+        return (
+            self.visitor.chart_answer, state.over, state.per_rev, state.comparison, state.kept,
+            state.following, self.choice, self.charts.answer, self.second_charts.answer,
+            self.charts.slow,
+        )  # fmt: skip
+
+    def show(self) -> None:
+        """Request the charts, and show the last ones."""
+        second = self.second_charts.answer if self.request() else None
+        self.fade(self.charts, "loci-chart", "loci-resonances", "loci-events")
+        if (answer := self.charts.answer) is None:
+            return
+        if self.redraws(answer, second, self.visitor.state.per_rev):
+            self.draw(answer, second.result if second else None)
+        chosen = {"chosen": self.chosen, "choice": self.choice}
+        self.page.chart("loci-chart", {"cursor": self.cursor, **chosen})
+        self.page.value("go_to_event", self.chosen)
+
+    def draw(self, answer: Answer[ChartRequest, Chart], second: Chart | None) -> None:
+        """Show a chart, or the reason why there is none, and the loci of a second beam."""
+        page, multiples = self.page, self.visitor.state.per_rev
+        chart, over_speed = answer.result, answer.request.over == "gamma"
+        page.props("per-rev", hidden=not over_speed)
+        page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
+        if chart is None:
+            page.chart("loci-chart", axes_data(answer.request, answer.message, second))
+            page.html("loci-events", note(answer.message))
+            return
+        page.chart("loci-chart", chart_data(chart, multiples, second))
+        page.html("loci-events", event_table(chart) + notes(chart))
+        page.html("loci-resonances", resonance_table(chart, multiples))
+
+    @property
+    def cursor(self) -> Data | None:
+        if self.charts.answer is None:
+            return None
+        request = self.charts.answer.request
+        return cursor(self.visitor.chart_answer, request.over, request.measures[0])
+
+    def request(self) -> bool:
+        """Request the chart around the answer shown, and that of the beam compared with. Returns
+        whether there is such a beam."""
+        state, answer = self.visitor.state, self.visitor.chart_answer
+        if answer is None:
+            return False
+        other = comparison_case(state, answer.request)
+        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
+            highest = max(state.per_rev, default=0)
+            request = ChartRequest.around(answer.request, state.over, highest)
+            self.charts.request(request)
+            if other.case:
+                self.second_charts.request(request.same_axis(other.case))
+        return other.case is not None
+
+
+def with_line(state: State, on: Any, k: int) -> State:
+    """With or without the line k × speed."""
+    multiples = {*state.per_rev, k} if on else {*state.per_rev} - {k}
+    return state.changed("per_rev", sorted(multiples))
+
+
+# Lists of the tab
+
+
+def skeleton() -> str:
+    """The tab without its contents."""
+    toggles = ""
+    for k in PER_REV:
+        names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
+        toggles += button(f"{k} ×", class_="toggle", **names)
+    tools = (
+        select("over", "horizontal axis", AXES)
+        + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
+        f"<span>per-rev lines</span>{toggles}{hint('per-rev lines', PER_REV_HELP)}</div>"
+    )
+    return chart_tab(tools, "loci-chart", "loci-resonances", "loci-events", hidden=False)
+
+
+def event_table(chart: Chart) -> str:
+    """The crossings and veerings, each with a button that moves the beam there."""
+    warning = f"<p>{escape(chart.loci.warning)}</p>" if chart.loci.warning else ""
+    if not chart.events:
+        return warning or "<p>No crossing or veering in this range.</p>"
+    along, across = chart.request.measures
+    heads = ("go to", f"at {along.head}", across.label, "smallest gap")
+    rows = [
+        (*cells(chart, key, SIGNS[event.kind], event), f"{across.factor * event.gap:.3g}")
+        for key, event in chart.events.items()
+    ]
+    return (
+        table("crossings and veerings", heads, rows, caption="Crossings ○ and veerings ●") + warning
+    )
+
+
+def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[str, str, str]:
+    """A button that moves the beam to an event, with its value and its frequency."""
+    along, across = chart.request.measures
+    label = f"{sign} {', '.join(event_names(chart, one))}"
+    go_to = button(label, data_set="go_to_event", data_value=key, class_="quiet")
+    return go_to, along.number(one.at, 4), across.number(one.frequency, 3)
+
+
+def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
+    """The resonances in order of speed, each with a button that moves the beam there."""
+    found = chart.resonances_at(multiples)
+    lines = " ".join(f"{k} ×" for k in multiples)
+    if not found:
+        return f"<p>No line {lines} speed intersects a mode in this range.</p>"
+    along, across = chart.request.measures
+    heads = ("go to", "per rev", f"at {along.head}", across.label)
+    rows = []
+    for key, one in found.items():
+        go_to, *place = cells(chart, key, "◆", one)
+        rows.append((go_to, f"{one.per_rev} ×", *place))
+    return table("resonances", heads, rows, caption="Resonances")
+
+
+def notes(chart: Chart) -> str:
+    return "".join(note(limit_text(chart.request, one)) for one in chart.loci.limits)

@@ -12,9 +12,9 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.loci_chart import Data, axis_data, sent
-from beamviz.explorer.features.loci_tab import AXES
+from beamviz.explorer.features.loci_chart import AXES
 from beamviz.explorer.jobs import Answer
+from beamviz.explorer.page import Data, axis_data, sent
 from beamviz.explorer.page.html import button, chart_tab, colour_scale, note, select, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
@@ -154,7 +154,6 @@ class MapTab(Feature):
             self.page.chart("map-chart", {"beam": [first.factor * x, second.factor * y]})
 
     def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str) -> None:
-        """Show a map, or the reason why there is none."""
         shown = ShownMap(answer.result, mapped) if answer.result else None
         self.page.props("map-chart", hidden=shown is None or shown.is_empty)
         self.page.html("map-text", shown.text() if shown else note(answer.message))

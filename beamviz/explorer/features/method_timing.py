@@ -9,7 +9,7 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.explorer.features.loci_chart import Data, axis_data, mark, sent
+from beamviz.explorer.page import Data, axis_data, mark, sent
 from beamviz.explorer.page.html import button, chart_tab, checkbox, note, table
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
@@ -18,15 +18,10 @@ from beamviz.solver import METHODS, Solution, solve
 
 REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against
 REPEATS = 3  # solves of which the fastest counts
-RESOLUTIONS: dict[str, tuple[float, ...]] = {
-    "tolerance": (1e-2, 1e-4, 1e-6, 1e-8),
-    "elements": (5, 10, 20, 40),
-    "terms": (8, 16, 32),
-}
-OPTION = {
-    **dict.fromkeys(("auto", "foac", "zoac"), "tolerance"),
-    **dict.fromkeys(("ancf", "ancf-planar", "linear"), "elements"),
-    **dict.fromkeys(("assumed-modes", "power-series", "chebyshev"), "terms"),
+RESOLUTIONS: dict[str, tuple[str, tuple[float, ...]]] = {  # by family of methods
+    "hp": ("tolerance", (1e-2, 1e-4, 1e-6, 1e-8)),
+    "fem": ("elements", (5, 10, 20, 40)),
+    "series": ("terms", (8, 16, 32)),
 }
 
 
@@ -45,20 +40,19 @@ def time_methods(case: Case) -> tuple[Timing, ...]:
     """Time every method at its resolutions on a case. Raises the errors of `solve`."""
     options = {**case.options, "method": "auto", "tolerance": REFERENCE_TOLERANCE}
     reference = solve(case.beam(), **options)
-    return tuple(
-        time_method(reference, method, value, case.options)
-        for method in METHODS
-        for value in RESOLUTIONS[OPTION[method]]
-    )
+    timings = []
+    for method, row in METHODS.items():
+        option, values = RESOLUTIONS[row.package]
+        settings = {**case.options, "method": method}
+        timings += [time_method(reference, option, value, settings) for value in values]
+    return tuple(timings)
 
 
-def time_method(reference: Solution, method: str, value: float, options: dict[str, Any]) -> Timing:
-    """Time one method at the resolution `value`."""
-    option = OPTION[method]
-    resolution = f"{option} {value:g}".replace("e-0", "e-")
-    settings: dict[str, Any] = {**options, "method": method, option: value}
+def time_method(reference: Solution, option: str, value: float, settings: dict[str, Any]) -> Timing:
+    """Time the method of some settings at a resolution, a value of an option."""
+    method, resolution = settings["method"], f"{option} {value:g}".replace("e-0", "e-")
     try:
-        runs = [solve(reference.beam, **settings) for _ in range(REPEATS)]
+        runs = [solve(reference.beam, **{**settings, option: value}) for _ in range(REPEATS)]
     except BeamvizError as failure:
         return Timing(method, resolution, reason=str(failure))
     status, expected = runs[0].equilibrium.status, reference.equilibrium.status

@@ -181,7 +181,6 @@ class RealBeamPanel:
             visitor.render(name, lambda _: self.show(visitor.state))
 
     def edit(self, name: str, value: Any) -> None:
-        """Set a field."""
         self.load(lambda beam: edited(beam, name, value))
 
     def choose(self, name: Any) -> None:
@@ -196,7 +195,6 @@ class RealBeamPanel:
             self.load(lambda beam: built(entries(beam) | MATERIALS[name]))
 
     def choose_section(self, kind: Any) -> None:
-        """Set the kind of section."""
         if kind in SECTIONS:
             self.visitor.change(partial(replace, section=kind))
             self.load(lambda beam: with_section(beam, kind))
@@ -231,7 +229,6 @@ class RealBeamPanel:
 
 
 def preset_button(name: str) -> str:
-    """A button that shows a preset."""
     return button(name, data_do="real.preset", data_value=name, title=PRESETS[name].source)
 
 
@@ -243,13 +240,11 @@ INVITATION = (
 
 
 def number(name: str) -> str:
-    """A number field."""
     label = escape(ALL_FIELDS[name].name)
     return f'<label>{label} <input type="number" step="any" data-set="real.{name}"></label>'
 
 
 def choice(name: str, choices: dict[str, str]) -> str:
-    """A select element."""
     return f'<label>{name} <select data-set="real.{name}">{options(choices)}</select></label>'
 
 

@@ -8,17 +8,19 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from beamviz.drawing.beam_mesh import DrawnMotion
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.loci_chart import Data, axis_data, cursor, mark, sent
+from beamviz.explorer.features.loci_chart import cursor
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
+from beamviz.explorer.page import Data, axis_data, mark, sent
 from beamviz.explorer.page.html import button, chart_tab, note, select, slider, table
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
-from beamviz.scene import PER_REV, clip
+from beamviz.scene import PER_REV, ViewOptions, clip
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
@@ -63,7 +65,6 @@ class RunUpPlayback:
 
     @property
     def answer(self) -> Answer[RunUpRequest, RunUp] | None:
-        """The answer to the request."""
         answer = self.job.answer
         return answer if answer and answer.request == self.request else None
 
@@ -74,7 +75,6 @@ class RunUpPlayback:
 
     @property
     def running(self) -> bool:
-        """Whether the speed increases."""
         return self.position is not None and self.run is not None
 
     @property
@@ -98,7 +98,6 @@ class RunUpPlayback:
             self.visitor.change(with_response)
 
     def compute(self) -> None:
-        """Request the run-up of the state."""
         self.request = RunUpRequest.of(self.visitor.state)
         self.job.request(self.request)
 
@@ -146,12 +145,14 @@ class RunUpPlayback:
         """Displacement (n, 2) at an angle [rad] of the hub, which determines the force."""
         return (self.field * np.exp(1j * self.frequency(angle))).real
 
-    def colour_range(self, shapes: SampledModes, colouring: str, amplitude: float) -> float:
-        """Value at the end of the colour map."""
-        if colouring == "displacement":
-            return max(PEAK * amplitude, 1e-9)
-        strain = np.abs(np.diff(self.field[:, 0]) / np.diff(shapes.x))
-        return max(float((np.abs(shapes.strain) + strain).max()), 1e-9)
+    def motion(self, shapes: SampledModes, view: ViewOptions, scale: float) -> DrawnMotion:
+        """The response as the scene draws it, at `scale` [pixels per beam length]."""
+        largest = PEAK * view.amplitude
+        if view.colouring == "axial strain":
+            strain = np.abs(np.diff(self.field[:, 0]) / np.diff(shapes.x))
+            largest = float((np.abs(shapes.strain) + strain).max())
+        still, field = np.zeros(len(shapes.modes)), self.field[None]
+        return DrawnMotion(field, still, scale, view.colouring, max(largest, 1e-9))
 
 
 def with_response(state: State) -> State:
@@ -230,7 +231,6 @@ class RunUpTab(Feature):
 
 
 def with_damping(state: State, percent: object) -> State:
-    """With another damping ratio [%]."""
     ratio = percent / 100 if isinstance(percent, int | float) else percent
     return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
 

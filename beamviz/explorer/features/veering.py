@@ -10,10 +10,15 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS
 from beamviz.drawing.text import Measure
-from beamviz.explorer.features import loci_chart
-from beamviz.explorer.features.loci_chart import Chart, ChartRequest, Data, axis_data, mark, sent
-from beamviz.explorer.features.loci_tab import LociTab
+from beamviz.explorer.features.loci_chart import (
+    Chart,
+    ChartRequest,
+    LociTab,
+    event_names,
+    loci_lines,
+)
 from beamviz.explorer.jobs import Answer
+from beamviz.explorer.page import Data, axis_data, frequency_axis, mark, sent
 from beamviz.explorer.page.html import button, group, note, table
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
@@ -23,7 +28,7 @@ from beamviz.solver.solution import BENDING, STRETCHING
 POINTS = 40  # of a sweep; even, so that the middle is not one of them
 REACH = 0.2  # of the chart's range, to each side: for the search of an event, and the widest view
 MIN_WIDTH = 0.004  # of the chart's range: half width of the narrowest view
-MARGIN = 5.0  # half width of the view, over the distance in which the gap doubles
+MARGIN = 5.0  # half width of the view, over that of a veering
 BESIDE = 1e-3  # of the view: offset of shapes from a crossing, where they are not unique
 EXCHANGED, KEPT = 0.5, 0.1  # change of the bending fraction: exchange above, none below
 X = np.linspace(0.0, 1.0, 61)
@@ -54,7 +59,6 @@ class LociPair:
 
     @property
     def coriolis(self) -> bool:
-        """Whether the loci include Coriolis forces."""
         return self.found.problem.coriolis
 
     @property
@@ -77,9 +81,10 @@ class VeeringRequest:
         """The loci without and with Coriolis forces. Raises the errors of `loci`."""
         reach = REACH * (self.chart.stop - self.chart.start)
         wide = self.values(self.event.at, reach)
-        found = [self.loci(wide, coriolis) for coriolis in (False, True)]
-        events = [same_event(one, self.event, reach) for one in found]
-        centre, half = self.view(found[0], events)
+        events = [
+            same_event(self.loci(wide, coriolis), self.event, reach) for coriolis in (False, True)
+        ]
+        centre, half = self.view([one for one in events if one] or [self.event])
         at = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in events if one]
         values = np.union1d(self.values(centre, half), at)
         off, on = (
@@ -94,31 +99,21 @@ class VeeringRequest:
         return np.linspace(max(at - reach, low), min(at + reach, high, self.chart.stop), POINTS)
 
     def loci(self, values: np.ndarray, coriolis: bool) -> Loci:
-        """The loci at some values."""
         options = {**self.chart.options, "coriolis": coriolis}
         return loci(self.chart.beam, self.chart.over, values, **options)
 
-    def view(self, found: Loci, events: list[Event | None]) -> tuple[float, float]:
-        """Centre and half width of a view of both events and of the whole gap."""
-        at = [one.at for one in events if one] or [self.event.at]
-        centre, extent = (min(at) + max(at)) / 2, max(at) - min(at)
-        a, b = branches_of(found, self.event, centre)
-        slope = abs(np.gradient(b.frequency - a.frequency, found.values))
-        steepest = float(np.nanmax(slope)) if np.isfinite(slope).any() else 0.0
-        gap = max((one.gap for one in events if one), default=0.0)
-        spread = MARGIN * gap / steepest if steepest else 0.0
-        width = self.chart.stop - self.chart.start
-        return centre, float(np.clip(max(extent, spread), MIN_WIDTH * width, REACH * width))
+    def view(self, events: list[Event]) -> tuple[float, float]:
+        """Centre and half width of a view of these events and of the whole gap."""
+        at, width = [one.at for one in events], self.chart.stop - self.chart.start
+        half = max(max(at) - min(at), MARGIN * max(one.width for one in events))
+        return (min(at) + max(at)) / 2, float(np.clip(half, MIN_WIDTH * width, REACH * width))
 
 
 def same_event(found: Loci, event: Event, reach: float) -> Event | None:
     """The nearest event of the same two branches in other loci, within `reach`."""
-    near = [
-        one
-        for one in found.events
-        if {*one.branches} == {*event.branches} and abs(one.at - event.at) <= reach
-    ]
-    return min(near, key=lambda one: abs(one.at - event.at), default=None)
+    same = [one for one in found.events if {*one.branches} == {*event.branches}]
+    nearest = min(same, key=lambda one: abs(one.at - event.at), default=None)
+    return nearest if nearest and abs(nearest.at - event.at) <= reach else None
 
 
 def branches_of(found: Loci, event: Event, at: float) -> tuple[Branch, Branch]:
@@ -225,7 +220,7 @@ def choices(chart: Chart) -> str:
     """Buttons for all crossings and veerings."""
     along, buttons = chart.request.measures[0], ""
     for key, event in chart.events.items():
-        label = f"{' and '.join(loci_chart.event_names(chart, event))}, {along.text(event.at, 4)}"
+        label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
         buttons += button(label, data_set="go_to_event", data_value=key)
     return group("go to", buttons)
 
@@ -238,7 +233,7 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
     lines, gap, marks = [], [], []
     for pair in pairs:
         style = "thick" if pair.coriolis else "dashed"
-        for line in loci_chart.loci_lines(pair.found, values, across.factor, pair.branches):
+        for line in loci_lines(pair.found, values, across.factor, pair.branches):
             runs = [
                 [first, last, f"{own} {style}", name] for first, last, own, name in line["runs"]
             ]
@@ -257,7 +252,7 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
     return {
         "name": "Veering, magnified",
         "x": axis_data(along, (values[0], values[-1])),
-        "y": loci_chart.frequency_axis(across, (low - margin, high + margin)),
+        "y": frequency_axis(across, (low - margin, high + margin)),
         "at": sent(along.factor * values),
         "lines": lines + gap,
         "marks": marks,

@@ -1,0 +1,214 @@
+"""The page of one visitor: updates to it, and actions from it.
+
+The page is HTML of our own around viser's scene (page.html, page.css, page.js). The server sends
+scripts `beamviz.apply({...})` with the changes; the page sends actions as JSON [number, action,
+value] through one hidden text control of viser, the bridge.
+"""
+
+import json
+import math
+import threading
+from collections.abc import Callable, Iterable
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from viser import ClientHandle, GuiEvent, ViserServer
+
+from beamviz.drawing.objects import Caption, captions_file
+from beamviz.drawing.text import Measure
+from beamviz.explorer.page.html import attributes
+from beamviz.server.log import RateLimitedLog
+from beamviz.server.viser_private import private_control, run_script
+
+ROOT = '<div id="root"></div>'  # of viser's page
+STYLES = ("page.css", "chart.css")
+SCRIPTS = ("page.js", "figure.js", "chart.js", "map.js")
+TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
+MAX_DIGITS = 15  # of an integer; one with more becomes a float
+MAX_TEXT = 1000  # characters of a value
+DIGITS = 6  # significant, of the numbers of a chart
+
+Handler = Callable[[Any], None]
+Data = dict[str, Any]  # of a chart, as chart.js takes it
+Axes = tuple[Measure, Measure]
+
+log = RateLimitedLog(__name__)
+
+
+def insert_page(viser_page: str) -> str:
+    """viser's page with our elements around its scene, our style and our scripts."""
+    style = "".join(map(own_file, STYLES)) + captions_file(".css")
+    script = "".join(map(own_file, SCRIPTS)) + captions_file(".js")
+    tabs, panels = ("".join(map(part, TABS)) for part in (tab_button, tab_panel))
+    markup = own_file("page.html").format(tabs=tabs, panels=panels)
+    elements = f"<style>{style}</style>{markup}<script>{script}</script>"
+    return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
+
+
+def own_file(name: str) -> str:
+    """The text of a file beside this module."""
+    return files("beamviz.explorer.page").joinpath(name).read_text(encoding="utf-8")
+
+
+def tab_button(name: str) -> str:
+    """A tab; the first one is open."""
+    is_open = attributes(aria_selected=name == TABS[0], tabindex=None if name == TABS[0] else -1)
+    names = attributes(id=f"to-{name}", aria_controls=f"tab-{name}")
+    return f'<button type="button" role="tab"{names}{is_open}>{name.capitalize()}</button>'
+
+
+def tab_panel(name: str) -> str:
+    names = attributes(id=f"tab-{name}", aria_labelledby=f"to-{name}", hidden=name != TABS[0])
+    return f'<div role="tabpanel" tabindex="0"{names}></div>'
+
+
+def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
+    """Set viser's dark or light theme, without its own buttons."""
+    side.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
+
+
+class Page:
+    """Sends changes to the page, all those between two messages at once, and calls the handlers of
+    its actions.
+
+    tab: the element id of the open tab.
+    """
+
+    def __init__(self, client: ClientHandle):
+        self.client, self.lock = client, threading.Lock()
+        self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
+        self.sent: dict[tuple[str, ...], Any] = {}  # content of the page, by part and name
+        self.waiting: dict[tuple[str, ...], Any] = {}
+        self.tab = f"tab-{TABS[0]}"
+        self.bridge = client.gui.add_text("bridge", "", visible=False)
+        self.bridge.on_update(self.received)
+        self.send(private_control(self.bridge), "bridge")
+
+    # To the page
+
+    def html(self, id: str, content: str) -> None:
+        """Show HTML in the element with this id. Text in it must be escaped."""
+        self.send_changed(content, "html", id)
+
+    def shows(self, id: str, content: str) -> bool:
+        """Whether the element with this id has this content."""
+        return self.sent.get(("html", id)) == content
+
+    def value(self, key: str, value: Any) -> None:
+        """Show a value in all controls with data-set="key"."""
+        self.send_changed(value, "values", key)
+
+    def props(self, key: str, **attributes: Any) -> None:
+        """Set attributes (aria_label= for aria-label) of the elements with data-set="key" and of
+        the element with the id `key`; False or None removes an attribute."""
+        for name, value in attributes.items():
+            self.send_changed(value, "props", key, name.strip("_").replace("_", "-"))
+
+    def chart(self, id: str, data: dict[str, Any]) -> None:
+        """Draw a chart in the element with this id (chart.js)."""
+        for name, value in data.items():
+            self.send_changed(value, "charts", id, name)
+
+    def captions(self, captions: Iterable[Caption]) -> None:
+        """Write texts over the scene, each at the point of its node (captions.js)."""
+        self.send_changed([one.data for one in captions], "captions")
+
+    def open(self, tab: str) -> None:
+        """Open a tab, by its element id."""
+        self.tab = tab
+        self.send(tab, "open")
+
+    def point(self, *keys: str) -> None:
+        """Highlight controls, by their keys or ids, and open the sections that contain them."""
+        self.send(keys, "point")
+
+    def theme(self, *, dark: bool) -> None:
+        """Choose dark or light colours for the page and for viser's scene."""
+        choose_theme(self.client, dark=dark)
+        self.send(dark, "dark")
+
+    def say(self, text: str, error: bool = False) -> None:
+        """Announce a text to screen readers; an error is also shown for some seconds."""
+        with self.lock:
+            said = [*self.waiting.get(("say",), ()), {"text": text, "error": error}]
+        self.send(said, "say")
+
+    def send_changed(self, content: Any, *path: str) -> None:
+        """Send a part of the page if it differs from the last one sent."""
+        if self.sent.get(path, self) != content:
+            self.sent[path] = content
+            self.send(content, *path)
+
+    def send(self, content: Any, *path: str) -> None:
+        """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
+        with self.lock:
+            queued = bool(self.waiting)
+            self.waiting[path] = content
+        if not queued:
+            run_script(self.client, self.script)
+
+    def script(self) -> str:
+        """The script with all queued changes."""
+        with self.lock:
+            waiting, self.waiting = self.waiting, {}
+        update: dict[str, Any] = {}
+        for (*parents, name), content in waiting.items():
+            inside = update
+            for key in parents:
+                inside = inside.setdefault(key, {})
+            inside[name] = content
+        return f"beamviz.apply({json.dumps(update)})"
+
+    # From the page
+
+    def on(self, action: str, handler: Handler, max_text: int = MAX_TEXT) -> None:
+        """Call `handler` with the value of each action of this name, in order, on the event loop,
+        so it must be quick; a value of more than `max_text` characters is ignored."""
+        self.handlers[action] = handler, max_text
+
+    async def received(self, event: GuiEvent) -> None:
+        """Call the handler of an action; ignore an invalid one."""
+        try:
+            _, action, value = ACTIONS.decode(self.bridge.value)
+            handler, max_text = self.handlers[action]
+            if isinstance(value, list | dict) or len(str(value)) > max_text:
+                raise ValueError(f"{action} with {str(value)[:40]}")
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            visitor = f"visitor {event.client_id}"
+            log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
+            return
+        self.sent.pop(("values", action), None)  # the page shows what the visitor chose
+        handler(value)
+
+
+def whole_number(digits: str) -> float:
+    """An integer; a float if it has more than MAX_DIGITS digits."""
+    return int(digits) if len(digits) <= MAX_DIGITS else float(digits)
+
+
+ACTIONS = json.JSONDecoder(parse_int=whole_number)
+
+
+# Data of charts
+
+
+def sent(values: np.ndarray) -> list[float | None]:
+    """Numbers (n,) for JSON: rounded, None for nan and infinity."""
+    return [float(f"{x:.{DIGITS}g}") if math.isfinite(x) else None for x in values.tolist()]
+
+
+def axis_data(measure: Measure, ends: tuple[float, float], *, log: bool = False) -> Data:
+    names = {"label": measure.label, "symbol": measure.symbol, "unit": measure.unit}
+    return {**names, "range": [measure.factor * end for end in ends], "log": log}
+
+
+def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
+    label = "frequency [Hz]" if measure.unit else f"frequency {measure.label}"
+    return axis_data(measure._replace(label=label), ends)
+
+
+def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **to: Any) -> Data:
+    """A mark of a chart at a point; action=, value=: what a click on it sends."""
+    x, y = (measure.factor * place for measure, place in zip(axes, at, strict=True))
+    return {"key": key, "kind": kind, "text": text, "x": x, "y": y, **to}

@@ -67,7 +67,6 @@ def slider(key: str, label: str, help: str = "", **values: Any) -> str:
 
 
 def checkbox(key: str, label: str, help: str = "") -> str:
-    """A checkbox with its label."""
     return (
         f'<div class="row"><label class="check"><input type="checkbox"{attributes(data_set=key)}>'
         f"{escape(label)}</label>{hint(label, help)}</div>"

@@ -1,5 +1,5 @@
 /* The page around viser's scene: applies the updates of the server (beamviz.apply), and sends the
-   actions of elements with data-set, data-do or data-key. See page.py. */
+   actions of elements with data-set, data-do or data-key. See __init__.py. */
 "use strict";
 const beamviz = (() => {
   const PERIOD = 33; // [ms] between two messages of the same action

@@ -156,7 +156,6 @@ def invitation(case: Case, first: Case) -> str:
 
 
 def share_of(mode: int, shares: Sequence[float]) -> float:
-    """The contribution of one mode (0-based) to the motion."""
     return shares[mode] if mode < len(shares) else 0.0
 
 
@@ -194,7 +193,6 @@ class BeamControls:
         visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
 
     def edit(self, name: str, value: Any) -> None:
-        """A number was set, in its unit."""
         number = self.measures[name].plain(value)
         self.visitor.change(lambda state: state.changed(name, number))
 
@@ -247,12 +245,10 @@ def slider_range(
 
 
 def is_finite(number: Any) -> bool:
-    """Whether a value from a page is a finite number."""
     return isinstance(number, int | float) and math.isfinite(number)
 
 
 def number_slider(name: str) -> str:
-    """The slider and the field of a number of the beam."""
     parameter = NUMBERS[name]
     low, high, step = parameter.slider
     return slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
