@@ -8,8 +8,8 @@ import trimesh
 from viser import BatchedMeshHandle, SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import DrawnMotion, subdivide, to_hub_frame
-from beamviz.drawing.modes import SampledModes, displacement
+from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
+from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
     BOX,
     HIDDEN,
@@ -26,7 +26,6 @@ from beamviz.drawing.objects import (
 )
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import frequencies
-from beamviz.scene import ViewOptions
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
 INSET = 0.95  # relative size of an overlaid beam, so that no faces coincide
@@ -66,37 +65,26 @@ class BeamView:
         self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
         self.title = Caption(api, f"{root}/title", "bottom")
 
-    def show(
-        self,
-        shapes: SampledModes,
-        view: ViewOptions,
-        motion: DrawnMotion | None = None,
-        *,
-        warning: str = "",
-        title: str = "",
-    ) -> None:
-        """Draw a beam and the nodes of the mode that it moves in, with a warning above it in grey.
-        motion: by default that of `view`."""
-        self.motion = motion or DrawnMotion.of(shapes, view)
-        self.shapes = shapes = subdivide(shapes, self.motion, self.count)
-        self.greyed = bool(warning)
-        beam = shapes.beam
+    def show(self, drawn: DrawnBeam) -> None:
+        """Draw a beam and the nodes of the mode that it moves in."""
+        self.drawn, view, beam = drawn, drawn.view, drawn.shapes.beam
+        self.shapes = shapes = subdivide(drawn, self.count)
         self.section = section_size(beam, view.thicken)
         self.choose_frame(float(view.rotating_frame))
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         self.reference.show(shapes, self.section, visible=view.ghosts)
-        shown = self.motion.shown
-        marked = shown if view.nodes and len(shown) == 1 and not warning else []
+        alone = len(drawn.shown) == 1 and not drawn.warning
+        marked = drawn.shown if view.nodes and alone else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes)
         size = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
-        if (size, self.greyed) != self.mass_drawn:
-            self.mass_drawn = size, self.greyed
+        colour = colours.GREYED if drawn.warning else colours.MASS
+        if (size, colour) != self.mass_drawn:
+            self.mass_drawn = size, colour
             self.mass.batched_scales = np.array([[size[0], size[1], size[1]]])
-            colour = colours.GREYED if warning else colours.MASS
             self.mass.batched_colors = colours.instanced([colour])
-        self.warning.show(warning, (beam.delta + 0.5, 0.0, 0.12))
+        self.warning.show(drawn.warning, (beam.delta + 0.5, 0.0, 0.12))
         clamp = np.array([beam.delta if view.rotating_frame else 0.0, 0.0, 0.0])
-        self.title.show(title, clamp + TITLE_PLACE)
+        self.title.show(drawn.title, clamp + TITLE_PLACE)
         self.frame.visible = True
 
     @property
@@ -118,17 +106,14 @@ class BeamView:
     def move(self, phases: np.ndarray, angle: float) -> None:
         """Draw the beam at phases (m,) [rad] of its modes, the hub rotated by angle [rad]; in the
         rotating frame the ground rotates instead."""
-        self.displace(displacement(self.shapes, phases, self.motion.amplitudes), angle)
-
-    def displace(self, moved: np.ndarray, angle: float) -> None:
-        """Draw the beam displaced by `moved` (n, 2)."""
         shapes = self.shapes
+        moved = displacement(shapes, phases, self.drawn.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
-        if self.greyed:
+        if self.drawn.warning:
             paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)))
         else:
-            paint = colours.painted(shapes, self.motion.colouring, moved, self.motion.largest)
+            paint = colours.painted(shapes, self.drawn.view.colouring, moved, self.drawn.largest)
         if self.count not in (0, len(paint)):  # hide the last pieces in the same frame
             set_properties(self.beam, batched_scales=np.full((self.count, 3), HIDDEN))
         self.count = len(paint)
@@ -161,27 +146,21 @@ class OverlayBeam:
         self.title = Caption(api, f"{OVERLAY}/title", "bottom")
         self.count = 0  # of the pieces drawn
 
-    def show(
-        self,
-        shapes: SampledModes,
-        view: ViewOptions,
-        motion: DrawnMotion,
-        title: str,
-    ) -> None:
+    def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the modes that it moves in."""
-        shapes = subdivide(shapes, replace(motion, largest=np.inf), self.count)
+        self.drawn, view = drawn, drawn.view
+        shapes = subdivide(replace(drawn, largest=np.inf), self.count)
         self.count = len(shapes.strain)
         thickness, breadth = section_size(shapes.beam, view.thicken)
         self.shapes, self.section = shapes, (INSET * thickness, INSET * breadth)
-        self.amplitudes = motion.amplitudes
         self.root.visible = True
         self.mass.visible = shapes.beam.alpha > 0
         length, radius = mass_size(shapes.beam, view.thicken)
         self.mass.scale = (INSET * length, INSET * radius, INSET * radius)
-        self.nodes.show(shapes, self.section, motion.shown if view.nodes else [], labels=False)
+        self.nodes.show(shapes, self.section, drawn.shown if view.nodes else [], labels=False)
         points, _ = to_hub_frame(shapes, shapes.centreline)
         top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + TITLE_OFFSET
-        self.title.show(title, top + [0.0, 0.0, radius])
+        self.title.show(drawn.title, top + [0.0, 0.0, radius])
 
     @property
     def captions(self) -> list[Caption]:
@@ -192,7 +171,7 @@ class OverlayBeam:
 
     def move(self, phases: np.ndarray, angle: float) -> None:
         shapes = self.shapes
-        moved = displacement(shapes, phases, self.amplitudes)
+        moved = displacement(shapes, phases, self.drawn.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         set_surface(self.body, *beam_mesh.swept(points, normal, self.section))
         wxyz = beam_mesh.segments(points, normal, self.section)[1]
@@ -223,30 +202,22 @@ class BeamScene:
             self.views[k] = BeamView(self.api, f"/mode {k}" if k else "/scene", alone=k == 0)
         return self.views[k]
 
-    def show(
-        self,
-        shapes: SampledModes,
-        view: ViewOptions,
-        motion: DrawnMotion,
-        warning: str = "",
-        title: str = "",
-    ) -> None:
-        """Draw a beam as `BeamView.show` does, or all its modes."""
-        rows = in_rows(shapes, view, warning)
-        self.rows = [self.view(k + 1) for k in range(len(shapes.modes))] if rows else [self.view(0)]
+    def show(self, drawn: DrawnBeam) -> None:
+        """Draw a beam, or all its modes."""
+        shapes, view, count = drawn.shapes, drawn.view, len(drawn.shapes.modes)
+        self.rows = [self.view(k + 1) for k in range(count)] if drawn.in_rows else [self.view(0)]
         for beam in self.views.values():
             if beam not in self.rows:
                 beam.hide()
-        if not rows:
-            self.view(0).show(shapes, view, motion, warning=warning, title=title)
+        if not drawn.in_rows:
+            self.view(0).show(drawn)
             return
         frequency = frequencies(shapes.beam.units)
-        for k, height in enumerate(stacked_heights(len(self.rows))):
-            alone = view.amplitude * np.eye(len(self.rows))[k]
-            own = DrawnMotion.of(shapes, view, motion.scale, alone)
+        for k, (row, height) in enumerate(zip(self.rows, stacked_heights(count), strict=True)):
             title = f"{shapes.labels[k]}   {frequency.text(shapes.frequencies[k], 5)}"
-            self.rows[k].height = height
-            self.rows[k].show(shapes, view, own, title=title)
+            alone = view.amplitude * np.eye(count)[k]
+            row.height = height
+            row.show(DrawnBeam.of(shapes, view, drawn.scale, alone, title=title))
 
     @property
     def captions(self) -> list[Caption]:
@@ -259,8 +230,3 @@ class BeamScene:
     def move(self, phases: np.ndarray, angle: float) -> None:
         for beam in self.rows:
             beam.move(phases, angle)
-
-
-def in_rows(shapes: SampledModes, view: ViewOptions, warning: str) -> bool:
-    """Whether each mode is drawn in a row of its own: not for an unstable beam."""
-    return view.all_modes and len(shapes.modes) > 0 and not warning

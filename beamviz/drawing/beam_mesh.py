@@ -88,19 +88,22 @@ DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 
 @dataclass(frozen=True)
-class DrawnMotion:
-    """The motion of a beam, which is subdivided for it.
+class DrawnBeam:
+    """All that the drawing of a beam depends on.
 
-    fields: displacements (k, n, 2) at their largest amplitude; amplitudes: (m,) of its modes;
-    scale: [pixels per beam length]; colouring, largest: the colour map and the value at its end
-    (infinite: one colour).
+    amplitudes: (m,) of its modes; scale: [pixels per beam length]; fields: displacements (k, n, 2)
+    at their largest amplitude; largest: the value at the end of the colour map (infinite: one
+    colour); warning: a text above the beam, which is grey then; title: a text beside the clamp.
     """
 
-    fields: np.ndarray
+    shapes: SampledModes
+    view: ViewOptions
     amplitudes: np.ndarray
-    scale: float = DEFAULT_SCALE
-    colouring: str = "displacement"
-    largest: float = np.inf
+    scale: float
+    fields: np.ndarray
+    largest: float
+    warning: str = ""
+    title: str = ""
 
     @classmethod
     def of(
@@ -109,26 +112,32 @@ class DrawnMotion:
         view: ViewOptions,
         scale: float = DEFAULT_SCALE,
         sizes: np.ndarray | None = None,
+        **texts: str,
     ) -> Self:
-        """The motion of modes with amplitudes `sizes` (m,), by default those of `view`."""
+        """A beam that moves in modes with amplitudes `sizes` (m,), by default those of `view`."""
         sizes = amplitudes(view, len(shapes.modes)) if sizes is None else sizes
         drawn = np.minimum(sizes, shapes.limits)
         shown, largest = drawn > 0, colours.colour_range(shapes, view.colouring, sizes)
         fields = drawn[shown, None, None] * shapes.modes[shown]
-        return cls(fields, sizes, scale, view.colouring, largest)
+        return cls(shapes, view, sizes, scale, fields, largest, **texts)
 
     @property
     def shown(self) -> list[int]:
-        """The modes (0-based) with an amplitude."""
+        """The modes (0-based) that it moves in."""
         return np.flatnonzero(self.amplitudes).tolist()
 
+    @property
+    def in_rows(self) -> bool:
+        """Whether each mode is drawn in a row of its own: not for an unstable beam."""
+        return self.view.all_modes and len(self.shapes.modes) > 0 and not self.warning
 
-def subdivide(shapes: SampledModes, motion: DrawnMotion, before: int = 0) -> SampledModes:
-    """`shapes` sampled at the ends of the pieces it is drawn in, of which one is at the mass, with
-    the mean strain of each piece; before: the last number of pieces."""
-    x = shapes.x
+
+def subdivide(drawn: DrawnBeam, before: int = 0) -> SampledModes:
+    """The shapes sampled at the ends of the pieces that the beam is drawn in, of which one is at
+    the mass, with the mean strain of each piece; before: the last number of pieces."""
+    shapes, x = drawn.shapes, drawn.shapes.x
     need = np.zeros(len(x))  # pieces from the clamp
-    np.cumsum(required_density(shapes, motion) * (x[1:] - x[:-1]), out=need[1:])
+    np.cumsum(required_density(drawn) * (x[1:] - x[:-1]), out=need[1:])
     mass, whole = need.item(shapes.mass), need.item(-1)
     least = math.ceil(mass), math.ceil(whole - mass)
     count = piece_count(sum(least), before)
@@ -162,22 +171,22 @@ def piece_count(need: int, before: int) -> int:
     return before if before > enough >= before / 2 and need > LEAVE * enough else enough
 
 
-def required_density(shapes: SampledModes, motion: DrawnMotion) -> np.ndarray:
+def required_density(drawn: DrawnBeam) -> np.ndarray:
     """Required pieces per beam length (n - 1,) between stations: by the curvature of the moving
     beam (a chord of length h deviates from a curve of curvature kappa by kappa h^2 / 8) and by the
     change of colour along x, both as bounds over time."""
-    fields = np.concatenate([shapes.centreline[None], motion.fields])
-    slope, bend = derivatives(shapes, fields)
+    fields = np.concatenate([drawn.shapes.centreline[None], drawn.fields])
+    slope, bend = derivatives(drawn.shapes, fields)
     along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
     axial = bend[..., 0].sum(axis=0)
     stretch = np.maximum(np.abs(slope[0, :, 0]) - along.sum(axis=0), 0.1)
     steep = np.minimum(across.sum(axis=0) / stretch, 1.0)
     curvature = bend[..., 1].sum(axis=0) + axial * steep
-    if motion.colouring == "axial strain":
-        colour = axial / (2 * motion.largest)
+    if drawn.view.colouring == "axial strain":
+        colour = axial / (2 * drawn.largest)
     else:
-        colour = np.hypot(along, across).sum(axis=0) / motion.largest
-    chords = np.sqrt(curvature * motion.scale / (8 * DEVIATION))
+        colour = np.hypot(along, across).sum(axis=0) / drawn.largest
+    chords = np.sqrt(curvature * drawn.scale / (8 * DEVIATION))
     return np.maximum(np.maximum(chords, colour / STEP), 1 / LONGEST)
 
 

@@ -13,13 +13,14 @@ A move of a slider becomes a picture at these stations:
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from viser import CameraHandle
 
 from beamviz.drawing import BeamScene, stacked_heights
-from beamviz.drawing.beam_mesh import DrawnMotion, interpolate
+from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
 from beamviz.explorer.features import MassDrag, PresenterMode
@@ -47,8 +48,8 @@ class SceneView(Feature):
     """The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with, on
     one clock. `show` draws the state and the answer, `move` advances the time.
 
-    beam: the single one; shapes: the modes drawn; motion: of these modes, or the response to a
-    force; shown_modes: those (from 0) in the picture; solved: the last solution of this scene.
+    beam: the single one; shapes: the modes drawn; drawn: the beam that moves in these modes, or by
+    a force; shown_modes: those (from 0) in the picture; solved: the last solution of this scene.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
@@ -60,7 +61,7 @@ class SceneView(Feature):
         self.open(visitor.state.scene)
         plane = visitor.state.case.options["plane"]
         self.shapes = SampledModes.at_rest(visitor.state.scene.beam, plane)
-        self.motion = DrawnMotion.of(self.shapes, visitor.state.view)
+        self.drawn = DrawnBeam.of(self.shapes, visitor.state.view)
 
     def open(self, scene: Scene) -> None:
         """Begin with a scene that was loaded, which is not solved yet."""
@@ -84,7 +85,7 @@ class SceneView(Feature):
         again."""
         if self.camera.requested or super().outdated:
             return True
-        ratio = self.camera.scale / self.motion.scale
+        ratio = self.camera.scale / self.drawn.scale
         return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
     def show(self) -> None:
@@ -120,29 +121,29 @@ class SceneView(Feature):
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
 
     def choose_modes(self) -> np.ndarray:
-        """Choose the modes in the picture and their motion, none while a force drives the beam.
+        """Choose the modes in the picture, none while a force drives the beam.
         Returns the frequencies in the picture."""
         view, shapes, scale = self.state.view, self.shapes, self.camera.scale
         if self.run_up.driven:
-            self.motion, self.shown_modes = self.run_up.motion(shapes, view, scale), []
-            return np.array([self.run_up.frequency(shapes.beam.gamma)])
-        self.motion = DrawnMotion.of(shapes, view, scale)
-        self.shown_modes = list(range(len(shapes.modes))) if view.all_modes else self.motion.shown
+            self.drawn, self.shown_modes = self.run_up.drawn(shapes, view, scale), []
+            return np.array([self.run_up.per_rev * shapes.beam.gamma])
+        self.drawn = DrawnBeam.of(shapes, view, scale)
+        self.shown_modes = list(range(len(shapes.modes))) if view.all_modes else self.drawn.shown
         return shapes.frequencies[self.shown_modes]
 
     def draw(self, *, settled: bool) -> None:
         """Draw the beam, or all its modes, and the beam compared with."""
-        view = self.state.view
-        self.comparison.draw(self.shapes, self.clock, self.motion)
+        self.comparison.draw(self.drawn, self.clock, driven=self.run_up.driven)
         heights = self.comparison.heights
         self.beam.height = heights[0]
         title = THIS if len(heights) > 1 else ""
-        self.scene.show(self.shapes, view, self.motion, self.warning, title)
+        self.scene.show(replace(self.drawn, warning=self.warning, title=title))
         if self.scene.rows != [self.beam]:
             heights = stacked_heights(len(self.scene.rows))
         self.camera.given = self.state.camera
         if not self.beam.fixed:
-            self.camera.look_at(self.shapes, view.rotating_frame, heights, settled=settled)
+            frame = self.state.view.rotating_frame
+            self.camera.look_at(self.shapes, frame, heights, settled=settled)
 
     def move(self, time: float) -> None:
         """Draw the moment of the clock, `time` [T*] after the last one."""
@@ -150,11 +151,8 @@ class SceneView(Feature):
         if change:
             angle = change.angle
             self.scene.choose_frame(change.rotating_share)
-        if self.run_up.driven and self.scene.rows == [self.beam]:
-            moved = self.run_up.displacement(self.clock.angle)
-            self.beam.displace(interpolate(self.shapes.x, moved, self.beam.shapes.x), angle)
-        else:
-            self.scene.move(self.clock.phases, angle)
+        force = np.array([self.run_up.per_rev * self.clock.angle])
+        self.scene.move(force if self.run_up.driven else self.clock.phases, angle)
         self.comparison.move(time, change)
 
     @property
@@ -285,7 +283,7 @@ class Session:
         page.props("playing", disabled=bool(view.warning))
         panel.show_answer(self.visitor, view.solved, view.shown_modes)
         units = view.shapes.beam.units
-        legend = html.legend(view.motion.colouring, view.motion.largest, units)
+        legend = html.legend(view.state.view.colouring, view.drawn.largest, units)
         page.html("legend", "" if view.warning else legend)
         page.html("pace-text", html.pace(view.pace, units))
 

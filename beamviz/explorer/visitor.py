@@ -188,11 +188,11 @@ class Feature:
     """A part of the page that is updated when its `inputs` change, objects compared by identity.
     Subclasses define `inputs`, and `show`, which updates the page.
 
-    drawn: what the chart of the feature was drawn from.
+    drawn_from: what the chart of the feature was drawn from.
     """
 
     shown: tuple[object, ...] = ()
-    drawn: tuple[object, ...] = ()
+    drawn_from: tuple[object, ...] = ()
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
@@ -216,7 +216,7 @@ class Feature:
 
     def redraws(self, *drawn: object) -> bool:
         """Whether the chart has to be drawn again, from other objects than the last time."""
-        before, self.drawn = self.drawn, drawn
+        before, self.drawn_from = self.drawn_from, drawn
         return drawn != before
 
     def fade(self, job: Job, *parts: str) -> None:

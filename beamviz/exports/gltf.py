@@ -81,7 +81,7 @@ class Gltf:
 def write_glb(file: Path, solved: SolvedScene) -> None:
     """Hub, beam and mass, in lengths of the beam; outside the rotating frame they rotate."""
     gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(offline_scene())
-    drawn.show(solved.shapes, solved.scene.view)
+    drawn.show(solved.drawn)
     loop = None if solved.warning else Loop(solved, film=False)
     times, moments = np.zeros(1), [Moment(np.zeros(len(solved.shapes.modes)), 0.0)]
     if loop:
@@ -128,7 +128,7 @@ def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarra
     shapes, parts = drawn.shapes, [(0.25, ""), (0.75, "-")]
     if np.iscomplexobj(shapes.modes):
         parts += [(0.0, "'"), (0.5, "'-")]
-    fields = np.minimum(solved.amplitudes, shapes.limits)[:, None, None] * shapes.modes
+    fields = np.minimum(solved.drawn.amplitudes, shapes.limits)[:, None, None] * shapes.modes
     targets = [(k, 2 * math.pi * part, mark) for k in solved.shown for part, mark in parts]
 
     def surface(moved: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:

@@ -179,8 +179,8 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
     states (4 n (1 + 2 m), speeds): axis and strain (n, 4), and their change by the real and the
     imaginary part of each mode; see `steps`.
     """
-    normal, sizes = NORMALS[row.shapes.plane], row.motion.amplitudes
-    shown = row.motion.shown
+    normal, sizes = NORMALS[row.shapes.plane], row.drawn.amplitudes
+    shown = row.drawn.shown
     labels = [solved.shapes.labels[k] for k in shown]
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
     states = []
@@ -200,7 +200,7 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
         "section": extents(row.section, normal)[1:].tolist(),
         "ring": np.array(row.nodes.collars.batched_scales)[0].tolist(),
         "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
-        "largest": row.motion.largest,
+        "largest": row.drawn.largest,
     }
 
 

@@ -1,15 +1,16 @@
 """A scene with its solution, drawn in any viser scene at any moment, and the loop of its film."""
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from viser import SceneApi
 
 from beamviz.beam import check_float
-from beamviz.drawing import BeamScene, camera, in_rows, stacked_heights
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion
-from beamviz.drawing.modes import SampledModes, amplitudes, playback_rate
+from beamviz.drawing import BeamScene, camera, stacked_heights
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
+from beamviz.drawing.modes import SampledModes, playback_rate
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
 from beamviz.scene import Camera, Scene
@@ -48,10 +49,10 @@ class SolvedScene:
         self.solution = solve(scene.beam, **scene.solver_options)
         self.shapes = SampledModes.sampled(self.solution)
         self.warning = stability_warning(self.solution)
-        view, count = scene.view, len(self.shapes.modes)
-        self.amplitudes, rows = amplitudes(view, count), in_rows(self.shapes, view, self.warning)
-        self.heights = stacked_heights(count if rows else 1)
-        self.shown = [k for k in range(count) if rows or self.amplitudes[k] > 0]
+        self.drawn = DrawnBeam.of(self.shapes, scene.view, warning=self.warning)
+        rows = range(len(self.shapes.modes)) if self.drawn.in_rows else []
+        self.heights = stacked_heights(len(rows) or 1)
+        self.shown = [*rows] or self.drawn.shown
 
     def moment(self, phase: float = 0.25) -> Moment:
         """The scene when the first mode shown is at `phase` [periods]; at 0.25 every mode has its
@@ -70,15 +71,14 @@ class SolvedScene:
             return Camera((given.look_at + offset).tolist(), given.look_at)
         frame = self.scene.view.rotating_frame
         position = camera.viewpoint(self.shapes, frame, aspect, 0.0, self.heights, self.direction)
-        drawn = np.minimum(self.amplitudes, self.shapes.limits)
+        drawn = np.minimum(self.drawn.amplitudes, self.shapes.limits)
         axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 
     def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> BeamScene:
         """The scene in viser, at `scale` [pixels per beam length]; move it to the moments."""
-        beams, view = BeamScene(api), self.scene.view
-        motion = DrawnMotion.of(self.shapes, view, scale)
-        beams.show(self.shapes, view, motion, self.warning)
+        beams = BeamScene(api)
+        beams.show(replace(self.drawn, scale=scale))
         return beams
 
 

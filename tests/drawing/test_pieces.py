@@ -13,7 +13,7 @@ from strategies import beams
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView, OverlayBeam, beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnMotion, subdivide, to_hub_frame
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam, subdivide, to_hub_frame
 from beamviz.drawing.modes import SampledModes, displacement
 from beamviz.drawing.objects import HIDDEN
 from beamviz.scene import COLOURINGS, Camera, ViewOptions
@@ -40,12 +40,12 @@ class Drawn:
         self.eye = camera.viewpoint(self.shapes, True, 16 / 9)
         self.scale = camera.scale(float(np.linalg.norm(self.eye)), HEIGHT)
         view = ViewOptions(colouring=colouring)
-        self.seen = DrawnMotion.of(self.shapes, view, self.scale, self.sizes)
-        self.pieces = subdivide(self.shapes, self.seen)
+        self.seen = DrawnBeam.of(self.shapes, view, self.scale, self.sizes)
+        self.pieces = subdivide(self.seen)
 
     @property
     def need(self) -> float:
-        density = beam_mesh.required_density(self.shapes, self.seen)
+        density = beam_mesh.required_density(self.seen)
         return float(density @ np.diff(self.shapes.x))
 
     def exact(self, x: np.ndarray) -> SampledModes:
@@ -88,7 +88,7 @@ class Drawn:
         """The largest step of the colour map on one side of the mass, relative to the bound."""
         pieces = self.pieces
         places = [
-            colours.scaled(pieces, self.seen.colouring, moved, self.seen.largest)
+            colours.scaled(pieces, self.seen.view.colouring, moved, self.seen.largest)
             for moved in (self.moved(pieces, phase) for phase in PHASES)
         ]
         steps = np.abs(np.diff(places))
@@ -122,7 +122,7 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
         if count > beam_mesh.PIECE_COUNTS[0]:
             with monkeypatch.context() as patch:
                 patch.setattr(beam_mesh, "PIECE_COUNTS", (count // 2,))
-                drawn.pieces = subdivide(drawn.shapes, drawn.seen)
+                drawn.pieces = subdivide(drawn.seen)
             assert len(drawn.pieces.strain) == count // 2
             halved.append(max(drawn.deviation(), drawn.steps()))
     assert len(halved) > 30
@@ -140,7 +140,7 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
     """Pieces of one mode (0: none)."""
     shapes = SampledModes.sampled(solve(beam))
     sizes = amplitude * np.eye(6)[mode][1:]
-    return len(subdivide(shapes, DrawnMotion.of(shapes, ViewOptions(), scale, sizes)).strain)
+    return len(subdivide(DrawnBeam.of(shapes, ViewOptions(), scale, sizes)).strain)
 
 
 def test_simple_pictures_take_few_pieces():
@@ -156,9 +156,9 @@ def test_the_count_follows_a_slider_and_does_not_flicker():
     noise = np.random.default_rng(1).uniform(0.97, 1.03, 200)
     for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)) * noise:
         view = ViewOptions(colouring="axial strain")
-        swing = DrawnMotion.of(shapes, view, DEFAULT_SCALE, amplitude * np.eye(5)[4])
-        counts.append(len(subdivide(shapes, swing, counts[-1]).strain))
-        enough = len(subdivide(shapes, swing).strain)
+        swing = DrawnBeam.of(shapes, view, DEFAULT_SCALE, amplitude * np.eye(5)[4])
+        counts.append(len(subdivide(swing, counts[-1]).strain))
+        enough = len(subdivide(swing).strain)
         assert enough <= counts[-1] <= 2 * enough
     changes = np.diff(counts[1:])
     assert counts[1] == counts[-1] == 16
@@ -182,10 +182,8 @@ def test_a_scene_shows_one_set_of_pieces_and_an_overlay_has_faces_for_its_vertic
         scene, overlay = BeamView(server.scene), OverlayBeam(server.scene)
         for mode in (0, 4, 0, 1):
             view = ViewOptions().only(mode)
-            motion = DrawnMotion.of(shapes, view)
-            scene.show(shapes, view)
-            overlay.show(shapes, view, motion, "")
             for beam in (scene, overlay):
+                beam.show(DrawnBeam.of(shapes, view))
                 beam.move(np.full(5, math.pi / 2), 0.0)
             largest = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
             assert [k for k, size in largest.items() if size > HIDDEN] == [scene.count]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamScene, BeamView, camera
-from beamviz.drawing.beam_mesh import DrawnMotion, to_hub_frame
+from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.camera import CHANGE_TIME, PageCamera
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import HIDDEN, mass_size, section_size
@@ -84,7 +84,7 @@ def test_rings_at_nodes_fit_the_section(scene):
     """Also where only the section changes."""
     shapes, view = sampled(PAPER), ViewOptions()
     for thicken in (False, True):
-        scene.show(shapes, replace(view, thicken=thicken))
+        scene.show(DrawnBeam.of(shapes, replace(view, thicken=thicken)))
         ring = np.asarray(scene.nodes.collars.batched_scales)[0]
         assert ring[1:] == pytest.approx(1.3 * np.array(section_size(PAPER, thicken)), rel=1e-6)
 
@@ -93,7 +93,7 @@ def test_a_scene_draws_a_beam_and_greys_it(scene):
     """Pieces are on the beam, the mass at its station; below a warning all of it is grey."""
     shapes = sampled()
     for warning in ("", "No equilibrium"):
-        scene.show(shapes, ViewOptions(), warning=warning)
+        scene.show(DrawnBeam.of(shapes, ViewOptions(), warning=warning))
         scene.move(np.full(5, np.pi / 2), angle=0.3)
         drawn = scene.shapes
         points, _ = to_hub_frame(drawn, drawn.centreline + single_mode(drawn, 1, 0.25))
@@ -110,7 +110,7 @@ def test_a_scene_draws_a_beam_and_greys_it(scene):
 @pytest.mark.parametrize("rotating_frame", [True, False])
 def test_the_frame_rotates_the_hub_or_the_floor(scene, rotating_frame):
     """In the rotating frame the floor rotates backwards, else the hub rotates."""
-    scene.show(sampled(), ViewOptions(rotating_frame=rotating_frame))
+    scene.show(DrawnBeam.of(sampled(), ViewOptions(rotating_frame=rotating_frame)))
     scene.move(np.zeros(5), angle=0.3)
     half_angles = [-0.15, 0] if rotating_frame else [0, 0.15]
     for node, half in zip((scene.surroundings.floor, scene.rotor), half_angles, strict=True):
@@ -120,7 +120,7 @@ def test_the_frame_rotates_the_hub_or_the_floor(scene, rotating_frame):
 @pytest.mark.parametrize(("plane", "axis"), [("chordwise", 1), ("flapwise", 2)])
 def test_flapwise_motion_is_out_of_the_plane_of_rotation(scene, plane, axis):
     """Across is z flapwise and y chordwise, the direction of the thickness."""
-    scene.show(sampled(PAPER, plane=plane), ViewOptions().only(0))
+    scene.show(DrawnBeam.of(sampled(PAPER, plane=plane), ViewOptions().only(0)))
     scene.move(np.full(5, np.pi / 2), angle=0.0)
     assert np.abs(scene.beam.batched_positions[:, axis]).max() > 0.1
     assert np.abs(scene.beam.batched_positions[:, 3 - axis]).max() == 0
@@ -131,13 +131,13 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation(scene, plane, axis):
 def test_a_beam_without_a_mass_has_none_and_an_inward_beam_a_hoop(scene):
     """delta < 0 swaps the drum for a hoop, from whose rim the beam points to the axis."""
     around = scene.surroundings
-    scene.show(sampled(Beam()), ViewOptions())
+    scene.show(DrawnBeam.of(sampled(Beam()), ViewOptions()))
     assert np.allclose(np.asarray(scene.mass.batched_scales), HIDDEN)
     assert (around.drum.visible, around.hoop.visible) == (True, False)
     inward = SampledModes.at_rest(Beam(delta=-0.5), "chordwise")
     points, _ = to_hub_frame(inward, inward.centreline)
     assert np.allclose(points[[0, -1]], [[-0.5, 0, 0], [0.5, 0, 0]], atol=1e-12)
-    scene.show(inward, ViewOptions())
+    scene.show(DrawnBeam.of(inward, ViewOptions()))
     assert (around.drum.visible, around.hoop.visible) == (False, True)
     inner = np.linalg.norm(around.hoop.vertices[:, :2], axis=1).min()
     assert inner == pytest.approx(0.5, rel=1e-3)
@@ -149,7 +149,7 @@ def test_rows_of_modes_have_a_small_drum_at_the_clamp(delta):
     with run_server() as server:
         beams, shapes = BeamScene(server.scene), sampled(Beam(delta=delta, gamma=1))
         view = ViewOptions(all_modes=True)
-        beams.show(shapes, view, DrawnMotion.of(shapes, view))
+        beams.show(DrawnBeam.of(shapes, view))
         assert len(beams.rows) == 5
         for around in (row.surroundings for row in beams.rows):
             assert (around.drum.visible, around.hoop.visible) == (True, False)
@@ -183,7 +183,7 @@ def test_a_change_of_view_is_eased(scene, back):
     page_camera.eased = True
     page_camera.look_at(shapes, False, [0.0], settled=True)
     outside = np.array(view.position)
-    scene.show(shapes, ViewOptions())
+    scene.show(DrawnBeam.of(shapes, ViewOptions()))
     view.position, view.look_at = np.array(view.position), np.array(view.look_at)
     page_camera.look_at(shapes, True, [0.0], settled=True)
     assert np.allclose(view.position, outside)
@@ -210,7 +210,7 @@ def test_a_change_of_view_is_eased(scene, back):
 def test_an_arrow_shows_the_speed_of_a_rotating_beam(scene):
     """Arrow and text are hidden at rest, and the text is never near the beam."""
     around = scene.surroundings
-    scene.show(sampled(Beam(gamma=3)), ViewOptions())
+    scene.show(DrawnBeam.of(sampled(Beam(gamma=3)), ViewOptions()))
     assert around.arrow.visible
     assert around.speed.text == "speed γ = 3"
     rest = np.zeros(5)
@@ -220,6 +220,6 @@ def test_an_arrow_shows_the_speed_of_a_rotating_beam(scene):
         x, y, _ = around.speed.point.position
         assert abs(math.remainder(math.atan2(y, x) - hub, 2 * math.pi)) > 0.8
     assert (around.arrow.vertices[:, 0] < 0.05).all()
-    scene.show(sampled(Beam()), ViewOptions())
+    scene.show(DrawnBeam.of(sampled(Beam()), ViewOptions()))
     assert not around.arrow.visible
     assert not around.speed.text

@@ -13,7 +13,7 @@ from live.visitor import PAPER, TIMEOUT, Visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamScene, camera, stacked_heights
-from beamviz.drawing.beam_mesh import DrawnMotion, to_hub_frame
+from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import ANCF, CORIOLIS, DOUBLE, EFFECTS, comparison_table
@@ -116,7 +116,7 @@ def test_both_beams_run_on_one_clock(stacked):
         guest.change(lambda state: replace(state, comparison=DOUBLE, stacked=stacked))
         comparison, clock = comparisons.Comparison(guest), Clock(phases=np.linspace(0, 1, 5))
         main, double = guest.answer.shapes, solve(PAPER.replace(alpha=2))
-        comparison.draw(main, clock, DrawnMotion.of(main, guest.state.view))
+        comparison.draw(DrawnBeam.of(main, guest.state.view), clock, driven=False)
         comparison.move(0.01, None)
         for k, label in enumerate(double.labels):
             start = clock.phases[main.labels.index(label)]
@@ -141,7 +141,7 @@ def test_each_row_shows_one_mode():
     shapes, all_modes = SampledModes.sampled(solve(PAPER)), ViewOptions(all_modes=True)
     with run_server() as server:
         beams = BeamScene(server.scene)
-        beams.show(shapes, all_modes, DrawnMotion.of(shapes, all_modes))
+        beams.show(DrawnBeam.of(shapes, all_modes))
         beams.move(np.full(5, math.pi / 2), 0.0)
         rows = beams.rows
         levels = [part.frame.position[2] for part in rows]
@@ -153,7 +153,7 @@ def test_each_row_shows_one_mode():
             middle = (line[:-1] + line[1:]) / 2
             assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
             assert part.title.text.startswith(shapes.labels[k])
-        beams.show(shapes, ViewOptions(), DrawnMotion.of(shapes, ViewOptions()))
+        beams.show(DrawnBeam.of(shapes, ViewOptions()))
         assert not any(part.frame.visible for part in rows)
 
 

@@ -14,7 +14,7 @@ from live.visitor import PAPER, Visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView
-from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.app import explorer
 from beamviz.explorer.features import MassDrag, nearest
@@ -66,7 +66,7 @@ def test_a_point_of_the_beam_gives_its_coordinate(beam, state, rotating_frame):
     assert shapes.centreline[:, 1].any() == (state == "stable")
     with run_server() as server:
         view = BeamView(server.scene)
-        view.show(shapes, ViewOptions(rotating_frame=rotating_frame))
+        view.show(DrawnBeam.of(shapes, ViewOptions(rotating_frame=rotating_frame)))
         view.move(np.zeros(5), angle=0.7)
         client = SimpleNamespace(camera=SimpleNamespace(position=np.array([0.3, -3.0, 2.0])))
         guest: Any = SimpleNamespace(client=client, state=SimpleNamespace(case=None))

@@ -95,7 +95,7 @@ def test_a_model_swings_as_the_solution_does(model):
     assert weights.max() <= 1
     for k in range(0, len(times), 7):
         moment = loop.moment(times[k] / times[-1])
-        moved = displacement(shapes, moment.phases, solved.amplitudes)
+        moved = displacement(shapes, moment.phases, solved.drawn.amplitudes)
         axis = to_hub_frame(shapes, shapes.centreline + moved)[0]
         corners = rest + np.tensordot(weights[k], targets, 1)
         assert corners.reshape(-1, 4, 3).mean(axis=1) == pytest.approx(axis, abs=1e-5)

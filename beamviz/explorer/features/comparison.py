@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.drawing import BeamView, OverlayBeam
-from beamviz.drawing.beam_mesh import DrawnMotion
+from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.camera import ViewChange
 from beamviz.drawing.modes import Clock, SampledModes
 from beamviz.drawing.objects import Caption
@@ -101,14 +101,15 @@ class Comparison:
         """Heights [beam lengths] of the first scene and, if they are stacked, of the second."""
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
-    def draw(self, main: SampledModes, clock: Clock, motion: DrawnMotion) -> None:
-        """Draw the second beam with `main`, in the modes that match those of its motion."""
+    def draw(self, main: DrawnBeam, clock: Clock, *, driven: bool) -> None:
+        """Draw the second beam with `main`, in the modes that match those that it moves in; at rest
+        while a force drives that."""
         state, answer = self.visitor.state, self.visitor.answer
         if answer:
             self.case = comparison_case(state, answer.request)
             if self.case.case:
                 self.job.request(self.case.case)
-            self.main = answer.solution if answer.shapes is main else self.main
+            self.main = answer.solution if answer.shapes is main.shapes else self.main
         choices, second = (state.comparison, state.kept, state.stacked), self.answer
         restarted = choices != self.choices
         lasts = self.case.case and not (restarted or state.view.all_modes)
@@ -127,8 +128,7 @@ class Comparison:
             self.choices = choices
             self.clock.phases = self.transferred(clock.phases, np.pi / 2)
             self.clock.angle = clock.angle
-        sizes = self.transferred(motion.amplitudes, 0.0)
-        motion = DrawnMotion.of(self.shapes, state.view, motion.scale, sizes)
+        sizes = self.transferred(np.zeros(0) if driven else main.amplitudes, 0.0)
         if state.stacked not in self.views:
             api = self.visitor.client.scene
             made = BeamView(api, "/other", alone=False) if state.stacked else OverlayBeam(api)
@@ -136,7 +136,8 @@ class Comparison:
         self.view = view = self.views[state.stacked]
         if isinstance(view, BeamView):
             view.height = self.heights[1]
-        view.show(self.shapes, state.view, motion, title=self.case.title)
+        title = self.case.title
+        view.show(DrawnBeam.of(self.shapes, state.view, main.scale, sizes, title=title))
 
     @property
     def captions(self) -> list[Caption]:

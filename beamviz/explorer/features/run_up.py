@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from beamviz.drawing.beam_mesh import DrawnMotion
+from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
@@ -80,12 +80,15 @@ class RunUpPlayback:
     @property
     def driven(self) -> bool:
         """Whether the scene shows the response: from the start until a mode is chosen."""
-        return self.visitor.state.forced_response and self.run is not None and self.field.size > 0
+        state = self.visitor.state
+        shown = state.forced_response and not state.view.all_modes
+        return shown and self.run is not None and self.field.size > 0
 
     @property
     def inputs(self) -> tuple[object, ...]:
         """The answer, and whether the speed increases and the response is shown."""
-        return self.answer, self.running, self.visitor.state.forced_response
+        state = self.visitor.state
+        return self.answer, self.running, state.forced_response, state.view.all_modes
 
     def start_or_stop(self) -> None:
         """Start from rest, or stop; nothing for a number out of range."""
@@ -137,22 +140,18 @@ class RunUpPlayback:
         if state.forced_response and run and answer and answer.solution:
             self.field = scaled_response(run, answer.solution, shapes, state.view.amplitude)
 
-    def frequency(self, gamma: float) -> float:
-        """Frequency [1/T*] of the force at a speed."""
-        return (self.run.per_rev if self.run else 0) * gamma
+    @property
+    def per_rev(self) -> int:
+        """Periods of the force per revolution."""
+        return self.run.per_rev if self.run else 0
 
-    def displacement(self, angle: float) -> np.ndarray:
-        """Displacement (n, 2) at an angle [rad] of the hub, which determines the force."""
-        return (self.field * np.exp(1j * self.frequency(angle))).real
-
-    def motion(self, shapes: SampledModes, view: ViewOptions, scale: float) -> DrawnMotion:
-        """The response as the scene draws it, at `scale` [pixels per beam length]."""
-        largest = PEAK * view.amplitude
-        if view.colouring == "axial strain":
-            strain = np.abs(np.diff(self.field[:, 0]) / np.diff(shapes.x))
-            largest = float((np.abs(shapes.strain) + strain).max())
-        still, field = np.zeros(len(shapes.modes)), self.field[None]
-        return DrawnMotion(field, still, scale, view.colouring, max(largest, 1e-9))
+    def drawn(self, shapes: SampledModes, view: ViewOptions, scale: float) -> DrawnBeam:
+        """The response as the scene draws it, at `scale` [pixels per beam length]: as the only mode
+        of the beam, with the phase of the force."""
+        size, unlimited = max(PEAK * view.amplitude, 1e-9), np.full(1, np.inf)
+        modes, nodes = 1j * self.field[None] / size, [np.zeros(0)]
+        moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes)
+        return DrawnBeam.of(moved, view, scale, np.full(1, size))
 
 
 def with_response(state: State) -> State:
