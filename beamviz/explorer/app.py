@@ -6,6 +6,7 @@ import queue
 import secrets
 import webbrowser
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -105,30 +106,20 @@ def several_processes(
 
 
 @contextlib.contextmanager
-def explorer(
-    scene: Scene,
-    host: str = "127.0.0.1",
-    port: int = 0,
-    visitor_count: VisitorCount | None = None,
-    listener: Pipe | None = None,
-    **access: Any,
-) -> Iterator[str]:
-    """A running explorer: the URL for visitors, with their key if there is one.
-
-    visitor_count and listener: see `run_server`; access: further fields of Access.
-    """
-    visitor_count = visitor_count or VisitorCount()
-    own: dict[str, Any] = {"visitor_count": visitor_count, "listener": listener}
-    with run_server(host, port, insert=insert_page, **own, **access) as server:
-        rules = Access(host, server.get_port(), **access)
-        self_test(server, rules, visitor_count, listener)
+def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
+    """A running explorer: the URL for visitors, with their key if there is one; options: further
+    fields of Access."""
+    access = Access(host, port, **options)
+    with run_server(access, insert_page) as server:
+        access = replace(access, port=server.get_port())
+        self_test(server, access)
         choose_theme(server, dark=scene.view.dark)
         rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
         fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
         camera.place(server.initial_camera, scene.camera or fitted)
-        frame_loop = FrameLoop(server, scene, rules, visitor_count)
+        frame_loop = FrameLoop(server, scene, access)
         try:
-            yield rules.url
+            yield access.url
         finally:
             frame_loop.stop()
 

@@ -21,7 +21,7 @@ from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
-from beamviz.server.access import Access, VisitorCount
+from beamviz.server.access import Access
 from beamviz.server.connection import is_presenter
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import disconnect, handshake_request
@@ -50,11 +50,8 @@ class FrameLoop:
     [s] of the end of the last round of frames; presenter: the id of the presenter.
     """
 
-    def __init__(
-        self, server: ViserServer, scene: Scene, access: Access, visitor_count: VisitorCount
-    ):
-        self.server, self.scene = server, scene
-        self.access, self.visitor_count = access, visitor_count
+    def __init__(self, server: ViserServer, scene: Scene, access: Access):
+        self.server, self.scene, self.access = server, scene, access
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.thread: threading.Thread | None = None
         self.workers = Workers(self.crowded, self.resume)
@@ -149,7 +146,7 @@ class FrameLoop:
     def step(self) -> float:
         """Time [s] from one round of frames to the next."""
         rate = FEWER_FRAMES if self.workers.waiting else FRAMES
-        return max(1 / rate, self.visitor_count.total / ALL_FRAMES)
+        return max(1 / rate, self.access.visitor_count.total / ALL_FRAMES)
 
     async def sleep(self, due: float) -> None:
         """Wait until `due` [s] while a scene moves, else until something is outdated; while a job

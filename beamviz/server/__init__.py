@@ -5,6 +5,7 @@ import logging
 import socket
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import viser
@@ -13,8 +14,8 @@ from websockets.sync.client import unix_connect
 
 from beamviz.errors import Unavailable
 from beamviz.server import connection
-from beamviz.server.access import Access, VisitorCount
-from beamviz.server.processes import Pipe, listening_sockets
+from beamviz.server.access import Access
+from beamviz.server.processes import listening_sockets
 from beamviz.server.viser_private import PROTOCOL, message_types, opens_tunnel, viser_server
 
 TIMEOUT = 30.0  # [s] for an answer in the self-test
@@ -28,41 +29,29 @@ INVALID_MESSAGES = {
 
 @contextlib.contextmanager
 def run_server(
-    host: str = "127.0.0.1",
-    port: int = 0,
-    *,
-    listener: Pipe | None = None,
-    visitor_count: VisitorCount | None = None,
-    insert: connection.Insert = str,
-    **access: Any,
+    access: Access | None = None, insert: connection.Insert = str
 ) -> Iterator[viser.ViserServer]:
     """A running server, stopped on leaving; port 0 takes a free one.
 
-    listener: the source of connections of a worker process; visitor_count: shared by all
-    processes; insert: changes the HTML of viser's page; access: further fields of Access. Raises
-    Unavailable if the address is not available (viser would silently use the next port) or if viser
-    lacks a required attribute.
+    insert: changes the HTML of viser's page. Raises Unavailable if the address is not available
+    (viser would silently use the next port) or if viser lacks a required attribute.
     """
-    if listener:
-        port = listener.getsockname()[1]
+    access = access or Access()
+    if access.listener:
+        port = access.listener.getsockname()[1]
     else:
-        with listening_sockets(host, port) as (first, *_):
+        with listening_sockets(access.host, access.port) as (first, *_):
             port = first.getsockname()[1]
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers may disconnect
-    rules, types = Access(host, port, **access), message_types(*connection.MESSAGES)
-    guard = connection.Guard(rules, visitor_count or VisitorCount(), listener, insert, types)
-    with viser_server(host, port, guard.serve) as server:
+    types = message_types(*connection.MESSAGES)
+    guard = connection.Guard(replace(access, port=port), insert, types)
+    with viser_server(access.host, port, guard.serve) as server:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")
         yield server
 
 
-def self_test(
-    server: viser.ViserServer,
-    access: Access,
-    visitor_count: VisitorCount,
-    listener: Pipe | None = None,
-) -> None:
+def self_test(server: viser.ViserServer, access: Access) -> None:
     """Test the protection of a server that has just been started, by attacks.
 
     If an attack succeeds, raises Unavailable if other machines can reach the server, else writes a
@@ -71,15 +60,15 @@ def self_test(
 
     def wait_until_left() -> None:
         """Wait until no connection of the test is counted as a visitor."""
-        deadline = time.monotonic() + COUNT_TIMEOUT
-        while visitor_count.counts[visitor_count.process] and time.monotonic() < deadline:
+        deadline, count = time.monotonic() + COUNT_TIMEOUT, access.visitor_count
+        while count.counts[count.process] and time.monotonic() < deadline:
             time.sleep(0.005)
 
     def connect() -> socket.socket:
         """A connection to the server, one at a time."""
         wait_until_left()
-        if listener:
-            return listener.connect_to_self()
+        if access.listener:
+            return access.listener.connect_to_self()
         host = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(access.host, access.host)
         return socket.create_connection((host, access.port), TIMEOUT)
 

@@ -6,11 +6,14 @@ import ipaddress
 import mmap
 import socket
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
 from beamviz.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from beamviz.server.processes import Pipe
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
@@ -18,6 +21,24 @@ HTTP_PORT = 80
 MAX_VISITORS = 60
 KEY_PARAMETER = "token"  # of the query
 COUNT_BYTES = 8
+
+
+class VisitorCount:
+    """Visitors of all processes, in shared memory; each counts its own at its index `process`."""
+
+    def __init__(self, processes: int = 1):
+        self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
+        self.process = 0
+
+    @property
+    def total(self) -> int:
+        return sum(self.counts)
+
+    def enter(self) -> None:
+        self.counts[self.process] += 1
+
+    def leave(self) -> None:
+        self.counts[self.process] -= 1
 
 
 class Refusal(NamedTuple):
@@ -33,15 +54,18 @@ class Access:
     """The rules of a server bound to host:port; each check returns a Refusal, or None.
 
     visitor_key: the key that all visitors need ("": none); presenter_key: the presenter's key
-    ("": no presenter); public: the URL of a reverse proxy in front of the server.
+    ("": no presenter); public: the URL of a reverse proxy in front of the server; visitor_count: of
+    all processes; listener: the source of the connections of a worker process.
     """
 
-    host: str
-    port: int
+    host: str = "127.0.0.1"
+    port: int = 0
     visitor_key: str = ""
     presenter_key: str = ""
     public: str = ""
     max_visitors: int = MAX_VISITORS
+    visitor_count: VisitorCount = field(default_factory=VisitorCount)
+    listener: "Pipe | None" = None
 
     @property
     def shared(self) -> bool:
@@ -184,21 +208,3 @@ def public_url(text: str) -> str:
             f"public-url = {text}: must be a scheme and a host, like https://beams.example.org"
         )
     return f"{parts.scheme}://{parts.netloc}"
-
-
-class VisitorCount:
-    """Visitors of all processes, in shared memory; each counts its own at its index `process`."""
-
-    def __init__(self, processes: int = 1):
-        self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
-        self.process = 0
-
-    @property
-    def total(self) -> int:
-        return sum(self.counts)
-
-    def enter(self) -> None:
-        self.counts[self.process] += 1
-
-    def leave(self) -> None:
-        self.counts[self.process] -= 1

@@ -4,7 +4,6 @@ import asyncio
 import contextlib
 import gzip
 import html
-import socket
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.protocol import OPEN
 
-from beamviz.server.access import Access, Refusal, VisitorCount, without_key
+from beamviz.server.access import Access, Refusal, without_key
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import PROTOCOL
 
@@ -198,14 +197,11 @@ class Connection(ServerConnection):
 class Guard:
     """Checks every request and message before viser's server handles it.
 
-    access: the rules; visitor_count: the visitors of all processes; listener: the source of
-    connections, by default the address given to `serve`; insert: changes the HTML of viser's page;
-    types: the messages that are allowed.
+    access: the rules; insert: changes the HTML of viser's page; types: the messages that are
+    allowed.
     """
 
     access: Access
-    visitor_count: VisitorCount
-    listener: socket.socket | None
     insert: Insert
     types: dict[str, type]
 
@@ -223,8 +219,8 @@ class Guard:
             "ping_timeout": TIMEOUT,
             "close_timeout": 2.0,
         }
-        if self.listener:
-            address, options = (), options | {"sock": self.listener}
+        if self.access.listener:
+            address, options = (), options | {"sock": self.access.listener}
         return serve(lambda connection: self.visit(connection, handler), *address, **options)
 
     def answer(
@@ -240,7 +236,7 @@ class Guard:
         if upgrade and headers.get("sec-websocket-protocol") != PROTOCOL:
             return refusal_page(Refusal(400, "An old page", "Reload it."))
         if not self.access.presents(headers, request.path) and (
-            refusal := self.access.full(self.visitor_count.total)
+            refusal := self.access.full(self.access.visitor_count.total)
         ):
             return refusal_page(refusal)
         if not upgrade and (cookie := self.access.key_cookie(headers, request.path)):
@@ -270,11 +266,12 @@ class Guard:
 
     async def visit(self, connection: ServerConnection, handler: Handler) -> None:
         """Serve and count a visitor, unless the limit has been reached since the request."""
+        count = self.access.visitor_count
         with contextlib.ExitStack() as leaving:
             if not is_presenter(self.access, connection.request):
-                self.visitor_count.enter()
-                leaving.callback(self.visitor_count.leave)
-                if self.access.full(self.visitor_count.total - 1):
+                count.enter()
+                leaving.callback(count.leave)
+                if self.access.full(count.total - 1):
                     await connection.close(TRY_AGAIN_LATER, "too many visitors")
                     return
             with contextlib.suppress(ConnectionClosed):  # visitors leave at any time

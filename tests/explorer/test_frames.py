@@ -7,7 +7,7 @@ import pytest
 
 from beamviz.explorer.frames import ALL_FRAMES, BATCH, FEWER_FRAMES, FRAMES, FrameLoop
 from beamviz.explorer.session import Session
-from beamviz.server.access import VisitorCount
+from beamviz.server.access import Access
 
 
 class Still:
@@ -25,7 +25,7 @@ def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
     made = FrameLoop.__new__(FrameLoop)
     made.sessions = dict(enumerate(sessions))
     made.workers = SimpleNamespace(waiting=[None] * waiting)
-    made.woken, made.drawn, made.visitor_count = {}, 0.0, VisitorCount()
+    made.woken, made.drawn, made.access = {}, 0.0, Access()
     return made
 
 
@@ -63,7 +63,7 @@ def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, wa
     """Equally for all visitors."""
     made = frame_loop(Still(), waiting=waiting)
     for _ in range(visitors):
-        made.visitor_count.enter()
+        made.access.visitor_count.enter()
     assert 1 / made.step == pytest.approx(rate)
 
 
