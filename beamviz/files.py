@@ -1,14 +1,21 @@
-"""Writing files that are either complete or absent."""
+"""Files that are written completely or not at all, and the files of packages."""
 
 import contextlib
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
+from importlib import resources
 from pathlib import Path
 
 from beamviz.errors import InvalidInput, Unavailable
 
 Files = dict[str, bytes]  # contents by name
+
+
+def package_text(*paths: str) -> str:
+    """The texts of files of this package, one after the other."""
+    folder = resources.files("beamviz")
+    return "".join(folder.joinpath(path).read_text(encoding="utf-8") for path in paths)
 
 
 def check_suffix(path: str | Path, suffixes: Sequence[str]) -> str:

@@ -16,7 +16,6 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
-from importlib import resources
 from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
 
@@ -25,6 +24,7 @@ from scipy.linalg import eigh, lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
+from beamviz.files import package_text
 from beamviz.solver import solve
 
 MODES = 5
@@ -123,7 +123,7 @@ class Row(NamedTuple):
 
 def limits() -> Limits:
     """The exact omega^2 of every scene in every model, or why there are none."""
-    text = resources.files("beamviz.benchmark").joinpath("limits.json").read_text("utf-8")
+    text = package_text("benchmark/limits.json")
     return {
         scene: {
             theory: values if isinstance(values, str) else np.array([float(v) for v in values])

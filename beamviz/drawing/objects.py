@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -106,11 +105,6 @@ class Caption:
     @property
     def data(self) -> dict[str, str]:
         return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
-
-
-def captions_file(suffix: str) -> str:
-    """The script (.js) that writes captions over the picture, or their style (.css)."""
-    return files("beamviz.drawing").joinpath(f"captions{suffix}").read_text(encoding="utf-8")
 
 
 # A beam of unit size, for meshes until they get their vertices.

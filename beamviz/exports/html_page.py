@@ -4,7 +4,6 @@ import json
 import zlib
 from base64 import b64encode
 from html import escape
-from importlib.resources import files
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -14,10 +13,11 @@ import numpy as np
 from beamviz.drawing import BeamScene, BeamView, camera, colours
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
-from beamviz.drawing.objects import captions_file, equilibrium_body
+from beamviz.drawing.objects import equilibrium_body
 from beamviz.drawing.text import frequencies, measure, mode_value
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
+from beamviz.files import package_text
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.forced_response import resonances
 from beamviz.frequency_loci.identity import identify_modes
@@ -62,14 +62,15 @@ def write_html(file: Path, solved: SolvedScene) -> None:
         page = server.get_scene_serializer().as_html(dark_mode=view.dark)
     if not solved.warning:
         data = zlib.compress(json.dumps(speed_data(solved, beams)).encode())
-        script = files("beamviz.exports").joinpath("offline.js").read_text(encoding="utf-8")
+        script = package_text("drawing/captions.js", "exports/offline.js")
         player = f'<script type="text/plain" id="speeds">{b64encode(data).decode()}</script>'
-        player += f"<script>{captions_file('.js')}{script}</script>"
+        player += f"<script>{script}</script>"
     theme = f":root {{ color-scheme: {'dark' if view.dark else 'light'}; --scene:"
     theme += f" rgb{colours.BACKGROUND[view.dark]}; --letters: rgb{colours.LETTERS[view.dark]}; }}"
     page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
+    style = theme + package_text("drawing/captions.css", "exports/offline.css")
     elements = (
-        f"<style>{theme}{captions_file('.css')}{STYLE}</style>{ROOT}"
+        f"<style>{style}</style>{ROOT}"
         f'<aside aria-label="numbers">{panel(solved)}</aside><div id="caption-layer"></div>{player}'
     )
     file.write_text(page.replace(ROOT, elements), encoding="utf-8")
@@ -220,36 +221,3 @@ CONTROLS = (
     '<p class="controls"><button id="play">Pause</button> <label for="speed">speed</label>'
     ' <input id="speed" type="range"> <output id="speed-shown" for="speed"></output></p>'
 )
-STYLE = """
-.mantine-Notifications-root, #root button { display: none; }
-#root { position: fixed !important; inset: 0 440px 0 0; width: auto !important;
-        height: auto !important; background: var(--scene); }
-#root div:has(canvas[data-engine]) { background: none !important; }
-aside { position: fixed; inset: 0 0 0 auto; width: 440px; box-sizing: border-box; overflow: auto;
-        padding: 1.2em 1.4em; font: 16px/1.45 system-ui, sans-serif; color: light-dark(#222, #ddd);
-        background: light-dark(#fff, #1a1a1a); border-left: 1px solid light-dark(#ddd, #333); }
-aside h1 { font-size: 1.05em; margin: 0 0 .6em; }
-aside figure { margin: 1em 0; padding: .3em; border-radius: 6px; cursor: zoom-in;
-               background: #fff; }
-aside svg { width: 100%; height: auto; display: block; }
-aside figure.large { position: fixed; inset: 3vh 3vw; margin: 0; padding: 2vh 2vw; z-index: 9;
-                     cursor: zoom-out; box-shadow: 0 0 2em #0006; }
-aside figure.large svg { height: 100%; }
-aside table { width: 100%; border-collapse: collapse; font-size: .8em; line-height: 1.6;
-              font-variant-numeric: tabular-nums; text-align: right; }
-aside th { font-weight: 500; vertical-align: bottom; opacity: .65; line-height: 1.3; }
-aside .shown { background: rgba(204, 60, 140, .14); }
-aside .controls { display: flex; gap: .6em; align-items: center;
-                  font-variant-numeric: tabular-nums; }
-aside .controls input { flex: 1; min-width: 0; }
-aside .controls output { min-width: 5.5em; text-align: right; }
-aside .controls button { font: inherit; min-width: 4.5em; padding: .3em .6em; cursor: pointer; }
-#caption-layer { position: fixed; inset: 0 440px 0 0; font: 15px/1.4 system-ui, sans-serif;
-                 color: var(--letters); }
-aside .wrong { border-left: 4px solid #d9480f; padding-left: .6em; white-space: pre-line; }
-aside summary { cursor: pointer; opacity: .7; } aside pre { font-size: .75em; overflow: auto; }
-@media (max-width: 900px) {
-  #root, #caption-layer { inset: 0 0 45vh 0; }
-  aside { inset: 55vh 0 0 0; width: auto; border: 0; border-top: 1px solid #ddd; }
-}
-"""

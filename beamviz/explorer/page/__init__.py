@@ -9,21 +9,21 @@ import json
 import math
 import threading
 from collections.abc import Callable, Iterable
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 from viser import ClientHandle, GuiEvent, ViserServer
 
-from beamviz.drawing.objects import Caption, captions_file
+from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import Measure
 from beamviz.explorer.page.html import attributes
+from beamviz.files import package_text
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
 
 ROOT = '<div id="root"></div>'  # of viser's page
-STYLES = ("page.css", "chart.css")
-SCRIPTS = ("page.js", "figure.js", "chart.js", "map.js")
+STYLES = tuple(f"explorer/page/{name}.css" for name in ("page", "chart"))
+SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map"))
 TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 MAX_DIGITS = 15  # of an integer; one with more becomes a float
 MAX_TEXT = 1000  # characters of a value
@@ -38,17 +38,12 @@ log = RateLimitedLog(__name__)
 
 def insert_page(viser_page: str) -> str:
     """viser's page with our elements around its scene, our style and our scripts."""
-    style = "".join(map(own_file, STYLES)) + captions_file(".css")
-    script = "".join(map(own_file, SCRIPTS)) + captions_file(".js")
+    style = package_text(*STYLES, "drawing/captions.css")
+    script = package_text(*SCRIPTS, "drawing/captions.js")
     tabs, panels = ("".join(map(part, TABS)) for part in (tab_button, tab_panel))
-    markup = own_file("page.html").format(tabs=tabs, panels=panels)
+    markup = package_text("explorer/page/page.html").format(tabs=tabs, panels=panels)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
-
-
-def own_file(name: str) -> str:
-    """The text of a file beside this module."""
-    return files("beamviz.explorer.page").joinpath(name).read_text(encoding="utf-8")
 
 
 def tab_button(name: str) -> str:
