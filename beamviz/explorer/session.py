@@ -104,7 +104,6 @@ class SceneView(Feature):
         self.is_pending = self.is_pending and not settled
         if answer and not self.is_pending:
             self.choose_shapes(answer)
-        self.run_up.update_response(answer, self.shapes)
         frequencies = self.choose_modes()
         self.clock.fit(frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
         self.choose_pace = self.choose_pace and not settled
@@ -121,13 +120,13 @@ class SceneView(Feature):
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
 
     def choose_modes(self) -> np.ndarray:
-        """Choose the modes in the picture, none while a force drives the beam.
-        Returns the frequencies in the picture."""
+        """Choose the modes in the picture, none while a force drives the beam. Returns the
+        frequencies in the picture."""
         view, shapes, scale = self.state.view, self.shapes, self.camera.scale
-        if self.run_up.driven:
-            self.drawn, self.shown_modes = self.run_up.drawn(shapes, view, scale), []
+        driven = self.run_up.drawn(shapes, scale)
+        self.drawn, self.shown_modes = driven or DrawnBeam.of(shapes, view, scale), []
+        if driven:
             return np.array([self.run_up.per_rev * shapes.beam.gamma])
-        self.drawn = DrawnBeam.of(shapes, view, scale)
         self.shown_modes = list(range(len(shapes.modes))) if view.all_modes else self.drawn.shown
         return shapes.frequencies[self.shown_modes]
 

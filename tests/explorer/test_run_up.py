@@ -63,7 +63,7 @@ def test_the_scene_shows_the_response_until_a_mode_is_chosen():
     """From the first answer on, also after the end of the run-up."""
     playback = started()
     assert not playback.driven
-    playback.update_response(playback.visitor.answer, SampledModes.sampled(solve(PAPER)))
+    playback.drawn(SampledModes.sampled(solve(PAPER)), 1000.0)
     assert playback.driven
     playback.start_or_stop()
     assert playback.driven
@@ -99,7 +99,7 @@ def test_the_scene_shows_the_scaled_response():
     for speed in (top, 1.0, 6.0):
         playback.visitor.change(lambda state, speed=speed: state.changed("gamma", speed))
         answer = playback.visitor.answer
-        playback.update_response(answer, answer.shapes)
+        drawn = playback.drawn(answer.shapes, 1000.0)
         field = response(answer.solution, 2 * speed, run.damping, answer.shapes.x)
         size = np.abs(playback.field).max() / np.abs(field).max()
         assert np.allclose(playback.field, size * field, atol=1e-12)
@@ -107,7 +107,6 @@ def test_the_scene_shows_the_scaled_response():
         peak = run_up.PEAK * amplitude * math.sqrt(share)
         assert np.abs(playback.field).max() == pytest.approx(peak)
         quarter = math.pi / 2 / 2  # of the hub, in a quarter of a period of the force
-        drawn = playback.drawn(answer.shapes, playback.visitor.state.view, 1000.0)
         moved = displacement(drawn.shapes, np.array([2 * quarter]), drawn.amplitudes)
         assert np.allclose(moved, -playback.field.imag, atol=1e-9)
 

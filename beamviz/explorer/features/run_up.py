@@ -13,14 +13,14 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.loci_chart import cursor
-from beamviz.explorer.jobs import Answer, Job, SolverAnswer
+from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Data, axis_data, mark, sent
 from beamviz.explorer.page.html import button, chart_tab, note, select, slider, table
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
-from beamviz.scene import PER_REV, ViewOptions, clip
+from beamviz.scene import PER_REV, clip
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
@@ -48,8 +48,8 @@ class RunUpRequest(NamedTuple):
 
 
 class RunUpPlayback:
-    """The run-up in the scene: `step` increases the speed shown, `update_response` computes the
-    response at that speed.
+    """The run-up in the scene: `step` increases the speed shown, `drawn` is the response at that
+    speed.
 
     running: the speed increases; driven: the scene shows the response; field: complex displacement
     (n, 2) [beam lengths] drawn.
@@ -134,24 +134,23 @@ class RunUpPlayback:
         speed = float(np.interp(position, np.arange(len(run.speeds)), run.speeds))
         self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
 
-    def update_response(self, answer: SolverAnswer | None, shapes: SampledModes) -> None:
-        """Compute the response to draw from the answer at the present speed."""
-        state, run = self.visitor.state, self.run
-        if state.forced_response and run and answer and answer.solution:
-            self.field = scaled_response(run, answer.solution, shapes, state.view.amplitude)
-
     @property
     def per_rev(self) -> int:
         """Periods of the force per revolution."""
         return self.run.per_rev if self.run else 0
 
-    def drawn(self, shapes: SampledModes, view: ViewOptions, scale: float) -> DrawnBeam:
+    def drawn(self, shapes: SampledModes, scale: float) -> DrawnBeam | None:
         """The response as the scene draws it, at `scale` [pixels per beam length]: as the only mode
-        of the beam, with the phase of the force."""
-        size, unlimited = max(PEAK * view.amplitude, 1e-9), np.full(1, np.inf)
+        of the beam, with the phase of the force. None unless the scene shows it."""
+        answer, state, run = self.visitor.answer, self.visitor.state, self.run
+        if state.forced_response and run and answer and answer.solution:
+            self.field = scaled_response(run, answer.solution, shapes, state.view.amplitude)
+        if not self.driven:
+            return None
+        size, unlimited = max(PEAK * state.view.amplitude, 1e-9), np.full(1, np.inf)
         modes, nodes = 1j * self.field[None] / size, [np.zeros(0)]
         moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes)
-        return DrawnBeam.of(moved, view, scale, np.full(1, size))
+        return DrawnBeam.of(moved, state.view, scale, np.full(1, size))
 
 
 def with_response(state: State) -> State:
