@@ -324,9 +324,7 @@ class SolverAnswer(Answer[Case, Solved]):
     @cached_property
     def caution(self) -> str:
         """The reason why no real beam has this stable equilibrium; "" where one may."""
-        if self.solution is None or self.warning:
-            return ""
-        return stretch_caution(self.solution)
+        return stretch_caution(self.solution) if self.solution and not self.warning else ""
 
     @property
     def message(self) -> str:

@@ -156,17 +156,16 @@ def loci_lines(
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
             if own := family[start]:
-                name = name_of(found, branch, float(x[(start + stop) // 2]))
+                name = name_of(found, branch.label, float(x[(start + stop) // 2]))
                 runs.append([start, min(stop, last), own, name])
         if runs:
-            label = name_of(found, branch, float(x[runs[-1][1]]))
+            label = name_of(found, branch.label, float(x[runs[-1][1]]))
             lines.append({"label": label, "y": sent(factor * y), "runs": runs})
     return lines
 
 
-def name_of(found: Loci, branch: Branch | str, value: float) -> str:
-    """The name of the mode of a branch, given by itself or its label, near a value."""
-    label = branch if isinstance(branch, str) else branch.label
+def name_of(found: Loci, label: str, value: float) -> str:
+    """The name of the mode of a branch near a value."""
     return names_of_branches(found, value).get(label, label)
 
 
@@ -243,11 +242,20 @@ class LociTab(Feature):
         self.charts = visitor.job("chart", ChartRequest.chart)
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
-        self.page.html("tab-frequencies", skeleton())
+        tools = (
+            select("over", "horizontal axis", AXES)
+            + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
+            "<span>per-rev lines</span>"
+        )
         visitor.bind("over")
         for k in PER_REV:
+            names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
+            tools += button(f"{k} ×", class_="toggle", **names)
             edit, shown = partial(with_line, k=k), lambda multiples, k=k: k in multiples
             visitor.bind(f"per_rev_{k}", edit, of="per_rev", shown=shown)
+        tools += f"{hint('per-rev lines', PER_REV_HELP)}</div>"
+        lists = "loci-resonances", "loci-events"
+        self.page.html("tab-frequencies", chart_tab(tools, "loci-chart", *lists, hidden=False))
         self.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
@@ -338,20 +346,6 @@ def with_line(state: State, on: Any, k: int) -> State:
 
 
 # Lists of the tab
-
-
-def skeleton() -> str:
-    """The tab without its contents."""
-    toggles = ""
-    for k in PER_REV:
-        names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
-        toggles += button(f"{k} ×", class_="toggle", **names)
-    tools = (
-        select("over", "horizontal axis", AXES)
-        + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
-        f"<span>per-rev lines</span>{toggles}{hint('per-rev lines', PER_REV_HELP)}</div>"
-    )
-    return chart_tab(tools, "loci-chart", "loci-resonances", "loci-events", hidden=False)
 
 
 def event_table(chart: Chart) -> str:
