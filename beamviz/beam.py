@@ -326,6 +326,13 @@ def check_float(name: str, value: object, low: float = -math.inf, high: float = 
     return number + 0.0  # -0.0 becomes 0.0
 
 
+def check_choice(name: str, value: Any, choices: Collection[str]) -> str:
+    """`value` if it is one of `choices`, else InvalidInput."""
+    if not isinstance(value, str) or value not in choices:
+        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+    return value
+
+
 def check_positive(name: str, value: object) -> float:
     """`value` as a finite float above 0, or InvalidInput."""
     number = check_float(name, value, 0.0)

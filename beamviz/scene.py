@@ -16,6 +16,7 @@ from beamviz.beam import (
     SI_KEYS,
     Beam,
     Units,
+    check_choice,
     check_float,
     check_int,
     check_keys,
@@ -138,13 +139,6 @@ def check_per_rev(value: Any) -> tuple[int, ...]:
         listed = ", ".join(map(str, PER_REV))
         raise InvalidInput(f"per_rev = {value!r}: must be true, false or a list of {listed}")
     return tuple(sorted({int(one) for one in value}))
-
-
-def check_choice(name: str, value: Any, choices: Any) -> str:
-    """`value`. Raises InvalidInput unless it is one of `choices`."""
-    if value not in tuple(choices):
-        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
-    return value
 
 
 def clip(value: Any, upper: float, old: float) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.beam import Beam, check_float, check_int
+from beamviz.beam import Beam, check_choice, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, unknown_keyword
 from beamviz.solver.families import gauss, quadrature  # noqa: F401
 from beamviz.solver.hp import displacements, family_spectrum, mesh_spectrum, solve_hp  # noqa: F401
@@ -109,8 +109,7 @@ def _validated(*options: Any) -> Problem:
     """The problem, its numbers converted to Python types; raises InvalidInput."""
     values = dict(zip(OPTIONS, options, strict=True))
     for name, known in CHOICES.items():
-        if not isinstance(values[name], str) or values[name] not in known:
-            raise InvalidInput(f"{name} = {values[name]!r}: must be one of {', '.join(known)}")
+        check_choice(name, values[name], known)
     for name in ("coriolis", "stiffening", "softening"):
         if not isinstance(values[name], bool | np.bool_):
             raise InvalidInput(f"{name} = {values[name]!r}: must be True or False")
