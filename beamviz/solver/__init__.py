@@ -143,7 +143,7 @@ def _solve(
     return [_attempt(solve_one, beam, more, start) for beam in beams]
 
 
-def _attempt(solve_one: Callable[..., Any], *arguments: Any) -> Any:
+def _attempt(solve_one: Callable[..., Solution], *arguments: Any) -> Answer:
     """What a solver of one beam returns, or NoEquilibrium or NotConverged in its place."""
     interruption.get()()
     try:
@@ -174,8 +174,8 @@ def _solve_states(
             continue
         from beamviz.solver.bent import solve_by_method
 
-        found = _attempt(solve_by_method, beam, problem, start, near, extra_modes)
-        answer, near = (found, None) if isinstance(found, BeamvizError) else found
+        answer = _attempt(solve_by_method, beam, problem, start, near, extra_modes)
+        near = answer.equilibrium.bent_state if isinstance(answer, Solution) else None
         answers.append(answer)
     return answers
 

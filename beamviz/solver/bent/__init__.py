@@ -59,7 +59,7 @@ def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def solve_by_method(
     beam: Beam, problem: Problem, start: float, near: State | None, extra_modes: int
-) -> tuple[Solution, State]:
+) -> Solution:
     """`solve_bent` by the method of the problem."""
     if problem.method == "auto":
         return solve_bent(beam, problem, start, near, extra_modes)
@@ -67,15 +67,14 @@ def solve_by_method(
 
     more = replace(problem, modes=problem.modes + extra_modes)
     finer = replace(more, method="auto", elements=None, tolerance=REFERENCE_TOLERANCE)
-    exact, state = solve_bent(beam, finer, start, near)
-    return solve_planar(beam, more, exact, state, start), state
+    return solve_planar(beam, more, solve_bent(beam, finer, start, near), start)
 
 
 def solve_bent(
     beam: Beam, problem: Problem, start: float, near: State | None = None, extra_modes: int = 0
-) -> tuple[Solution, State]:
+) -> Solution:
     """The lowest modes about the stable bent state of lowest energy, or about the state of a beam
-    that spins up; and that state.
+    that spins up.
 
     near: a state of a neighbouring beam, to start from. Raises NoEquilibrium where the stable
     states are straight, NotConverged where refinement does not reach the tolerance.
@@ -93,7 +92,7 @@ def solve_bent(
         allowed = 2 * problem.tolerance * abs(omega_squared) + rounding
         excess = float((truncation / allowed)[: problem.modes].max())
         if excess <= 1 and (verified or coarser is not None):
-            return _solution(state, modes, truncation + rounding, start), state
+            return _solution(state, modes, truncation + rounding, start)
         state = _on_mesh(state, _refined_mesh(state, modes, problem.tolerance))
         coarser = omega_squared
     raise NotConverged(
@@ -118,7 +117,8 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
         with suppress(NoEquilibrium, NotConverged):
             if guess is None or any(map(guess.is_same, seen)) or not is_resolved(guess):
                 continue
-            other, state = solve_by_method(beam, problem, start, guess, 0)
+            other = solve_by_method(beam, problem, start, guess, 0)
+            state = other.equilibrium.bent_state
             if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)
                 found.append(other)
@@ -137,8 +137,8 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
         if beside:
             problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
             with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
-                _, nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
-                end = paths.end_on_mesh(nearer, over, stop) or end
+                nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
+                end = paths.end_on_mesh(nearer.equilibrium.bent_state, over, stop) or end
     return end
 
 

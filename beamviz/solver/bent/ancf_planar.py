@@ -16,7 +16,6 @@ from scipy.sparse.linalg import LinearOperator, eigs, splu
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import in_axes_of_the_beam, oscillating_or_growing, squared
-from beamviz.solver.bent.equilibrium import State
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.families import quadrature
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
@@ -91,9 +90,7 @@ class PlanarProblem:
         return path.state.reshape(-1, 4), path.iterations
 
 
-def solve_planar(
-    beam: Beam, problem: Problem, exact: Solution, state: State, start: float
-) -> Solution:
+def solve_planar(beam: Beam, problem: Problem, exact: Solution, start: float) -> Solution:
     """The modes about the elements' state next to the exact one, a solution of method auto."""
     count, elements = problem.modes, problem.resolution
     planar = PlanarProblem(beam, problem, elements)
@@ -108,7 +105,9 @@ def solve_planar(
     stable = exact.equilibrium.stable and bool(omega_squared.min() > 0)
     fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
     errors = abs(omega_squared - exact.omega_squared[:count]) + exact.omega_squared_errors[:count]
-    equilibrium = Equilibrium(stable, iterations, partial(_curve, nodes, q), state)
+    equilibrium = Equilibrium(
+        stable, iterations, partial(_curve, nodes, q), exact.equilibrium.bent_state
+    )
     stats = Stats(len(planar.free), time.perf_counter() - start, problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)
     along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
