@@ -22,24 +22,18 @@ MAX_DECIMALS = 9
 LEFT_ALIGNED = ("label", "family", "nodes x/L")
 MAX_LOCI_ROWS = 21
 MAX_LOCI_DECIMALS = 5
-FAMILY_LETTERS = {"bending": "b", "stretching": "s", "mixed": "m"}
 LESSON_WIDTH = 88
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
 EQUILIBRIUM_KEYS = ("status", "shape", "iterations", "tip", "max_stretch")
-STATS_KEYS = ("dof", "seconds", "method", "elements", "order")
 MODE_KEYS = {  # of the JSON, and the attributes of a solution
     "label": "labels",
     "family": "families",
     "frequency": "frequencies",
+    "growth_rate": "growth_rates",  # of modes that have one
     "error": "errors",
     "bending_fraction": "bending_energy_fraction",
     "nodes": "nodes",
 }
-MODE_COLUMNS = [
-    *("index", "label", "family", "frequency", "growth_rate"),
-    *("error", "bending_fraction", "nodes"),
-]
-SI_COLUMNS = ["hertz", "rad_per_s"]
 BRANCH_KEYS = ("label", "family", "frequency", "growth_rate", "error", "bending_fraction")
 
 
@@ -114,14 +108,13 @@ def plural(count: int, noun: str) -> str:
 
 def solution_json(solution: "Solution") -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
-    state, stats, units = solution.equilibrium, solution.stats, solution.beam.units
-    model = solution.problem.model
+    state, model, units = solution.equilibrium, solution.problem.model, solution.beam.units
     data = {
         "beam": solution.beam.numbers,
         "model": {key: model[key] for key in MODEL_KEYS},
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
         "modes": mode_records(solution),
-        "stats": {key: getattr(stats, key) for key in STATS_KEYS},
+        "stats": solution.stats,
     }
     if units:
         data["units"] = {"length": units.length, "time": units.time}
@@ -134,8 +127,8 @@ def mode_records(solution: "Solution") -> list[dict[str, Any]]:
     for k, frequency in enumerate(solution.frequencies):
         columns = {key: getattr(solution, name)[k] for key, name in MODE_KEYS.items()}
         record = {"index": k + 1, **columns}
-        if math.isnan(frequency) or solution.growth_rates[k] > 0:
-            record["growth_rate"] = solution.growth_rates[k]
+        if not (math.isnan(frequency) or record["growth_rate"] > 0):
+            del record["growth_rate"]
         if units:
             record["hertz"] = units.hertz(frequency)
             record["rad_per_s"] = units.angular_frequency(frequency)
@@ -145,7 +138,7 @@ def mode_records(solution: "Solution") -> list[dict[str, Any]]:
 
 def solution_csv(solution: "Solution") -> str:
     """One line for each mode under the keys of the JSON; nodes are separated by spaces."""
-    columns = MODE_COLUMNS + (SI_COLUMNS if solution.beam.units else [])
+    columns = ["index", *MODE_KEYS, *(["hertz", "rad_per_s"] if solution.beam.units else ())]
     records = mode_records(solution)
     for record in records:
         record["nodes"] = " ".join(map(repr, record["nodes"]))
@@ -273,7 +266,7 @@ def frequency_lines(loci: "Loci") -> list[str]:
     columns += [branch_column(branch, rows) for branch in loci.branches]
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
     lines = [f"Frequencies [1/T*]{thinned}", *aligned_table(*zip(*columns, strict=True))]
-    if any(cell[-1:] in FAMILY_LETTERS.values() for column in columns[1:] for cell in column[1:]):
+    if any(cell[-1] in "bsm" for column in columns[1:] for cell in column[1:]):
         lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
     return lines
 
@@ -290,8 +283,7 @@ def branch_column(branch: "Branch", rows: list[int]) -> list[str]:
             cells.append("-  ")
             continue
         text = "unstable" if math.isnan(value) else f"{value:.{decimals}f}"
-        letter = FAMILY_LETTERS[family]
-        cells.append(f"{text} {letter if letter != branch.label[0].lower() else ' '}")
+        cells.append(f"{text} {family[0] if family[0] != branch.label[0].lower() else ' '}")
     return cells
 
 

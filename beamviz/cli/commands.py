@@ -41,7 +41,6 @@ DIRECTION = option(
 )
 ZOOM = number("Zoom factor; 1: the beam fills the picture.")
 
-PORTS = (1, 65535)
 MAX_PER_REV = 100
 MAX_VISITORS = 1000
 MAX_PROCESSES = 64
@@ -233,7 +232,7 @@ def serve(
     beam with a mass in rotation, two modes superimposed."""
     from beamviz.explorer.app import serve
 
-    port = check_int("port", port, *PORTS)
+    port = check_int("port", port, 1, 65535)
     visitors = check_int("visitors", visitors, 1, MAX_VISITORS)
     if processes is not None:
         processes = check_int("processes", processes, 1, MAX_PROCESSES)

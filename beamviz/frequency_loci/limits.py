@@ -31,11 +31,6 @@ JUMP = 4.0  # ratio of a tip displacement to the neighbouring ones from which it
 SAME_TIP = 1e-3  # [L] distance of the tips up to which two states are the same
 SECOND_STATES_SOUGHT = 4  # number of values at which second states are searched for
 
-WORDS = {
-    NoEquilibrium.kind: "no equilibrium",
-    NotConverged.kind: "not converged",
-    "unstable": "unstable",
-}
 STABLE = "stable"
 
 Change = tuple[float, str]  # value and new kind
@@ -115,10 +110,10 @@ class LimitSearch:
                 kinds.append((at, kind))
         ends = [*(at for at, _ in kinds[1:]), stop]
         for (low, kind), high in zip(kinds, ends, strict=True):
-            if kind in WORDS:
+            if kind != STABLE:
                 about = "" if self.remaining > 0 else "about "  # some are midpoints
-                message = f"{WORDS[kind]} for {self.sweep.over} = {about}{low:.6g} .. {high:.6g}"
-                yield Limit(kind, low, high, message)
+                where = f"{self.sweep.over} = {about}{low:.6g} .. {high:.6g}"
+                yield Limit(kind, low, high, f"{kind.replace('-', ' ')} for {where}")
 
     def _between(self, low: float, high: float) -> float:
         """The value between two solved ones at which equilibrium, or convergence, begins or ends;

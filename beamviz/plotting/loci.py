@@ -17,7 +17,7 @@ from matplotlib.transforms import Bbox
 from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
-from beamviz.frequency_loci.limits import WORDS, Limit
+from beamviz.frequency_loci.limits import Limit
 from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, on_axis
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 
@@ -152,7 +152,7 @@ class Chart:
         axes.text(
             sum(ends) / 2,
             lines[widest : widest + 2].mean(),
-            f"{WORDS[limit.kind]}\n{where}",
+            f"{limit.kind.replace('-', ' ')}\n{where}",
             rotation=0 if limit.stop - limit.start > WIDE * (last - first) else 90,
             ha="center",
             va="center",

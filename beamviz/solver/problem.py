@@ -11,8 +11,6 @@ from beamviz.beam import check_int
 from beamviz.errors import InvalidInput
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 
-PLANES = ("chordwise", "flapwise")
-STATES = ("straight", "bent", "stable")
 MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
 
 # Called before each beam or batch of beams: an exception that it raises ends the calculation.
@@ -203,7 +201,7 @@ CHOICES: dict[str, Collection[str]] = {
     "method": METHODS,
     "strain": STRAIN_LAWS,
     "curvature": CURVATURES,
-    "plane": PLANES,
-    "state": STATES,
+    "plane": ("chordwise", "flapwise"),
+    "state": ("straight", "bent", "stable"),
 }
 OPTIONS = tuple(entry.name for entry in fields(Problem))

@@ -30,7 +30,6 @@ from beamviz.solver.solution import Solution, false_position
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
-QUADRATURE = 60  # Gauss points on each part
 MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
 SAMPLES = 200
 
@@ -172,5 +171,5 @@ def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) 
 
 def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
-    x, weights = families.quadrature(beam, QUADRATURE)
+    x, weights = families.quadrature(beam)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
