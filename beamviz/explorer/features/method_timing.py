@@ -18,10 +18,10 @@ from beamviz.solver import METHODS, Solution, solve
 
 REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against
 REPEATS = 3  # solves of which the fastest counts
-RESOLUTIONS: dict[str, tuple[str, tuple[float, ...]]] = {  # by family of methods
-    "hp": ("tolerance", (1e-2, 1e-4, 1e-6, 1e-8)),
-    "fem": ("elements", (5, 10, 20, 40)),
-    "series": ("terms", (8, 16, 32)),
+RESOLUTIONS: dict[str, tuple[float, ...]] = {
+    "tolerance": (1e-2, 1e-4, 1e-6, 1e-8),
+    "elements": (5, 10, 20, 40),
+    "terms": (8, 16, 32),
 }
 
 
@@ -42,9 +42,9 @@ def time_methods(case: Case) -> tuple[Timing, ...]:
     reference = solve(case.beam(), **options)
     timings = []
     for method, row in METHODS.items():
-        option, values = RESOLUTIONS[row.package]
+        option = row.resolution.option if row.resolution else "tolerance"
         settings = {**case.options, "method": method}
-        timings += [time_method(reference, option, value, settings) for value in values]
+        timings += [time_method(reference, option, one, settings) for one in RESOLUTIONS[option]]
     return tuple(timings)
 
 
