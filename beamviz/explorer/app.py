@@ -17,8 +17,8 @@ from beamviz.explorer.frames import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
-from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, VisitorCount, public_url
-from beamviz.server.processes import Pipe, ProcessPool, listening_sockets, process_count
+from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
+from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes
 from beamviz.signals import handle_signals
 from beamviz.solver import solve
@@ -89,7 +89,7 @@ def several_processes(
     check_attributes()
     visitor_count = VisitorCount(processes)
 
-    def run(number: int, listener: Pipe, ready: Callable[[], None]) -> None:
+    def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
         with explorer(scene, host, visitor_count=visitor_count, listener=listener, **access):
             ready()

@@ -3,42 +3,20 @@
 import contextlib
 import hmac
 import ipaddress
-import mmap
 import socket
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
 from beamviz.errors import InvalidInput
-
-if TYPE_CHECKING:
-    from beamviz.server.processes import Pipe
+from beamviz.server.processes import Pipe, VisitorCount
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
 HTTP_PORT = 80
 MAX_VISITORS = 60
 KEY_PARAMETER = "token"  # of the query
-COUNT_BYTES = 8
-
-
-class VisitorCount:
-    """Visitors of all processes, in shared memory; each counts its own at its index `process`."""
-
-    def __init__(self, processes: int = 1):
-        self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
-        self.process = 0
-
-    @property
-    def total(self) -> int:
-        return sum(self.counts)
-
-    def enter(self) -> None:
-        self.counts[self.process] += 1
-
-    def leave(self) -> None:
-        self.counts[self.process] -= 1
 
 
 class Refusal(NamedTuple):
@@ -65,7 +43,7 @@ class Access:
     public: str = ""
     max_visitors: int = MAX_VISITORS
     visitor_count: VisitorCount = field(default_factory=VisitorCount)
-    listener: "Pipe | None" = None
+    listener: Pipe | None = None
 
     @property
     def shared(self) -> bool:

@@ -7,6 +7,7 @@ replaced.
 
 import contextlib
 import errno
+import mmap
 import multiprocessing
 import os
 import signal
@@ -18,14 +19,32 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, cast
 
 from beamviz.errors import BeamvizError, InvalidInput, Unavailable
-from beamviz.server.access import VisitorCount
 
 BACKLOG = 128  # connections that wait to be accepted
 BYTE = b"."  # sent with each connection
+COUNT_BYTES = 8
 POLL = 0.2  # [s] between two checks for a signal to stop
 START_TIMEOUT = 60.0  # [s] for a worker to be ready
 STOP_TIMEOUT = 5.0  # [s] for all workers to end
 MIN_LIFETIME = 5.0  # [s] of a worker that is replaced; an earlier death ends the server
+
+
+class VisitorCount:
+    """Visitors of all processes, in shared memory; each counts its own at its index `process`."""
+
+    def __init__(self, processes: int = 1):
+        self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
+        self.process = 0
+
+    @property
+    def total(self) -> int:
+        return sum(self.counts)
+
+    def enter(self) -> None:
+        self.counts[self.process] += 1
+
+    def leave(self) -> None:
+        self.counts[self.process] -= 1
 
 
 def process_count(processes: int | None, *, shared: bool, follow: bool) -> int:
