@@ -27,7 +27,7 @@ PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 AXES = ("over", "across")  # of the map; no number is on both
 FIELDS: dict[str, Callable[[Any], Any]] = {  # that controls set; their choices are checked there
-    "mapped": str, "comparison": str, "force_per_rev": int,
+    "mapped": str, "comparison": str, "film_length": str, "force_per_rev": int,
     "stacked": bool, "time_methods": bool, "following": bool,
 }  # fmt: skip
 
@@ -78,9 +78,9 @@ class State:
     stacked: the second beam is drawn above the first, not overlaid; force_per_rev, damping: periods
     of the force per revolution and damping ratio of the run-up; forced_response: the scene shows
     the response to that force; run_speed: the speed during a run-up, in place of the beam's own;
-    time_methods: the tab Methods times all methods; section: the sizes by which the panel of a real
-    beam gives its section; lesson: the name of the open lesson, "" for none; step: its step, from
-    0; following: the visitor follows the presenter.
+    time_methods: the tab Methods times all methods; film_length: of the films that are exported;
+    section: the sizes by which the panel of a real beam gives its section; lesson: the name of the
+    open lesson, "" for none; step: its step, from 0; following: the visitor follows the presenter.
     """
 
     scene: Scene
@@ -100,6 +100,7 @@ class State:
     forced_response: bool = False
     run_speed: float | None = None
     time_methods: bool = False
+    film_length: str = "shortest loop"
     section: str = "rectangle"
     lesson: str = ""
     step: int = 0

@@ -55,14 +55,12 @@ class Files:
         self.job: Job[File, bytes] = Job(
             "file", self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish
         )
-        self.length = next(iter(LENGTHS))
         self.page.html("tab-export", export_tab())
-        self.page.value("film_length", self.length)
         visitor.page.on("save", lambda _: self.save())
         visitor.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
         visitor.page.on("export", self.start)
         visitor.page.on("cancel_export", lambda _: self.job.cancel())
-        visitor.page.on("film_length", self.choose_length)
+        visitor.bind("film_length", choices=LENGTHS)
 
     def save(self) -> None:
         try:
@@ -84,10 +82,6 @@ class Files:
         else:
             self.visitor.background.submit(partial(self.visitor.load, scene, opened=scene))
 
-    def choose_length(self, length: Any) -> None:
-        self.length = length if length in tuple(LENGTHS) else self.length
-        self.page.value("film_length", self.length)
-
     def start(self, suffix: Any) -> None:
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
@@ -98,7 +92,8 @@ class Files:
             self.visitor.notify("Nothing to export", str(error))
             return
         size = GIF_SIZE if suffix == ".gif" else {}  # the largest files
-        film = {"periods": LENGTHS[self.length], **size} if suffix in FORMATS else None
+        periods = LENGTHS[self.visitor.state.film_length]
+        film = {"periods": periods, **size} if suffix in FORMATS else None
         self.job.withdraw()
         self.job.request(File(scene, f"beam{suffix}", film))
 
