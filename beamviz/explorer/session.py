@@ -48,8 +48,9 @@ class SceneView(Feature):
     """The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with, on
     one clock. `show` draws the state and the answer, `move` advances the time.
 
-    beam: the single one; shapes: the modes drawn; drawn: the beam that moves in these modes, or by
-    a force; shown_modes: those (from 0) in the picture; solved: the last solution of this scene.
+    beam: the single one; shapes: the modes drawn; drawn: the beam that moves in these modes, or, if
+    `driven`, by a force; shown_modes: those (from 0) in the picture; solved: the last solution of
+    this scene.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
@@ -123,16 +124,17 @@ class SceneView(Feature):
         """Choose the modes in the picture, none while a force drives the beam. Returns the
         frequencies in the picture."""
         view, shapes, scale = self.state.view, self.shapes, self.camera.scale
-        driven = self.run_up.drawn(shapes, scale)
-        self.drawn, self.shown_modes = driven or DrawnBeam.of(shapes, view, scale), []
-        if driven:
+        response = self.run_up.drawn(shapes, scale)
+        self.drawn, self.shown_modes = response or DrawnBeam.of(shapes, view, scale), []
+        self.driven = response is not None
+        if self.driven:
             return np.array([self.run_up.per_rev * shapes.beam.gamma])
         self.shown_modes = list(range(len(shapes.modes))) if view.all_modes else self.drawn.shown
         return shapes.frequencies[self.shown_modes]
 
     def draw(self, *, settled: bool) -> None:
         """Draw the beam, or all its modes, and the beam compared with."""
-        self.comparison.draw(self.drawn, self.clock, driven=self.run_up.driven)
+        self.comparison.draw(self.drawn, self.clock, driven=self.driven)
         heights = self.comparison.heights
         self.beam.height = heights[0]
         title = THIS if len(heights) > 1 else ""
@@ -151,7 +153,7 @@ class SceneView(Feature):
             angle = change.angle
             self.scene.choose_frame(change.rotating_share)
         force = np.array([self.run_up.per_rev * self.clock.angle])
-        self.scene.move(force if self.run_up.driven else self.clock.phases, angle)
+        self.scene.move(force if self.driven else self.clock.phases, angle)
         self.comparison.move(time, change)
 
     @property
