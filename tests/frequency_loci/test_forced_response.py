@@ -3,12 +3,11 @@ response: against oscillators, and the solution of the differential equations.""
 
 import numpy as np
 import pytest
-from helpers import slow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import FINE, Spectrum
 
-from beamviz import Beam, BeamvizError, InvalidInput, loci, solve, solve_many
+from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.frequency_loci.forced_response import (
     quadrature,
     resonances,
@@ -68,54 +67,6 @@ def test_a_resonance_at_a_speed_of_the_sweep_is_found_once():
     for value in (at, np.nextafter(at, 0), np.nextafter(at, 9)):
         again = located(loci(HEAVY, "gamma", [0.0, 0.5, value, 3.0]), 2, "B1")
         assert again == pytest.approx([at], rel=1e-9)
-
-
-def random_sweep(seed):
-    """A beam, the end of its sweep, the number of speeds and the options."""
-    chance = np.random.default_rng(seed)
-    beam = Beam(
-        alpha=chance.choice([0, 10 ** chance.uniform(-1, 1)]),
-        beta=chance.choice([1.0, chance.uniform(0.1, 1)]),
-        delta=chance.choice([0, chance.uniform(0, 1), -chance.uniform(0, 0.5)]),
-        mu=10 ** chance.uniform(1.6, 2.5),
-    )
-    options = {
-        "coriolis": bool(chance.integers(2)),
-        "strain": str(chance.choice(["green", "green", "hencky", "biot"])),
-    }
-    return beam, float(chance.uniform(10, 150)), int(chance.choice([3, 6, 21, 81])), options
-
-
-def dense_resonances(beam, stop, options):
-    """Intersections of sorted frequencies on a dense grid of direct solves: no tracking, no
-    interpolation; for each (per_rev, speed before, speed after)."""
-    speeds = np.linspace(0, stop, 1501)[:-1]
-    f = np.full((1500, 5), np.nan)
-    outcomes = solve_many([beam.replace(gamma=x) for x in speeds], **options)
-    for row, outcome in zip(f, outcomes, strict=True):
-        if not isinstance(outcome, BeamvizError):
-            row[:] = np.nan_to_num(outcome.frequencies, nan=0.0)
-    for k in (1, 2, 3):
-        above = f > k * speeds[:, None]
-        changes = (above[1:] != above[:-1]) & np.isfinite(f[1:] + f[:-1])
-        for i, _ in np.argwhere(changes):
-            yield k, speeds[i], speeds[i + 1]
-
-
-@pytest.mark.parametrize("seed", [4, 5, *slow(0, 1, 2, 3)])
-def test_against_direct_solves(seed):
-    """Every intersection on a dense grid is found within its step, for any sweep."""
-    beam, stop, points, options = random_sweep(seed)
-    found = loci(beam, "gamma", np.linspace(0, stop, points), **options)
-    remaining = [(one.per_rev, one.at) for one in resonances(found, 3)]
-    ends = [limit.start for limit in found.limits if limit.kind == "no-equilibrium"]
-    for k, low, high in dense_resonances(beam, min([stop, *ends]), options):
-        here = [one for one in remaining if one[0] == k and low - 1e-6 <= one[1] <= high + 1e-6]
-        assert here, (k, low, high)
-        remaining.remove(here[0])
-    for k, at in remaining:  # closer together than the dense grid, or just before a limit
-        frequencies = solve(beam.replace(gamma=at), **options).frequencies
-        assert np.nanmin(abs(frequencies - k * at)) < 1e-5 * k * at
 
 
 def test_the_static_deflection_is_the_unit():

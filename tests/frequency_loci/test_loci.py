@@ -4,12 +4,13 @@ result: branches by label, the branch of each mode, text, pickling."""
 import math
 import pickle
 import re
+from itertools import combinations
 
 import numpy as np
 import pytest
 from helpers import slow, sorted_frequencies
 
-from beamviz import Beam, InvalidInput, loci, solve
+from beamviz import Beam, InvalidInput, loci, solve, solve_many
 from beamviz.beam import PARAMETERS
 from beamviz.frequency_loci import Event, close_up, sweep
 from beamviz.frequency_loci.crossings import CLOSE, ROTATED
@@ -115,23 +116,15 @@ def random_beam(chance):
 
 
 def truth(beam, over, values, modes):
-    """Crossings of families counted by frequency on a dense grid: no tracking, no shapes."""
-    tables = []
-    for value in values:
-        solution = solve(beam.replace(**{over: value}), modes=modes)
-        tables.append(dict(zip(solution.labels, solution.frequencies, strict=True)))
-    labels = sorted({label for table in tables for label in table})
-    crossings = []
-    for b in (label for label in labels if label[0] == "B"):
-        for s in (label for label in labels if label[0] == "S"):
-            sides = [
-                np.sign(t.get(b, math.inf) - t.get(s, math.inf)) if b in t or s in t else math.nan
-                for t in tables
-            ]
-            crossings += [
-                ({b, s}, values[i]) for i in range(len(values) - 1) if sides[i] * sides[i + 1] < 0
-            ]
-    return sorted(crossings, key=lambda crossing: crossing[1])
+    """The changes of the order of labels on a dense grid: no tracking, no shapes."""
+    solutions = solve_many([beam.replace(**{over: value}) for value in values], modes=modes)
+    orders = [{label: k for k, label in enumerate(one.labels)} for one in solutions]
+    return [
+        ({one, other}, value)
+        for value, now, then in zip(values, orders, orders[1:], strict=False)
+        for one, other in combinations(sorted({*now, *then}), 2)
+        if np.prod([order.get(one, modes) - order.get(other, modes) for order in (now, then)]) < 0
+    ]
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -1,0 +1,132 @@
+"""Random charts: error bars, events and resonances against direct solves and charts of many points.
+
+BEAMVIZ_CHARTS sets the number of charts (hundreds take minutes).
+"""
+
+import os
+
+import numpy as np
+import pytest
+from helpers import slow
+
+from beamviz import Beam, BeamvizError, loci, solve, solve_many
+from beamviz.frequency_loci.forced_response import resonances
+
+SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "20"))))]
+PLACES = 12  # of each chart, drawn anew: solved with a thousandth of the tolerance
+GAMMA_OVER_MU = 4.99
+
+
+def random_chart(seed, *names):
+    """A beam, what is swept, the values and the options: Coriolis forces, inward beams, strain laws
+    with a limit of equilibrium, large stretch and few points included."""
+    chance, stay = np.random.default_rng(seed), [0.4, 0.4, 0.2]
+    over = str(chance.choice(names or ["gamma", "gamma", "alpha", "beta", "delta", "mu"]))
+    mu = 10 ** chance.uniform(1.2, 2.8)
+    beam = {
+        "alpha": chance.choice([0.0, 10 ** chance.uniform(-1.5, 1.3)]),
+        "beta": chance.choice([1.0, chance.uniform(0.05, 1)]),
+        "gamma": chance.choice([10 ** chance.uniform(-1, 1.3), chance.uniform(0, 2) * mu]),
+        "delta": chance.choice([0.0, chance.uniform(0, 3), chance.uniform(-1.5, 0)], p=stay),
+        "mu": mu,
+    }
+    low, high = {
+        "alpha": (0.0, 5.0),
+        "beta": (0.0, 1.0),
+        "gamma": (0.0, min(10 ** chance.uniform(0.5, 2.2), GAMMA_OVER_MU * mu)),
+        "delta": (-1.0 * chance.choice([0, 1], p=[0.7, 0.3]), 3.0),
+        "mu": (10.0, 500.0),
+    }[over]
+    beam["gamma"] = min(beam["gamma"], 200.0, GAMMA_OVER_MU * mu)
+    if over == "mu":
+        low = max(10.0, beam["gamma"] / GAMMA_OVER_MU)
+    count = int(chance.choice([2, 5, 21, 201]))
+    options = {
+        "coriolis": bool(chance.random() < 0.4),
+        "strain": str(chance.choice(["green", "green", "biot", "hencky"])),
+        "plane": str(chance.choice(["chordwise", "chordwise", "flapwise"])),
+        "modes": int(chance.choice([3, 5, 6, 9])),
+    }
+    inner = np.sort(chance.uniform(low, high, min(count - 2, PLACES)))
+    grid = np.linspace(low, high, count)
+    return Beam(**beam), over, np.unique(np.concatenate((grid, inner))), inner, options
+
+
+def charts(beam, over, *points, **options):
+    """The charts of a beam over some values each, none of them where it has no answer."""
+    try:
+        return [loci(beam, over, values, **options) for values in points]
+    except BeamvizError:
+        return []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_frequencies_lie_within_their_error_bars(seed):
+    """Of those of a direct solve, at places that the chart did not choose; all modes are there."""
+    beam, over, values, places, options = random_chart(seed)
+    for found in charts(beam, over, values, **options):
+        beams = [beam.replace(**{over: value}) for value in places]
+        for value, exact in zip(places, solve_many(beams, tolerance=1e-9, **options), strict=True):
+            k = int(np.searchsorted(found.values, value))
+            rows = {branch.mode_index[k]: branch for branch in found.branches}
+            rows.pop(-1, None)
+            if isinstance(exact, BeamvizError) or not rows:  # within the tolerance of the chart
+                continue
+            assert sorted(rows) == list(range(options["modes"]))
+            for i, branch in rows.items():
+                if exact.omega_squared[i] > 0 and branch.omega_squared[k] > 0:
+                    off = abs(branch.frequency[k] - exact.frequencies[i])
+                    assert off <= branch.error[k] + exact.errors[i]
+
+
+@pytest.mark.slow
+def test_most_random_charts_have_answers():
+    """Otherwise the other tests would show nothing."""
+    drawn = (random_chart(seed) for seed in range(20))
+    found = [charts(beam, over, values[[0, -1]], **o) for beam, over, values, _, o in drawn]
+    assert sum(map(len, found)) > 14
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_few_points_have_the_events_of_many(seed):
+    """Crossings and veerings of the same branches, at the same places, with the same gaps."""
+    beam, over, values, _, options = random_chart(seed)
+    ends = values[[0, -1]]
+    points = (np.linspace(*ends, count) for count in (3, 401))
+    few, *more = [one.events for one in charts(beam, over, *points, **options)] or [()]
+    for many in more:
+        assert [(e.kind, e.branches) for e in few] == [(e.kind, e.branches) for e in many]
+        at = np.array([[e.at for e in events] for events in (few, many)])
+        assert np.allclose(*at, rtol=0, atol=1e-5 * np.ptp(ends))
+
+
+def dense_resonances(beam, stop, modes, **options):
+    """Intersections of sorted frequencies on a dense grid of direct solves: no tracking, no
+    interpolation; for each (per_rev, speed before, speed after)."""
+    speeds = np.linspace(0, stop, 1501)[:-1]
+    f = np.full((1500, modes), np.nan)
+    outcomes = solve_many([beam.replace(gamma=x) for x in speeds], modes=modes, **options)
+    for row, outcome in zip(f, outcomes, strict=True):
+        if not isinstance(outcome, BeamvizError):
+            row[:] = np.nan_to_num(outcome.frequencies, nan=0.0)
+    for k in (1, 2, 3):
+        above = f > k * speeds[:, None]
+        changes = (above[1:] != above[:-1]) & np.isfinite(f[1:] + f[:-1])
+        for i, _ in np.argwhere(changes):
+            yield k, speeds[i], speeds[i + 1]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_resonances_are_those_of_direct_solves(seed):
+    """Every intersection on a dense grid is found within its step, for any sweep."""
+    beam, _, speeds, _, options = random_chart(seed, "gamma")
+    for found in charts(beam, "gamma", speeds, **options):
+        remaining = [(one.per_rev, one.at) for one in resonances(found, 3)]
+        ends = [limit.start for limit in found.limits if limit.kind == "no-equilibrium"]
+        for k, low, high in dense_resonances(beam, min([speeds[-1], *ends]), **options):
+            here = [one for one in remaining if one[0] == k and low - 1e-6 <= one[1] <= high + 1e-6]
+            assert here, (k, low, high)
+            remaining.remove(here[0])
+        for k, at in remaining:  # closer together than the dense grid, or just before a limit
+            frequencies = solve(beam.replace(gamma=at), **options).frequencies
+            assert np.nanmin(abs(frequencies - k * at)) < 1e-5 * k * at
