@@ -2,8 +2,8 @@
 
     python scripts/fuzz.py [--inputs 100000] [--only NAME ...] [--seed N]
 
-Each outcome must be an answer within its error bar, or an error of the package that names the
-input (tests/fuzzing.py has the checks). Prints a row for each kind, with the processor
+Each outcome must be an answer, or an error of the package that names the input (tests/fuzzing.py
+has the checks). Prints a row for each kind, with the processor
 time it took, and the smallest input found with another outcome; the exit code is 1 if there is
 one.
 """

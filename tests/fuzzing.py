@@ -1,7 +1,7 @@
 """Random inputs for Beam, solve, loci, the TOML reader and the command line, with a check for each.
 
-The outcome must be an answer within its error bar, or an error of the package that names the
-input. scripts/fuzz.py draws many inputs, tests/test_fuzz.py a fixed few.
+The outcome must be an answer, or an error of the package that names the input. scripts/fuzz.py
+draws many inputs, tests/test_fuzz.py a fixed few; scripts/measure_error_bars.py judges the errors.
 """
 
 import contextlib
@@ -23,7 +23,6 @@ from beamviz.frequency_loci import loci
 from beamviz.solver import CHOICES, solve
 
 EVERYDAY = {name: one.slider[:2] for name, one in PARAMETERS.items()}
-ROUNDING = 1e-12  # relative to the frequency
 NUMBERS = st.one_of(
     st.floats(allow_nan=True, allow_infinity=True),
     st.sampled_from([0.0, -0.0, 1e300, -1e300, 5e-324, math.nan, math.inf, 10**400, -1]),
@@ -85,21 +84,12 @@ def make_beam(values: dict[str, Any]) -> None:
 
 
 def solve_beam(beam: Beam, options: dict[str, Any]) -> None:
-    """Modes within their error bars of a finer solution, or an error."""
+    """Frequencies or nan, with errors, or an error; for the truth of both see oracle/error_bars."""
     solution = answer(solve, beam, **options)
     if solution is None:
         return
     assert np.all(solution.errors >= 0)
     assert np.all((solution.frequencies >= 0) | np.isnan(solution.frequencies))
-    if solution.problem.method != "auto":
-        return
-    finest = answer(solve, beam, **{**options, "tolerance": 1e-10})
-    if finest is None:
-        return  # this beam cannot be solved so accurately
-    stable = np.isfinite(solution.frequencies) & np.isfinite(finest.frequencies)
-    apart = np.abs(solution.frequencies - finest.frequencies)[stable]
-    allowed = (solution.errors + finest.errors + ROUNDING * finest.frequencies)[stable]
-    assert np.all(apart <= allowed), (apart, allowed)
 
 
 def solve_any_options(beam: Beam, options: dict[str, Any]) -> None:

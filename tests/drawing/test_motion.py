@@ -72,8 +72,7 @@ def test_the_playback_rate_suits_the_slowest_and_the_fastest_motion():
 
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_signs_do_not_flip_while_a_slider_moves(coriolis):
-    """For gamma 0 .. 30 each mode correlates with itself one step before, also where the order of
-    the modes changes."""
+    """For gamma 0 .. 30 each mode correlates with itself one step before, whatever its place."""
     shapes = sampled(Beam(alpha=1, beta=0.5), coriolis=coriolis)
     flipped = replace(shapes, modes=-shapes.modes)
     again = SampledModes.sampled(solve(shapes.beam, coriolis=coriolis), flipped)

@@ -109,8 +109,7 @@ def test_a_mode_without_a_match_has_a_dash():
 
 @pytest.mark.parametrize("stacked", [False, True])
 def test_both_beams_run_on_one_clock(stacked):
-    """With twice the mass: after some time the phase of each mode has advanced by its own
-    frequency."""
+    """With twice the mass: the phase of each mode has advanced by its own frequency."""
     with run_server() as server:
         guest: Any = SynchronousVisitor(Scene(PAPER), server.scene)
         guest.change(lambda state: replace(state, comparison=DOUBLE, stacked=stacked))

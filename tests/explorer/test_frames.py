@@ -30,8 +30,7 @@ def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
 
 
 def test_a_round_draws_one_frame_for_each_visitor():
-    """While solves wait, a session that has just had a frame with an answer is skipped once; one at
-    rest has none."""
+    """While solves wait, a session that just had an answer is skipped; one at rest has none."""
     sessions = [Still(outdated=k < 2, needs_tick=k < 4) for k in range(5)]
     made = frame_loop(*sessions, waiting=1)
     made.woken = dict.fromkeys([0, 1, 4, 5])  # one at rest, and one who has left

@@ -192,8 +192,7 @@ def test_a_challenge_is_checked_without_an_equilibrium(guest):
 
 
 def test_keys_and_commands_work(guest):
-    """Coriolis forces, pause and theme, which a reset keeps; lessons by their titles in the
-    palette."""
+    """Coriolis forces, pause, theme, which a reset keeps; lessons by title in the palette."""
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
     assert set("12345prvhscd") <= keys
     guest.press("C")

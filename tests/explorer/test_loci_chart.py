@@ -64,8 +64,7 @@ def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
 
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_the_lines_are_the_branches_in_their_families(coriolis):
-    """All finite frequencies are drawn; consecutive runs share a point, so that a line has no gap
-    where its colour changes."""
+    """All finite frequencies; runs share a point: no line has a gap where its colour changes."""
     chart = chart_of(TIP, coriolis=coriolis)
     data = chart_data(chart)
     at = np.searchsorted(data["at"], np.round(chart.loci.values, 12))
@@ -188,8 +187,7 @@ def request(chart: Chart, number: int) -> VeeringRequest:
 
 
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
-    """Without: gap 0 at 4.4641, modes keep their shapes; with: gap 0.241 at 4.650, they exchange
-    them."""
+    """Without: gap 0 at 4.4641, shapes are kept; with: gap 0.241 at 4.650, they are exchanged."""
     off, on = pairs
     assert (off.kind, on.kind) == ("crossing", "veering")
     assert off.at == pytest.approx(4.4641, abs=1e-4)
@@ -209,8 +207,7 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
 
 
 def test_both_events_and_all_of_the_gap_are_in_view(tip, pairs):
-    """At the ends of the view the distance of the loci is more than twice the gap; the view is a
-    small part of the chart."""
+    """The distance at its ends is more than twice the gap; the view is a part of the chart."""
     for pair in pairs:
         assert pair.found.values[0] < pair.at < pair.found.values[-1]
         assert np.ptp(pair.found.values) < 0.2 * (
@@ -221,8 +218,7 @@ def test_both_events_and_all_of_the_gap_are_in_view(tip, pairs):
 
 
 def test_shapes_keep_their_signs_across_the_view(pairs):
-    """Shapes at the ends correlate with that at the event; at a crossing, where shapes are not
-    unique, this is taken beside it."""
+    """Those at the ends correlate with that at the event, at a crossing with one beside it."""
     for pair in pairs:
         for first, middle, last in pair.shapes:
             for end in (first, last):
@@ -259,8 +255,7 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
 
 
 def test_nodes_are_marked_in_the_middle_of_a_veering():
-    """There the axial displacement of the tip is larger, out of phase with the bending that has
-    nodes."""
+    """The axial displacement of the tip is larger there, out of phase with that across."""
     solution = solve(TIP.replace(gamma=4.65), coriolis=True)
     for k in (2, 3):
         marked = SampledModes.sampled(solution).nodes[k]

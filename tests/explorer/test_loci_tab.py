@@ -209,8 +209,7 @@ def test_the_last_value_sent_counts(desk):
 
 @pytest.mark.slow
 def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
-    """That at γ = 0.798 with 2 per revolution, in the list, also after a drag of the line; and back
-    to the full range."""
+    """That at γ = 0.798 with 2 per revolution, also after a drag of the line; and back."""
     desk.drag(PLOT, 0.3, 0.4)
     set_speed(desk, 3.0)
     desk.click("document.querySelector('[data-set=per_rev_2]')")

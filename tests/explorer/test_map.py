@@ -38,8 +38,7 @@ def grid(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_the_values_are_those_of_solve(guest, coriolis):
-    """The smallest gap and the frequency of a mode over two numbers; buttons move the beam to the
-    extremes."""
+    """The smallest gap and the frequency of a mode; buttons move the beam to the extremes."""
     pause(guest)
     guest.choose("coriolis", coriolis)
     guest.says(frequency_text(BEAM, coriolis=coriolis))

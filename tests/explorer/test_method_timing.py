@@ -145,8 +145,7 @@ def test_a_slow_job_is_shown_and_can_be_cancelled(url, monkeypatch):
 
 @pytest.mark.parametrize("cancelled", [False, True])
 def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch, cancelled):
-    """Opening another tab stops the timing or forgets its cancellation; back in the tab it starts
-    again, for the beam shown then."""
+    """Another tab stops the timing, or forgets its cancellation; back, the beam shown is timed."""
     with slow_timing(url, monkeypatch) as (guest, release, solves):
         if cancelled:
             guest.do("cancel_jobs")

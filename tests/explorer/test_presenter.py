@@ -31,8 +31,7 @@ def shows(guest: Visitor, **numbers: float) -> None:
 
 
 def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatch):
-    """Numbers, controls, answers, view, comparison, tab, lesson and clock; each case is solved once
-    for all."""
+    """Numbers, answers, view, comparison, tab, lesson, clock; each case is solved once for all."""
     with visitor(f"{url}/?token={PRESENTER}") as lead, visitor(url) as one, visitor(url) as other:
         solved = []
         monkeypatch.setattr(

@@ -47,8 +47,7 @@ def played(playback: RunUpPlayback, seconds: float) -> list[float]:
 
 
 def test_the_speed_increases_to_the_last_one_and_is_restored():
-    """From rest, never back, at a given number of speeds per second; then that of the beam is
-    shown."""
+    """From rest, never back, so many speeds a second; then that of the beam is shown."""
     playback = started()
     speeds = playback.run.speeds
     *gammas, restored = played(playback, 0.1)

@@ -113,8 +113,7 @@ def test_the_page_has_our_elements_around_the_scene(url):
 
 
 def test_invalid_actions_are_ignored(guest, caplog):
-    """With one line in the log, also a text of more than 1000 characters; the next action is
-    handled."""
+    """With one line in the log, also texts of more than 1000 characters; the next is handled."""
     texts = ["", "1", "[1]", "[1, 2, 3, 4]", "{}", "[1, {}, 2]", '[1, "nothing", 1]', "[" * 900]
     guest.do("gamma", 11)
     for k, text in enumerate([*texts, "NaN", f'[1, "gamma", "{"9" * 1001}"]']):
@@ -165,8 +164,7 @@ def test_a_term_is_switched_and_back(guest, option):
 
 
 def test_the_mass_is_removed_and_restored(url):
-    """Without it alpha is 0; restored, it has its last value, or 1 if it had none. The switch shows
-    whether alpha is 0."""
+    """alpha is 0 without it, then its last value, or 1 if it had none; the switch shows it."""
     with visitor(url) as guest:
         guest.choose("alpha", 2.5)
         guest.says(frequency_text(PAPER.replace(alpha=2.5)))

@@ -74,8 +74,7 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
 
 
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
-    """A value in units gives the beam made from SI values; there is no slider for mu. A resonance
-    is listed in rpm and hertz."""
+    """They give the beam of SI values; mu has no slider; a resonance is listed in rpm and hertz."""
     assert guest.props["mu-row"]["hidden"] is True
     guest.choose("gamma", 300.0)
     guest.choose("alpha", 0.01)
@@ -110,8 +109,7 @@ def test_the_table_shows_accurate_digits():
 
 
 def test_warnings_name_their_reason():
-    """No equilibrium with the limit, an unstable state with its growth; a stable one has no
-    warning."""
+    """No equilibrium with the limit, an unstable state with its growth; a stable one has none."""
     error = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7)
     told = messages.error_summary(error, Beam(gamma=20))
     assert told == "No equilibrium above γ = 15.7 with this material law"

@@ -71,8 +71,7 @@ def test_a_camera_can_be_anywhere(camera):
 
 
 def test_phase_and_direction_change_the_picture(tmp_path):
-    """Half a period later the beam is on the other side; a repetition is the same to the last
-    bit."""
+    """Half a period later the beam is on the other side; a repetition is bitwise the same."""
     pictures = []
     for options in ({}, {}, {"phase": 0.75}, {"direction": (0.0, 0.0, 1.0)}, {"zoom": 2.0}):
         screenshot(tmp_path / "a.png", PAPER, *SIZE, **options)

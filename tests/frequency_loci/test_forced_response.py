@@ -102,8 +102,7 @@ def test_the_sum_of_modes_is_the_solution_of_the_equations(beam, ratio, coriolis
 
 
 def test_a_run_peaks_at_its_resonances():
-    """Where 1 gamma meets B1 and 2 gamma meets B2 the tip is farthest: half as much damping,
-    twice as far."""
+    """The tip is farthest where a line meets B1 and B2: half as much damping, twice as far."""
     beam = Beam(alpha=1, beta=0.5)
     run = run_up(beam, 2, 0.02, 20.0)
     assert [one.branch for one in run.resonances] == ["B1", "B2"]

@@ -260,8 +260,7 @@ def test_wrong_input(beam, over, values, options, message):
     ],
 )
 def test_as_few_and_as_many_modes_as_there_can_be(modes, options):
-    """At the upper limit of modes, and with as few elements or terms as modes, no extra modes are
-    solved for."""
+    """At the most modes, or with as few elements or terms as modes, no extra ones are solved."""
     found = sorted_frequencies(loci(TIP, "gamma", np.linspace(0, 10, 11), modes=modes, **options))
     assert np.isfinite(found).sum(axis=1).tolist() == [modes] * 11
     assert found[0, :modes] == pytest.approx(solve(TIP, modes, **options).frequencies)
@@ -290,8 +289,7 @@ def test_close_up_of_a_veering():
 
 @pytest.mark.parametrize("count", [41, 201])
 def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
-    """A branch that begins has no shape to rotate into; two stable modes veer beside the unstable
-    one."""
+    """A branch that begins has no shape to rotate into; beside the unstable mode two veer."""
     found = loci(Beam(alpha=1, gamma=10), "delta", np.linspace(-1, 1, count), coriolis=True)
     assert found.limits[0].kind == "unstable"
     (event,) = found.events

@@ -14,8 +14,7 @@ CLAIMS = [claim for source in validation.SOURCES for claim in source.claims]
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=[claim.name for claim in CLAIMS])
 def test_claim(claim):
-    """The values computed are as close to the reference as the row allows; more than a unit of the
-    last digit has a reason."""
+    """As close to the reference as allowed; more than a unit of the last digit has a reason."""
     digits, reason = claim.tolerance
     assert claim.check()[1] <= digits
     assert digits <= 1 or reason
@@ -27,8 +26,7 @@ def test_the_page_is_current():
 
 
 def test_the_tests_named_exist():
-    """Each row of the page names its test, each source the further tests in their files, and every
-    tolerance belongs to a row."""
+    """Of each row and of each source, in their files; every tolerance belongs to a row."""
     text = PAGE.read_text(encoding="utf-8")
     names = [claim.name for claim in CLAIMS]
     assert re.findall(r"\| `test_claim\[(.+?)\]` \|", text) == names

@@ -16,8 +16,7 @@ SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0
 
 @pytest.fixture(scope="module")
 def foreign() -> Iterator[Page]:
-    """A browser on a page of another origin, viser's own without protection, which even shares its
-    cookies: they know no port."""
+    """A browser on viser's own page, of another origin with the same cookies: they know no port."""
     with plain_viser_server() as site, page(url_of(site)) as shown:
         shown.wait(SHOWN)
         yield shown

@@ -38,8 +38,7 @@ SWEEPS = {  # axes, fixed numbers, options; with lines long enough to be interpo
 
 @pytest.mark.parametrize("name", SWEEPS)
 def test_numbers_are_those_of_solve(name):
-    """At random places: status, limit, families, and frequencies within the error bars, which are
-    within the tolerance."""
+    """At random places: status, limit, families; frequencies and errors within their bounds."""
     axes, fixed, options = SWEEPS[name]
     data = sweep(axes, None, beam=Beam(**fixed), workers=1, **options)
     assert data["frequency"].dims == (*axes, "mode")
