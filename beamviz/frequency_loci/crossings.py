@@ -156,11 +156,7 @@ def _run_together(searches: Sequence[Search[Result]], sweep: Sweep) -> list[Resu
 
 
 def _locate(
-    candidate: Candidate,
-    guess: Approach | None,
-    curves: Curves,
-    sweep: Sweep,
-    solved: np.ndarray,
+    candidate: Candidate, guess: Approach | None, curves: Curves, sweep: Sweep, solved: np.ndarray
 ) -> Search[Event | None]:
     """The crossing or veering of two neighbours of a family; None if it is neither. solved: values
     (n,) solved before."""

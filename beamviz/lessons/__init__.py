@@ -155,10 +155,7 @@ LESSONS = (
         " merry-go-round: the *Coriolis force*. It couples stretching and bending, and frequencies"
         " of coupled modes do not cross. The modes exchange their shapes instead: *veering*.",
         fact="The gap never falls below {:.3f}, at γ = {:.3f}.",
-        compute_fact=lambda: (
-            (event := values.crossing("gamma", 10, coriolis=True)).gap,
-            event.at,
-        ),
+        compute_fact=lambda: ((event := values.crossing("gamma", 10, coriolis=True)).gap, event.at),
         task="Find the speed at which modes 3 and 4 come closest.",
         compute_answer=lambda: values.crossing("gamma", 10, coriolis=True).at,
         gauge=lambda s: f"modes 3 and 4 are {s.frequencies[3] - s.frequencies[2]:.3f} apart",

@@ -23,13 +23,7 @@ from beamviz.solver.bent.beam import (
     in_axes_of_the_beam,
     squared,
 )
-from beamviz.solver.bent.equilibrium import (
-    descend,
-    first_mesh,
-    is_resolved,
-    newton,
-    stable_states,
-)
+from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
 from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.mesh import Mesh, make_mesh, reference
