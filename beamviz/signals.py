@@ -5,7 +5,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from types import FrameType
 from typing import Any
 
@@ -36,13 +36,8 @@ def terminate_on_signal() -> Iterator[None]:
             received.append(time.monotonic())
             raise Terminated(number)
 
-    before = set_handlers(terminate)
-    try:
-        with reraise_unraisable(received):
-            yield
-    finally:
-        if not received:
-            restore_handlers(before)
+    with handle_signals(terminate, received), reraise_unraisable(received):
+        yield
 
 
 @contextlib.contextmanager
@@ -90,22 +85,13 @@ def defer_signals() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def handle_signals(handler: Handler) -> Iterator[None]:
-    """Context in which `handler` handles SIGINT and SIGTERM."""
-    before = set_handlers(handler)
+def handle_signals(handler: Handler, received: Sequence[float] = ()) -> Iterator[None]:
+    """Context in which `handler` handles SIGINT and SIGTERM; only in the main thread, as Python
+    demands. It stays where it has `received` any."""
+    main = threading.current_thread() is threading.main_thread()
+    before = {number: signal.signal(number, handler) for number in SIGNALS if main}
     try:
         yield
     finally:
-        restore_handlers(before)
-
-
-def set_handlers(handler: Handler) -> dict[signal.Signals, Any]:
-    """Set both handlers and return the earlier ones; only in the main thread, as Python demands."""
-    if threading.current_thread() is not threading.main_thread():
-        return {}
-    return {number: signal.signal(number, handler) for number in SIGNALS}
-
-
-def restore_handlers(before: dict[signal.Signals, Any]) -> None:
-    for number, handler in before.items():
-        signal.signal(number, handler)
+        for number, earlier in before.items() if not received else ():
+            signal.signal(number, earlier)
