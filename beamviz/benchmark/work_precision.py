@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
+from unittest import mock
 
 import numpy as np
 from scipy.linalg import eigh, lapack
@@ -230,14 +231,9 @@ def lapack_problems(beam: Beam) -> list[partial[tuple]]:
         problems.append(partial(routine, *kept, **options | {"overwrite_a": False}))
         return routine(*matrices, **options)
 
-    routines = {name: getattr(lapack, name) for name in ROUTINES}
-    try:
-        for name, routine in routines.items():
-            setattr(lapack, name, partial(record, routine))
+    routines: Any = {name: partial(record, getattr(lapack, name)) for name in ROUTINES}
+    with mock.patch.multiple(lapack, **routines):
         solve(beam)
-    finally:
-        for name, routine in routines.items():
-            setattr(lapack, name, routine)
     return problems
 
 

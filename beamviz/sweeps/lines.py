@@ -145,10 +145,6 @@ class Line:
     def beam_at(self, k: int) -> Beam:
         return self.beam.replace(**{self.over: float(self.grid.values[k])})
 
-    @property
-    def beams(self) -> list[Beam]:
-        return [self.beam_at(k) for k in range(len(self.grid.values))]
-
     def solve_many(self, beams: Sequence[Beam]) -> list[Solution | BeamvizError]:
         """Their modes, twice as many as requested, to a smaller tolerance."""
         tolerance = max(NODE_SHARE * self.problem.tolerance, TOLERANCES[0])
@@ -297,7 +293,8 @@ def solve_chunk(plan: Plan, task: Task) -> dict[str, np.ndarray]:
             errors = {k: one for k, one in line.answers.items() if isinstance(one, BeamvizError)}
             fill_answers(row, errors)
         else:
-            fill_answers(row, dict(enumerate(solve_many(line.beams, **plan.problem.options))))
+            beams = map(line.beam_at, range(len(along)))
+            fill_answers(row, dict(enumerate(solve_many(beams, **plan.problem.options))))
     return arrays
 
 

@@ -1,8 +1,7 @@
 """Bent states by the paper's elements: the full planar residual and tangent (eqs. 17, 40-48).
 
 Newton's method starts from the state that the default method finds, sampled at the nodes, and
-converges to that of the elements. The clamp is the removal of its coordinates: r1, r2 and r2' of
-the first node; the length of r' there is free.
+converges to that of the elements.
 """
 
 import time

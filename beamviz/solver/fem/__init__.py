@@ -2,8 +2,7 @@
 
 Each assembles the stiffness along and across a straight state; the eigenproblem is shared. At such
 a state the full planar tangent couples nothing along the beam to anything across it: its even
-coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend. The clamp holds r1, r2 and
-r2' of the first node.
+coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend.
 """
 
 import math

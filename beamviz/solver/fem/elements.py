@@ -108,12 +108,8 @@ def assemble_band(parts: NDArray) -> NDArray:
 def dense(A: NDArray) -> NDArray:
     """The full matrix (n, n) of a lower band."""
     n = A.shape[1]
-    full = np.zeros((n, n))
-    j = np.arange(n)
-    for k, diagonal in enumerate(A[:n]):
-        rows, columns = j[k:], j[: n - k]
-        full[rows, columns] = full[columns, rows] = diagonal[: n - k]
-    return full
+    lower = sum(np.diag(diagonal[: n - k], -k) for k, diagonal in enumerate(A[:n]))
+    return lower + np.tril(lower, -1).T
 
 
 class PlanarBeam:
