@@ -40,6 +40,7 @@ def test_a_state_keeps_its_scene():
         ("amplitude", 1e9, 0.4),
         ("amplitude", math.inf, 0.15),
         ("colouring", "rainbow", "displacement"),
+        ("shares", "all", (0.0, 1.0)),
         ("over", "delta", "delta"),
         ("over", ["delta"], "gamma"),
         ("over", "speed", "gamma"),
