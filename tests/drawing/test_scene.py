@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import Beam
-from beamviz.drawing import BeamScene, BeamView, camera
+from beamviz.drawing import BeamView, camera
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.camera import CHANGE_TIME, PageCamera
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import HIDDEN, mass_size, section_size
-from beamviz.drawing.surroundings import MIN_HUB, floor_radius, hub_radius
+from beamviz.drawing.surroundings import floor_radius, hub_radius
 from beamviz.scene import Camera, ViewOptions
 from beamviz.server import run_server
 
@@ -141,20 +141,6 @@ def test_a_beam_without_a_mass_has_none_and_an_inward_beam_a_hoop(scene):
     assert (around.drum.visible, around.hoop.visible) == (False, True)
     inner = np.linalg.norm(around.hoop.vertices[:, :2], axis=1).min()
     assert inner == pytest.approx(0.5, rel=1e-3)
-
-
-@pytest.mark.parametrize("delta", [-1.0, 0.0, 2.0])
-def test_rows_of_modes_have_a_small_drum_at_the_clamp(delta):
-    """Whole hubs above each other would cover the beams."""
-    with run_server() as server:
-        beams, shapes = BeamScene(server.scene), sampled(Beam(delta=delta, gamma=1))
-        view = ViewOptions(all_modes=True)
-        beams.show(DrawnBeam.of(shapes, view))
-        assert len(beams.rows) == 5
-        for around in (row.surroundings for row in beams.rows):
-            assert (around.drum.visible, around.hoop.visible) == (True, False)
-            assert around.drum.radius == MIN_HUB
-            assert around.drum.position[0] == pytest.approx(delta - (delta != 0) * MIN_HUB)
 
 
 def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():

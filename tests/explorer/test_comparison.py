@@ -15,6 +15,7 @@ from beamviz.beam import Beam
 from beamviz.drawing import BeamScene, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
+from beamviz.drawing.surroundings import MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import ANCF, CORIOLIS, DOUBLE, EFFECTS, comparison_table
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, Case, State
@@ -135,9 +136,11 @@ def test_both_beams_run_on_one_clock(stacked):
             assert np.allclose(view.mass.position, centreline[shapes.mass])
 
 
-def test_each_row_shows_one_mode():
-    """Five rows; in row k the beam moves as mode k; titles name the modes."""
-    shapes, all_modes = SampledModes.sampled(solve(PAPER)), ViewOptions(all_modes=True)
+@pytest.mark.parametrize("beam", [PAPER, *(Beam(delta=delta, gamma=1) for delta in (-1, 0, 2))])
+def test_each_row_shows_one_mode(beam):
+    """Five rows; in row k the beam moves as mode k; titles name the modes. At the clamp is a small
+    drum: whole hubs above each other would cover the beams."""
+    shapes, all_modes = SampledModes.sampled(solve(beam)), ViewOptions(all_modes=True)
     with run_server() as server:
         beams = BeamScene(server.scene)
         beams.show(DrawnBeam.of(shapes, all_modes))
@@ -152,6 +155,10 @@ def test_each_row_shows_one_mode():
             middle = (line[:-1] + line[1:]) / 2
             assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
             assert part.title.text.startswith(shapes.labels[k])
+            around, delta = part.surroundings, beam.delta
+            assert (around.drum.visible, around.hoop.visible) == (True, False)
+            assert around.drum.radius == MIN_HUB
+            assert around.drum.position[0] == pytest.approx(delta - (delta != 0) * MIN_HUB)
         beams.show(DrawnBeam.of(shapes, ViewOptions()))
         assert not any(part.frame.visible for part in rows)
 

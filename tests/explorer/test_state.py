@@ -103,15 +103,6 @@ def test_a_case_of_a_scene_has_all_options():
     assert case.beam() == Beam(gamma=3)
 
 
-def edited(history: History, states: list[tuple[float, State]]) -> State:
-    """The last of some states at their times, each an edit of the one before."""
-    state = START
-    for time, after in states:
-        history.record(state, after, time)
-        state = after
-    return state
-
-
 def test_undo_and_redo_go_by_steps():
     """A drag of one slider is one step, also if it keeps the beam for comparison; a drag of another
     value, or after a pause, is another; an edit discards what could be redone."""
@@ -122,7 +113,10 @@ def test_undo_and_redo_go_by_steps():
     other = rested.loaded(Scene(Beam(gamma=2)))
     later = [(0.6, rested), (0.7, other), (0.8, other.changed("gamma", 5.0))]
     later = [(time + PAUSE, state) for time, state in later]
-    last = edited(history, [*drag, (0.5, faster), *later])
+    last = START
+    for time, state in [*drag, (0.5, faster), *later]:
+        history.record(last, state, time)
+        last = state
     back = [last := history.undo(last) for _ in range(2)]
     assert back == [other, rested]
     back = [last := history.undo(last) for _ in range(3)]
