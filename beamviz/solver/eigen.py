@@ -188,7 +188,7 @@ def _definite_gyroscopic(
     Z[:, :na, nb:], Z[:, na:, :nb] = Ya, Yb
     # One by one: numpy's stacked call starts threads, slower on small problems.
     nu, Y = map(np.array, zip(*(largest(one, count) for one in Z.mT @ Z), strict=True))
-    with np.errstate(divide="ignore"):  # zero, by rounding: the inverse is infinite
+    with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite
         spectrum, Y = 1 / nu[:, : na + nb], Y.mT
     omega_squared = spectrum[:, :count]
     condition = abs(omega_squared / omega_squared[:, :1])

@@ -46,14 +46,22 @@ def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
     plane=st.sampled_from(["chordwise", "flapwise"]),
 )
 def test_the_papers_elements_converge_to_the_default(beam, beta, **options):
-    """Finer elements come closer to the default method, and their error bars say how far."""
+    """Finer elements come closer to the default method, and their error bars say how far. Modes
+    are compared by label: few elements may change the order of the families."""
     beam = beam.replace(beta=beta)
-    exact = solve(beam, tolerance=1e-9, **options)
+    exact = solve(beam, tolerance=1e-9, modes=10, **options)
     coarse, fine = (solve(beam, method="ancf", elements=n, **options) for n in (8, 32))
-    far, near = (abs(s.frequencies - exact.frequencies) for s in (coarse, fine))
-    assert np.all(near <= fine.errors + exact.errors)
-    assert np.all(far <= coarse.errors + exact.errors)
-    assert near.max() <= 0.7 * far.max() + 1e-6
+    far, near = (differences(found, exact) for found in (coarse, fine))
+    assert np.all(near[0] <= near[1])
+    assert np.all(far[0] <= far[1])
+    assert near[0].max() <= 0.7 * far[0].max() + 1e-6
+
+
+def differences(found, exact):
+    """The differences (modes,) of frequencies from those of the same label, and the sums of both
+    errors."""
+    own = [exact.labels.index(label) for label in found.labels]
+    return abs(found.frequencies - exact.frequencies[own]), found.errors + exact.errors[own]
 
 
 @settings(max_examples=25, deadline=None)

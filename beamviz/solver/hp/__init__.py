@@ -87,7 +87,7 @@ def mesh_spectrum(solution: Solution) -> np.ndarray | None:
     found = solution.fields.found if isinstance(solution.fields, Shapes) else None
     if found is None or found.nu is None:
         return None
-    with np.errstate(divide="ignore"):  # the highest may be zero by rounding
+    with np.errstate(divide="ignore", over="ignore"):  # the highest may be zero by rounding
         spectrum = 1 / found.nu
     if found.family_omega_squared is None:
         return spectrum
