@@ -18,7 +18,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
-from unittest import mock
 
 import numpy as np
 from scipy.linalg import eigh, lapack
@@ -231,9 +230,14 @@ def lapack_problems(beam: Beam) -> list[partial[tuple]]:
         problems.append(partial(routine, *kept, **options | {"overwrite_a": False}))
         return routine(*matrices, **options)
 
-    routines: Any = {name: partial(record, getattr(lapack, name)) for name in ROUTINES}
-    with mock.patch.multiple(lapack, **routines):
+    routines = {name: getattr(lapack, name) for name in ROUTINES}
+    try:
+        for name, routine in routines.items():
+            setattr(lapack, name, partial(record, routine))
         solve(beam)
+    finally:
+        for name, routine in routines.items():
+            setattr(lapack, name, routine)
     return problems
 
 
