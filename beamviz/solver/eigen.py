@@ -14,7 +14,7 @@ from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import blas, lapack
 
 from beamviz.errors import NotConverged
 
@@ -117,7 +117,7 @@ def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.
             return None
         A, _ = lapack.dsygst(M.T, L, lower=1)
         nu, V = largest(A.T, count)
-        return nu, lapack.dtrtrs(L, V.T, lower=1, trans=1)[0].T
+        return nu, blas.dtrsm(1, L, V.T, lower=1, trans_a=1).T
     nu, V, info = lapack.dsygv(M.T, K.T)
     if 0 < info <= n:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
