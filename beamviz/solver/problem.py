@@ -124,9 +124,9 @@ class Resolution(NamedTuple):
 
 
 class Method(NamedTuple):
-    """A row of the table of methods. package: under beamviz/solver, imported on first use. source:
-    publication. choose: when to use it. rigid_tension: whether the tension is that of the
-    unstretched beam (first-order coupling)."""
+    """A row of the table of methods. package: or module, under beamviz/solver, imported on first
+    use. source: publication. choose: when to use it. rigid_tension: whether the tension is that of
+    the unstretched beam (first-order coupling)."""
 
     package: str
     unsupported: tuple[str, ...]  # options
@@ -173,7 +173,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "assumed-modes": Method(
-        "series.assumed_modes",
+        "series",
         ("elements", *SWITCHES),
         Resolution("terms", 10, 1, 100),  # cosh overflows soon after
         "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
@@ -181,7 +181,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "power-series": Method(
-        "series.power_series",
+        "series",
         ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 80, 6, 1000, math.inf),
         "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
@@ -189,7 +189,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "chebyshev": Method(
-        "series.chebyshev",
+        "chebyshev",
         ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 32, 2, 200),
         "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",

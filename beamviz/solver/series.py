@@ -1,13 +1,20 @@
-"""Power series: the rigid-tension beam by Frobenius series from the clamp, exact in their limit.
+"""Assumed modes and power series: rigid tension, on a number of terms.
 
-Wright, Smith, Thresher & Wang (J. Appl. Mech. 49, 1982). With the tension of the reference length,
-N(x) a polynomial of degree two, w'''' - (N w')' = Lambda w has solutions sum c_k xi^k by
-recurrence. Two of them satisfy the clamp; at the mass N and the shear are discontinuous, and the
-series start again; at the tip moment and shear vanish where Lambda is an eigenvalue. Lambda is
-omega^2 + gamma^2 in the plane of rotation, omega^2 across it. Stretching is sine and cosine.
+Assumed modes (Yoo & Shin, J. Sound Vib. 212, 1998; with a mass anywhere Yoo, Seo & Huh, 2002): the
+modes of the beam at rest without a mass are the basis of linear equations in w and u, with Coriolis
+coupling on request. The bending functions are evaluated as in the textbooks, cosh bx - cos bx -
+s (sinh bx - sin bx): cosh and sinh cancel to one part in e^b, so digits are lost from the eighth
+mode on and all at the twelfth. An interior mass bends the beam more sharply than any basis
+function: convergence is slow.
 
-Both solutions grow as e^(length of the beam in boundary-layer widths), and the determinant is
-their small difference: digits are lost with speed, and beyond gamma of about 40 too few are left.
+Power series (Wright, Smith, Thresher & Wang, J. Appl. Mech. 49, 1982), exact in their limit: with
+the tension of the reference length, N(x) a polynomial of degree two, w'''' - (N w')' = Lambda w has
+solutions sum c_k xi^k by recurrence. Two of them satisfy the clamp; at the mass N and the shear are
+discontinuous, and the series start again; at the tip moment and shear vanish where Lambda is an
+eigenvalue. Lambda is omega^2 + gamma^2 in the plane of rotation, omega^2 across it. Stretching is
+sine and cosine. Both solutions grow as e^(length of the beam in boundary-layer widths), and the
+determinant is their small difference: digits are lost with speed, and beyond gamma of about 40 too
+few are left.
 """
 
 from collections.abc import Callable
@@ -27,6 +34,7 @@ from beamviz.solver.families import Family, Shapes
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, false_position
 
+NEWTON_ITERATIONS = 8
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
@@ -34,6 +42,58 @@ MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is
 SAMPLES = 200
 
 Function = Callable[[np.ndarray], np.ndarray]
+
+
+def solve(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The modes by the series of the problem's method. start: the clock at the call."""
+    return METHODS[problem.method](beam, problem, start)
+
+
+def _assumed_modes(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The modes on some functions across the beam and as many along it."""
+    terms = problem.resolution
+    x, masses = families.quadrature(beam, 2 * terms + 12)  # exact to rounding
+    (u, du), (w, dw, ddw) = fixed_free(terms, x), clamped_free(terms, x)
+    lengths = np.append(masses[:-1], 0.0)  # the concentrated mass has no stiffness
+    Ka = beam.mu**2 * (du.T * lengths) @ du
+    Kb = (ddw.T * lengths) @ ddw + (dw.T * (lengths * rigid_tension(beam, x))) @ dw
+    # M = F' F: rows of F are displacements at the points
+    Fa, Fb = (np.sqrt(masses)[:, None] * displacement for displacement in (u, w))
+    shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
+    modes = families.modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
+    return families.build_solution(beam, problem, start, modes, (2 * terms, 1, terms))
+
+
+def clamped_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bending modes of a cantilever at rest, of unit mass."""
+    b = wave_numbers(terms)
+    ratio = (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
+    z = x[:, None] * b
+    c, s, ch, sh = np.cos(z), np.sin(z), np.cosh(z), np.sinh(z)
+    slope, curvature = b * (sh + s - ratio * (ch - c)), b**2 * (ch + c - ratio * (sh + s))
+    return ch - c - ratio * (sh - s), slope, curvature
+
+
+def wave_numbers(terms: int) -> np.ndarray:
+    """The roots of cos b cosh b = -1, by Newton's method."""
+    b = (np.arange(terms) + 0.5) * np.pi
+    b[0] = 1.875
+    for _ in range(NEWTON_ITERATIONS):
+        b = b - (np.cos(b) + 1 / np.cosh(b)) / (-np.sin(b) - np.tanh(b) / np.cosh(b))
+    return b
+
+
+def fixed_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Stretching modes of a bar at rest, of unit mass."""
+    z = (np.arange(terms) + 0.5) * np.pi
+    return np.sqrt(2) * np.sin(x[:, None] * z), np.sqrt(2) * z * np.cos(x[:, None] * z)
+
+
+def _combined(
+    basis: Callable[[int, np.ndarray], tuple], coefficients: np.ndarray, x: np.ndarray
+) -> np.ndarray:
+    """Combinations (len(x), modes) of basis functions, coefficients (terms, modes)."""
+    return basis(len(coefficients), x)[0] @ coefficients
 
 
 class Part(NamedTuple):
@@ -45,9 +105,9 @@ class Part(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
-def solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """The modes, w with as many powers as terms on each part of the beam. start: the clock at the
-    call. Raises NotConverged where the determinant is rounding, and for too few roots."""
+def _power_series(beam: Beam, problem: Problem, start: float) -> Solution:
+    """The modes, w with as many powers as terms on each part of the beam. Raises
+    NotConverged where the determinant is rounding, and for too few roots."""
     terms, modes = problem.resolution, problem.modes
     bending = _bending(beam, terms, modes, families.centrifugal_softening(beam, problem))
     found = families.merge(_stretching(beam, modes), bending, modes)
@@ -173,3 +233,6 @@ def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
     x, weights = families.quadrature(beam)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
+
+
+METHODS = {"assumed-modes": _assumed_modes, "power-series": _power_series}

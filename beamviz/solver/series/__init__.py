@@ -1,1 +1,0 @@
-"""Methods whose resolution is a number of terms: assumed modes, power series, Chebyshev."""
