@@ -24,7 +24,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
-from scipy.interpolate import PPoly
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
@@ -162,6 +161,7 @@ def recurrence(part: Part, start: np.ndarray, terms: int, Lambda: np.ndarray) ->
 
 def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
     """The roots of the determinant of moment and shear at the tip, and their shapes."""
+    from scipy.interpolate import PPoly  # loads much that assumed modes do not need
 
     def determinant(s: np.ndarray) -> np.ndarray:
         """Relative to its two products."""
