@@ -50,7 +50,7 @@ SERVE = """
 import sys
 from beamviz.beam import Beam
 from beamviz.scene import Scene
-from beamviz.explorer.app import serve
+from beamviz.explorer import serve
 visitors, processes, bent = map(int, sys.argv[1:])
 beam = Beam(gamma=4, delta=-1) if bent else Beam(alpha=1, beta=0.5, gamma=10)
 scene = Scene(beam, {"state": "stable"} if bent else {})

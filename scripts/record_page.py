@@ -19,7 +19,7 @@ from _arguments import Parser  # noqa: E402
 from live.browser import page  # type: ignore[import-not-found]  # noqa: E402
 
 from beamviz import Beam, Scene  # noqa: E402
-from beamviz.explorer.app import explorer  # noqa: E402
+from beamviz.explorer import explorer  # noqa: E402
 
 WIDTH, HEIGHT, SHOWN = 1280, 720, (960, 540)
 FRAMES, PAUSE = 40, 0.08  # [s] between two frames

@@ -63,7 +63,7 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
     scene that the file calls FIRST."""
     from live.visitor import PAPER
 
-    from beamviz.explorer.app import explorer
+    from beamviz.explorer import explorer
     from beamviz.scene import Scene
 
     with explorer(getattr(request.module, "FIRST", Scene(PAPER))) as address:
@@ -82,7 +82,7 @@ def guest(url) -> Iterator[Any]:
 @pytest.fixture(scope="module")
 def frame_loops() -> Iterator[list[Any]]:
     """The frame loops of all explorers started after this, in their order."""
-    from beamviz.explorer import app as server
+    from beamviz import explorer as server
 
     made: list[Any] = []
 

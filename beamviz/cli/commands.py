@@ -230,7 +230,7 @@ def serve(
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it. Without a beam, a model or a scene it opens on a
     beam with a mass in rotation, two modes superimposed."""
-    from beamviz.explorer.app import serve
+    from beamviz.explorer import serve
 
     port = check_int("port", port, 1, 65535)
     visitors = check_int("visitors", visitors, 1, MAX_VISITORS)

@@ -1,0 +1,322 @@
+"""The explorer as a server, in one process or several (`serve` runs until it is interrupted), and
+the frame loop, which draws for all visitors of a process.
+
+With many visitors the frame loop also runs their solves in batches. It runs on the event loop that
+sends and receives: threads that compete with it for the interpreter lock would take more time than
+the work itself.
+"""
+
+import asyncio
+import contextlib
+import gc
+import queue
+import secrets
+import threading
+import time
+import webbrowser
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from viser import ClientHandle, ViserServer
+
+from beamviz.drawing import camera
+from beamviz.drawing.modes import SampledModes
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.explorer.features.lessons import draw_sketches
+from beamviz.explorer.jobs import PATIENCE, Workers
+from beamviz.explorer.page import choose_theme, insert_page
+from beamviz.explorer.session import Session
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
+from beamviz.scene import Scene
+from beamviz.server import run_server, self_test
+from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
+from beamviz.server.connection import is_presenter
+from beamviz.server.log import RateLimitedLog
+from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
+from beamviz.server.viser_private import check_attributes, disconnect, handshake_request
+from beamviz.signals import handle_signals
+from beamviz.solver import solve
+
+KEY_BYTES = 16
+FRAMES = 25  # frames per second of one visitor
+ALL_FRAMES = 800  # frames per second of all visitors of all processes together
+FEWER_FRAMES = 12.8  # frames per second of one visitor while solves are waiting
+CROWD = 8  # visitors from which on solves run in batches, and charts wait
+BATCH = 4  # solves or frames between two exchanges of messages
+LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
+STOP_TIMEOUT = 5.0  # [s] for the last frame
+
+log = RateLimitedLog(__name__)
+
+Signals = queue.SimpleQueue[int]  # the signals received
+
+
+def serve(
+    scene: Scene,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    open_browser: bool = False,
+    public: str = "",
+    visitors: int = MAX_VISITORS,
+    follow: bool = False,
+    processes: int | None = None,
+) -> None:
+    """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
+
+    Prints one line with the URL when ready. If other machines can reach the server, the URL has a
+    key made for this run.
+
+    public: the URL of a reverse proxy in front of the server; visitors: the maximum at once;
+    follow: all visitors see the scene of a presenter, whose link is printed too; processes: the
+    number that share the visitors (see `process_count`).
+
+    Raises InvalidInput for a beam that the method cannot solve or a number of processes that is not
+    possible, and Unavailable if the address is not available, if viser or websockets lack a
+    required attribute, or if the self-test of the protection fails and other machines can reach the
+    server.
+    """
+    with contextlib.suppress(NoEquilibrium, NotConverged):  # the page explains these
+        solve(scene.beam, **scene.options)
+    public = public_url(public) if public else ""
+    shared = Access(host, port, public=public).shared
+    key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
+    presenter_key = secrets.token_urlsafe(KEY_BYTES) if follow else ""
+    access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
+    access |= {"max_visitors": visitors}
+    count = min(process_count(processes, shared=shared, follow=follow), visitors)
+    gc.freeze()  # modules stay loaded: garbage collection need not examine them again
+    signals: Signals = queue.SimpleQueue()  # its put may interrupt its get, unlike that of an Event
+    with handle_signals(lambda number, _: signals.put(number)), contextlib.ExitStack() as stack:
+        run: Callable[[], None] = partial(wait_for_signal, signals)
+        if count > 1:
+            workers = several_processes(scene, host, port, signals, count, **access)
+            url, run = stack.enter_context(workers)
+        else:
+            url = stack.enter_context(explorer(scene, host, port, **access))
+        note = "whoever has this link can use it; " if key else ""
+        print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
+        link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
+        if follow:
+            print(f"the presenter's link, to be kept private: {link}", flush=True)
+        if open_browser:
+            webbrowser.open(link if follow else url)
+        run()
+
+
+@contextlib.contextmanager
+def several_processes(
+    scene: Scene, host: str, port: int, signals: Signals, processes: int, **access: Any
+) -> Iterator[tuple[str, Callable[[], None]]]:
+    """The explorer in several processes: its URL, and a function that serves until a signal."""
+    check_attributes()
+    visitor_count = VisitorCount(processes)
+
+    def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
+        visitor_count.process = number
+        with explorer(scene, host, visitor_count=visitor_count, listener=listener, **access):
+            ready()
+            wait_for_signal(signals)
+
+    with (
+        listening_sockets(host, port) as listeners,
+        contextlib.closing(ProcessPool(listeners, visitor_count, run)) as pool,
+    ):
+        for worker in pool.workers:
+            worker.wait()
+        url = Access(host, listeners[0].getsockname()[1], **access).url
+        yield url, lambda: pool.serve(lambda: not signals.empty())
+
+
+@contextlib.contextmanager
+def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
+    """A running explorer: the URL for visitors, with their key if there is one; options: further
+    fields of Access."""
+    access = Access(host, port, **options)
+    with run_server(access, insert_page) as server:
+        access = replace(access, port=server.get_port())
+        self_test(server, access)
+        choose_theme(server, dark=scene.view.dark)
+        rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
+        fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
+        camera.place(server.initial_camera, scene.camera or fitted)
+        frame_loop = FrameLoop(server, scene, access)
+        try:
+            yield access.url
+        finally:
+            frame_loop.stop()
+
+
+def wait_for_signal(signals: Signals) -> None:
+    """Wait until a signal is received. Python handles one that arrives just before a wait only
+    after that wait, hence the timeout."""
+    while True:
+        with contextlib.suppress(queue.Empty):
+            signals.get(timeout=1.0)
+            return
+
+
+# The frame loop
+
+
+async def exchange_messages() -> None:
+    """Let the event loop receive and send."""
+    for _ in range(LOOP_TURNS):
+        await asyncio.sleep(0)
+
+
+class FrameLoop:
+    """Draws for all visitors; it sleeps while nothing moves.
+
+    sessions: by client id; woken: ids of visitors whose page may be outdated, in order; drawn: time
+    [s] of the end of the last round of frames; presenter: the id of the presenter.
+    """
+
+    def __init__(self, server: ViserServer, scene: Scene, access: Access):
+        self.server, self.scene, self.access = server, scene, access
+        self.loop, self.changed = server.get_event_loop(), asyncio.Event()
+        self.thread: threading.Thread | None = None
+        self.workers = Workers(self.crowded, self.resume)
+        self.opener = ThreadPoolExecutor(1, "opener")
+        self.opener.submit(draw_sketches)  # before the first session, which shows them
+        self.presenter: int | None = None
+        self.sessions: dict[int, Session] = {}
+        self.woken: dict[int, None] = {}
+        self.drawn = 0.0
+        self.stopped = False
+        self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
+        server.on_client_connect(self.join)
+        server.on_client_disconnect(self.left)
+
+    async def join(self, client: ClientHandle) -> None:
+        """Open a session for a new visitor on a thread of its own, while the others are drawn."""
+        visitor = client.client_id
+        lecture = bool(self.access.presenter_key)
+        presents = lecture and is_presenter(self.access, handshake_request(self.server, visitor))
+        with contextlib.suppress(RuntimeError):  # stopped meanwhile
+            opened = self.opener.submit(self.session, client, follows=lecture and not presents)
+            self.sessions[visitor] = await asyncio.wrap_future(opened)
+            self.presenter = visitor if presents else self.presenter
+            if self.stopped or visitor not in self.server.get_clients():
+                self.leave(visitor)  # who has left while the session was built
+            self.wake(visitor)
+
+    def session(self, client: ClientHandle, follows: bool) -> Session:
+        """A session for a new visitor, who may follow the presenter."""
+        state = replace(State.of(self.scene), following=follows)
+        wake = partial(self.wake, client.client_id)
+        visitor = Visitor(client, state, self.workers, wake)
+        return Session(visitor, self.present if follows else None)
+
+    def present(self) -> Visitor | None:
+        """The presenter, while there is one."""
+        session = self.sessions.get(self.presenter) if self.presenter is not None else None
+        return session.visitor if session else None
+
+    def crowded(self) -> bool:
+        return len(self.sessions) >= CROWD
+
+    async def left(self, client: ClientHandle) -> None:
+        self.leave(client.client_id)
+
+    def leave(self, visitor: int) -> None:
+        """Close the session of a visitor, by client id."""
+        session = self.sessions.pop(visitor, None)
+        if session:
+            session.close()
+
+    def wake(self, visitor: int) -> None:
+        """Draw for a visitor soon, and for the visitors who follow them."""
+        self.woken[visitor] = None
+        if visitor == self.presenter:
+            self.woken.update(dict.fromkeys(list(self.sessions)))
+        self.resume()
+
+    def resume(self) -> None:
+        """Wake the frame loop, from any thread."""
+        if threading.current_thread() is self.thread:
+            self.changed.set()
+        else:
+            with contextlib.suppress(RuntimeError):  # the event loop is closed
+                self.loop.call_soon_threadsafe(self.changed.set)
+
+    def stop(self) -> None:
+        self.stopped = True
+        self.resume()
+        wait([self.running], STOP_TIMEOUT)
+        self.workers.close()
+        self.opener.shutdown(cancel_futures=True)
+        for visitor in list(self.sessions):
+            self.leave(visitor)
+
+    async def run(self) -> None:
+        """Draw all moving scenes at a constant rate; in between, run solves and draw answers."""
+        self.thread, due = threading.current_thread(), time.monotonic()
+        while not self.stopped:
+            await self.sleep(due)
+            if time.monotonic() >= due:
+                await self.draw_all(step := self.step)
+                due = max(due + step, time.monotonic() + step / 5)
+            try:
+                self.workers.run_batch(BATCH)
+            except Exception as error:  # the frame loop must continue
+                log.error("solving", "a batch", error)
+            self.draw_next()
+            await exchange_messages()
+
+    @property
+    def step(self) -> float:
+        """Time [s] from one round of frames to the next."""
+        rate = FEWER_FRAMES if self.workers.waiting else FRAMES
+        return max(1 / rate, self.access.visitor_count.total / ALL_FRAMES)
+
+    async def sleep(self, due: float) -> None:
+        """Wait until `due` [s] while a scene moves, else until something is outdated; while a job
+        runs, at most PATIENCE, as the page shows its time."""
+        if self.woken or self.workers.waiting or self.stopped:
+            return
+        self.changed.clear()
+        sessions = self.sessions.values()
+        jobs = (job for session in sessions for job in session.visitor.jobs)
+        wait_time = PATIENCE if any(job.busy for job in jobs) else None
+        if any(session.needs_tick for session in sessions):
+            wait_time = due - time.monotonic()
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(wait_time):
+                await self.changed.wait()
+
+    async def draw_all(self, step: float) -> None:
+        """Draw the next frame of all moving scenes, except those drawn a moment ago; while solves
+        are waiting, except those updated since the last round."""
+        before = self.drawn if self.workers.waiting else time.monotonic() - step / 2
+        for k, (visitor, session) in enumerate(list(self.sessions.items())):
+            if session.last_tick <= before and session.needs_tick:
+                self.tick(visitor, session)
+            if k % BATCH == BATCH - 1:
+                await asyncio.sleep(0)
+        self.drawn = time.monotonic()
+        await exchange_messages()
+
+    def draw_next(self) -> None:
+        """Draw for the woken visitors who have waited longest, at most BATCH of them."""
+        drawn = 0
+        for visitor in list(self.woken):  # a copy: other threads add to it
+            del self.woken[visitor]
+            session = self.sessions.get(visitor)
+            if session and session.outdated:
+                self.tick(visitor, session)
+                drawn += 1
+            if drawn == BATCH:
+                return
+
+    def tick(self, visitor: int, session: Session) -> None:
+        """Draw for one visitor. An error ends only this session; the page connects to a new one."""
+        try:
+            session.tick(time.monotonic())
+        except Exception as error:
+            log.error("drawing", f"visitor {visitor}, who is disconnected", error)
+            self.leave(visitor)
+            disconnect(self.server, visitor)

@@ -25,14 +25,13 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
 from beamviz.explorer.features import MassDrag, PresenterMode
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
-from beamviz.explorer.features.files import Files
 from beamviz.explorer.features.lessons import Lessons
-from beamviz.explorer.features.links import Links
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
+from beamviz.explorer.features.sharing import Files, Links
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import Solved, SolverAnswer
 from beamviz.explorer.page import html, panel

@@ -20,7 +20,7 @@ from beamviz.solver import CHOICES as SOLVER_CHOICES
 
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
-NO_COMPARISON, EARLIER = "nothing", "how it was before"
+NO_COMPARISON, EARLIER = "nothing", "the beam before"
 LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step

@@ -204,7 +204,7 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     `serve SCENE.toml` and `--scene SCENE.toml` are the same. Without any of them the explorer has a
     scene of its own."""
     scenes = []
-    monkeypatch.setattr("beamviz.explorer.app.serve", lambda scene, *_: scenes.append(scene))
+    monkeypatch.setattr("beamviz.explorer.serve", lambda scene, *_: scenes.append(scene))
     file = tmp_path / "scene.toml"
     saved = Scene.of(alpha=1, gamma=10, coriolis=True, mode=3, dark=True)
     file.write_text(saved.to_toml())

@@ -12,7 +12,7 @@ from live.server import wait_until
 from PIL import Image
 
 from beamviz.beam import Beam
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.presets import RPM, STEEL_BEAM
 from beamviz.scene import START
 from beamviz.solver import solve

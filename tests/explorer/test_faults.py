@@ -20,10 +20,9 @@ from helpers import slow
 from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
+from beamviz import explorer as frame_loop
 from beamviz.beam import Beam
-from beamviz.explorer import frames as frame_loop
-from beamviz.explorer import jobs
-from beamviz.explorer.app import FrameLoop, explorer
+from beamviz.explorer import FrameLoop, explorer, jobs
 from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 from beamviz.server import connection as guard

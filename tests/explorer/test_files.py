@@ -12,7 +12,7 @@ from PIL import Image
 
 from beamviz import exports
 from beamviz.beam import MAX_TOML_BYTES, Beam
-from beamviz.explorer.features import files
+from beamviz.explorer.features import sharing
 from beamviz.exports.solved_scene import Loop
 from beamviz.scene import Scene
 
@@ -89,7 +89,7 @@ def test_a_loaded_scene_is_shown(guest):
 )
 def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     """The button sends a complete file in the format of the command line."""
-    monkeypatch.setattr(files, "animate", small_film)
+    monkeypatch.setattr(sharing, "animate", small_film)
     guest.do("export", kind)
     start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
     assert start["filename"].startswith("beam.")
@@ -101,7 +101,7 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
 @pytest.mark.slow
 def test_a_film_has_the_length_chosen(guest, monkeypatch):
     """Two periods have more frames than one, in the format of the button."""
-    monkeypatch.setattr(files, "animate", small_film)
+    monkeypatch.setattr(sharing, "animate", small_film)
     frames = []
     for length in ("1 period", "2 periods"):
         guest.choose("film_length", length)
@@ -141,7 +141,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
         first.wait(60)
         return small_film(path, scene, **options)
 
-    monkeypatch.setattr(files, "animate", paused_film)
+    monkeypatch.setattr(sharing, "animate", paused_film)
     guest.do("export", ".gif")
     assert entered.wait(60)
     with visitor(url) as second, visitor(url) as third:
@@ -158,7 +158,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
         second.wait(lambda _: second.said)
         assert second.props["export-progress"]["value"] > 0.5
     assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
-    assert not any(files.QUEUES.values())
+    assert not any(sharing.QUEUES.values())
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from beamviz.explorer.frames import ALL_FRAMES, BATCH, FEWER_FRAMES, FRAMES, FrameLoop
+from beamviz.explorer import ALL_FRAMES, BATCH, FEWER_FRAMES, FRAMES, FrameLoop
 from beamviz.explorer.session import Session
 from beamviz.server.access import Access
 

@@ -8,8 +8,7 @@ import pytest
 from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
-from beamviz.explorer import jobs
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer, jobs
 from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
 from beamviz.lessons import LESSONS, lesson
 from beamviz.solver import solve

@@ -11,7 +11,7 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import CORIOLIS
-from beamviz.explorer.features.links import Link, parse_link
+from beamviz.explorer.features.sharing import Link, parse_link
 from beamviz.lessons import lesson
 from beamviz.presets import STEEL_BEAM
 from beamviz.scene import Scene

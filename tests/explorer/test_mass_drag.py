@@ -16,7 +16,7 @@ from beamviz.beam import Beam
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import SampledModes
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.explorer.features import MassDrag, nearest
 from beamviz.explorer.features.comparison import number
 from beamviz.scene import Scene, ViewOptions

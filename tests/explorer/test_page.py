@@ -15,7 +15,7 @@ from live.visitor import frequency_text
 from scipy import ndimage
 
 from beamviz.beam import Beam
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.scene import Scene, ViewOptions
 
 START = Beam()  # no mass, no rotation: mode 2 has its node at 0.7834

@@ -7,9 +7,8 @@ import pytest
 from live.server import wait_until
 from live.visitor import PAPER, Visitor, frequency_text, visitor
 
-from beamviz.explorer import app as server
-from beamviz.explorer import jobs
-from beamviz.explorer.app import explorer
+from beamviz import explorer as server
+from beamviz.explorer import explorer, jobs
 from beamviz.explorer.features.comparison import DOUBLE
 from beamviz.lessons import lesson
 from beamviz.scene import Scene

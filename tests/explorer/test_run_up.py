@@ -12,7 +12,7 @@ from live.visitor import PAPER, TIMEOUT, beam_moved, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes, displacement
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
 from beamviz.explorer.features.comparison import CORIOLIS
 from beamviz.explorer.features.run_up import RunUpPlayback, with_damping

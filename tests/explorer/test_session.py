@@ -10,10 +10,10 @@ import pytest
 from live.server import http_get
 from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
 
+from beamviz import explorer as server
 from beamviz.beam import NUMBERS, Beam
-from beamviz.explorer import frames, jobs, page, session
+from beamviz.explorer import explorer, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
-from beamviz.explorer.app import explorer
 from beamviz.explorer.features.comparison import DOUBLE, EFFECTS, number
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -92,7 +92,7 @@ def test_the_documented_stations_of_a_slider_move_exist():
     """At most eight, by names that exist."""
     stations = re.findall(r"^\d+\. `(\w+)\.?(\w*)`", session.__doc__ or "", re.MULTILINE)
     assert 5 <= len(stations) <= 8
-    modules = (session, jobs, frames, visitor_module, page)
+    modules = (session, jobs, server, visitor_module, page)
     for owner, name in stations:
         found = [getattr(module, owner) for module in modules if hasattr(module, owner)]
         assert found

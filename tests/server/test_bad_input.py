@@ -7,7 +7,7 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.text import growth
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.scene import Scene
 from beamviz.solver import solve
 

@@ -7,7 +7,7 @@ from live.browser import Page, page
 from live.server import PROTOCOL, plain_viser_server, url_of
 
 from beamviz.beam import Beam
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.scene import Scene
 
 KEY = "the-key-of-this-run"

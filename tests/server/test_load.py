@@ -6,7 +6,7 @@ import os
 import pytest
 from helpers import load_script
 
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.scene import Scene
 
 SECONDS, TIMEOUT = 4.0, 180.0

@@ -14,7 +14,7 @@ import websockets
 from live.visitor import PAPER
 
 from beamviz.errors import Unavailable
-from beamviz.explorer.app import explorer, serve
+from beamviz.explorer import explorer, serve
 from beamviz.scene import Scene
 from beamviz.server import access, connection, run_server, viser_private
 from beamviz.server.access import VisitorCount

@@ -30,9 +30,9 @@ from websockets.frames import Frame, Opcode
 from websockets.sync.client import connect
 from websockets.uri import parse_uri
 
+from beamviz import explorer as server
 from beamviz.errors import InvalidInput
-from beamviz.explorer import app as server
-from beamviz.explorer.app import explorer
+from beamviz.explorer import explorer
 from beamviz.scene import Scene
 from beamviz.server import connection
 from beamviz.server.access import Access, matches, public_url

@@ -16,9 +16,9 @@ from live.server import ServeProcess, free_port, is_alive, wait_until
 from live.visitor import PAPER, pause, visitor
 from websockets.exceptions import ConnectionClosed
 
+from beamviz import explorer as app
 from beamviz.errors import InvalidInput
-from beamviz.explorer import app
-from beamviz.explorer.app import explorer, serve
+from beamviz.explorer import explorer, serve
 from beamviz.explorer.jobs import PATIENCE
 from beamviz.scene import Scene
 

@@ -31,38 +31,38 @@ class ComparisonCase(NamedTuple):
 
 
 CASES = ANCF, CORIOLIS, DOUBLE, EFFECTS = (
-    "20 ANCF elements (paper, 2017)", "Coriolis on / off", "twice the mass", "all effects on"
+    "20 ANCF elements (paper)", "Coriolis on / off", "twice the mass", "all effects on"
 )  # fmt: skip
 CHOICES = (NO_COMPARISON, EARLIER, *CASES)
 SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}  # in links
+REASONS = {  # why there is no second beam
+    NO_COMPARISON: "",
+    EARLIER: "No beam is kept yet: press the button below, then change the beam.",
+    CORIOLIS: "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
+    DOUBLE: "There is no mass to double: give the beam one first.",
+    EFFECTS: "All effects are on already.",
+}
 
 
 def comparison_case(state: State, case: Case) -> ComparisonCase:
     """The case that `case` is compared with."""
-    choice, options, alpha = state.comparison, case.options, case.numbers["alpha"]
-    reason = ""
-    if choice == EARLIER and state.kept:
-        return ComparisonCase("before", state.kept)
+    options, alpha = case.options, case.numbers["alpha"]
+    choice = title = state.comparison
+    other = None
     if choice == EARLIER:
-        reason = "No beam is kept yet: press the button below, then change the beam."
+        title, other = "before", state.kept
     elif choice == ANCF and options["method"] == "ancf":
-        return ComparisonCase("auto", case.with_options(method="auto"))
+        title, other = "auto", case.with_options(method="auto")
     elif choice == ANCF:
-        return ComparisonCase("20 ANCF elements", case.with_options(method="ancf"))
-    elif choice == CORIOLIS and options["plane"] == "flapwise":
-        reason = "Coriolis forces act in the plane of rotation only: switch the plane to chordwise."
-    elif choice == CORIOLIS:
+        title, other = "20 ANCF elements", case.with_options(method="ancf")
+    elif choice == CORIOLIS and options["plane"] == "chordwise":
         on = not options["coriolis"]
-        return ComparisonCase(f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on))
+        title, other = f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on)
     elif choice == DOUBLE and alpha:
-        return ComparisonCase(DOUBLE, case.changed("alpha", 2 * alpha))
-    elif choice == DOUBLE:
-        reason = "There is no mass to double: give the beam one first."
+        other = case.changed("alpha", 2 * alpha)
     elif choice == EFFECTS and not all(options[term] for term in TERMS):
-        return ComparisonCase("all effects", case.with_options(**dict.fromkeys(TERMS, True)))
-    elif choice == EFFECTS:
-        reason = "All effects are on already."
-    return ComparisonCase(reason)
+        title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
+    return ComparisonCase(title, other) if other else ComparisonCase(REASONS[choice])
 
 
 # The second beam in the scene
@@ -172,11 +172,10 @@ INVITATION = (
     "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
     " the scene, the beam before the drag is shown as an overlay."
 )
-LABELS = {NO_COMPARISON: "nothing", EARLIER: "the beam before", ANCF: "20 ANCF elements (paper)"}
 TAB = group(
     "Compare with",
     '<span class="soft">Compare with</span>',
-    *(button(LABELS.get(name, name), data_set="comparison", data_value=name) for name in CHOICES),
+    *(button(name, data_set="comparison", data_value=name) for name in CHOICES),
 ) + group(
     "How it is drawn",
     '<span class="soft">Drawn</span>',
