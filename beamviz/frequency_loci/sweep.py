@@ -28,6 +28,7 @@ from beamviz.solver import (
 from beamviz.solver.solution import Solution, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
+COUPLED_EXTRA_MODES = 4  # so that the interpolated bending fractions, sums over modes, converge
 DESIGNED = 5  # number of beams from which the common mesh of a sweep is designed
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
 
@@ -112,7 +113,7 @@ class Sweep:
     over: str
     problem: Problem
     outcomes: dict[float, Outcome] = field(default_factory=dict)
-    extra_modes: int = EXTRA_MODES  # 0 where the method has no more
+    has_extra_modes: bool = True  # False where the method has no more
     designed: tuple[Beam, ...] = ()  # beams whose meshes determine the common one
 
     @property
@@ -130,6 +131,11 @@ class Sweep:
         """Whether all modes couple; else the families are independent."""
         moves = self.over == "gamma" or self.beam.gamma > 0
         return not self.straight or (self.problem.gyroscopic and moves)
+
+    @cached_property
+    def extra_modes(self) -> int:
+        """Number of modes solved for beyond those requested, if the method has them."""
+        return COUPLED_EXTRA_MODES if self.coupled else EXTRA_MODES
 
     @property
     def exhausted(self) -> bool:
@@ -169,17 +175,16 @@ class Sweep:
         options: dict[str, Any] = self.problem.options
         if self.straight and (self.coupled or self.over in ("beta", "mu")):
             options["mesh_of"] = self.designed
-        try:
-            return solve_many(beams, extra_modes=self.extra_modes, **options)
-        except InvalidInput:
-            if not self.extra_modes:
-                raise
-        self.extra_modes = 0
+        if self.has_extra_modes:
+            try:
+                return solve_many(beams, extra_modes=self.extra_modes, **options)
+            except InvalidInput:
+                self.has_extra_modes = False
         return solve_many(beams, **options)
 
     def spectra(self, values: np.ndarray) -> Spectra:
         """The modes at values (n,), by family unless all couple; nan without a solution."""
-        outcomes, count = self.solve(values), self.modes + EXTRA_MODES
+        outcomes, count = self.solve(values), self.modes + self.extra_modes
         shape = len(values), 1 if self.coupled else 2, count
         spectra = Spectra(*(np.full(shape, np.nan) for _ in range(3)))
         squares, errors, bending = spectra

@@ -24,7 +24,7 @@ PER_MODE = 4  # order of the interpolation in lambda per mode, in addition to LE
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 STEPS = 12  # of Halley's method
 SMOOTH = 3  # number of coefficients of the logarithm of the unit of lambda
-WEIGHT = 14  # power of 1 / (1 + lambda), in that unit
+WEIGHT = 10  # power of 1 / (1 + lambda), in that unit
 SETTLED = 1e-8  # step below which iteration ends: the next is of its cube
 
 
