@@ -59,7 +59,6 @@ class BeamView:
         self.count = 0  # of the pieces drawn
         self.ends = add_instances(api, f"{root}/rotor/ends", 2, box)
         self.mass = add_instances(api, f"{root}/rotor/mass", 1, collar())
-        self.mass_drawn: tuple = ()  # size and colour
         self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root)
         self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
@@ -76,12 +75,10 @@ class BeamView:
         alone = len(drawn.shown) == 1 and not drawn.warning
         marked = drawn.shown if view.nodes and alone else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes)
-        size = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
+        length, radius = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
+        self.mass.batched_scales = np.array([[length, radius, radius]])
         colour = colours.GREYED if drawn.warning else colours.MASS
-        if (size, colour) != self.mass_drawn:
-            self.mass_drawn = size, colour
-            self.mass.batched_scales = np.array([[size[0], size[1], size[1]]])
-            self.mass.batched_colors = colours.instanced([colour])
+        self.mass.batched_colors = colours.instanced([colour])
         self.warning.show(drawn.warning, (beam.delta + 0.5, 0.0, 0.12))
         clamp = np.array([beam.delta if view.rotating_frame else 0.0, 0.0, 0.0])
         self.title.show(drawn.title, clamp + TITLE_PLACE)

@@ -49,8 +49,8 @@ class SampledModes:
         """The modes of a solution, with the signs of `previous`."""
         x, labels = stations(solution.beam.beta), identify_modes(solution).labels
         equilibrium = solution.equilibrium
-        raw = np.moveaxis(solution.fields(x), 2, 0)
-        local = normalisation(raw) * raw  # along and across the beam's axis
+        local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
+        local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
         modes = rotated(local, equilibrium.angle(x))
         along = local[:, :, 0]
         stretching = np.abs((along[:, 1:] - along[:, :-1]) / (x[1:] - x[:-1])).max(axis=1)
@@ -125,24 +125,13 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.stack((c * u - s * w, s * u + c * w), axis=-1)
 
 
-def normalisation(modes: np.ndarray) -> np.ndarray:
-    """Factors (m, 1, 1) that give modes (m, n, 2) the largest displacement 1 and a positive
-    displacement of the tip at phase 90 degrees."""
-    sizes = np.abs(modes)
-    tips = modes[np.arange(len(modes)), -1, sizes[:, -1].argmax(axis=1)]
-    signs = np.where(tips == 0, 1.0, np.conj(tips) / np.maximum(np.abs(tips), 1e-300))
-    largest = np.sqrt((sizes[..., 0] ** 2 + sizes[..., 1] ** 2).max(axis=1))
-    return (signs / largest)[:, None, None]
-
-
 def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[np.ndarray]:
     """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,).
 
     Quadratic interpolation between stations, accurate to 1e-5 for a shape that is smooth between
     them, and never across the mass, where the slope may be discontinuous; `Solution.nodes` is
     exact, but slower."""
-    far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
-    v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
+    v = components.real  # of constant phase, also with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
     i += 1
     third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)

@@ -107,26 +107,22 @@ class Caption:
         return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
 
 
-# A beam of unit size, for meshes until they get their vertices.
-ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
-BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
+ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])  # of a beam of unit size
+BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))  # of new meshes
 
 
 def equilibrium_body(shapes: SampledModes, section: Section) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) and triangles (t, 3) of the beam in equilibrium."""
     inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
     points, normal = to_hub_frame(shapes, shapes.centreline)
-    if shapes.centreline[:, 1].any():
-        return beam_mesh.swept(points, normal, inner)
-    size = extents(inner, normal) + [points[-1, 0] - points[0, 0], 0.0, 0.0]
-    return points[0] + size * BOX, SIDES
+    stations = slice(None) if shapes.centreline[:, 1].any() else slice(None, None, len(points) - 1)
+    return beam_mesh.swept(points[stations], normal, inner)
 
 
 class ReferenceShapes:
     """The outline of the undeformed beam, and a translucent body of the equilibrium."""
 
     def __init__(self, api: SceneApi, root: str):
-        self.outlined: tuple = ()  # hub, plane and section of the outline
         self.outline = api.add_line_segments(
             f"{root}/rotor/undeformed",
             np.zeros((12, 2, 3)),
@@ -139,14 +135,10 @@ class ReferenceShapes:
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
         self.outline.visible = self.equilibrium.visible = visible
-        if not visible:
-            return
-        set_surface(self.equilibrium, *equilibrium_body(shapes, section))
-        outline = shapes.beam.delta, shapes.plane, section
-        if outline != self.outlined:
-            self.outlined = outline
+        if visible:
+            set_surface(self.equilibrium, *equilibrium_body(shapes, section))
             corners, _ = beam_mesh.swept(*to_hub_frame(shapes, ENDS), section)
-            set_properties(self.outline, points=corners[EDGES])
+            self.outline.points = corners[EDGES]
 
 
 class Nodes:
@@ -158,7 +150,6 @@ class Nodes:
         self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
         self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)))
         self.collars.visible = False
-        self.drawn_for: tuple = ()  # number, section and plane that the collars were drawn for
         self.captions = [Caption(api, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
@@ -166,28 +157,22 @@ class Nodes:
     ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
-        if not (marks or self.collars.visible):
-            return
         at, x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
         self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
         size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
         self.collars.visible = bool(marks)
-        if (len(marks), section, shapes.plane) != self.drawn_for:
-            self.drawn_for = len(marks), section, shapes.plane
-            scales = np.full((MAX_NODES, 3), HIDDEN)
-            scales[: len(marks)] = size
-            set_properties(self.collars, batched_scales=scales)
+        scales = np.full((MAX_NODES, 3), HIDDEN)
+        scales[: len(marks)] = size
+        self.collars.batched_scales = scales
         still, _ = to_hub_frame(shapes, shapes.centreline)
         places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.03]
         units = shapes.beam.units
         for caption in self.captions:
             caption.text = ""
-        for caption, (mode, at_x), place in zip(
-            self.captions if labels else (), marks, places, strict=False
-        ):
+        for caption, (mode, at_x), place in zip(self.captions, marks, places, strict=False):
             position = measure("beta", units).text(at_x, 4) if units else f"{at_x:.3f}"
-            caption.show(f"{mode} node at {position}", place)
+            caption.show(f"{mode} node at {position}" if labels else "", place)
 
     def on_beam(self, points: np.ndarray) -> np.ndarray:
         """The nodes (j, 3) on the line through `points` (n, 3)."""

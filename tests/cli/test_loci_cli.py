@@ -141,11 +141,10 @@ def test_plot(run, tmp_path):
 
 def words(figure):
     """The boxes [px] of all words in a figure, legend and numbers of the axes apart."""
-    renderer = figure.canvas.get_renderer()
-    figure.draw(renderer)
+    figure.draw_without_rendering()
     frames = [*figure.axes, *figure.axes[0].child_axes]
     texts = [text for axes in frames for text in axes.texts if text.get_text()]
-    return {text: text.get_window_extent(renderer) for text in texts}
+    return {text: text.get_window_extent() for text in texts}
 
 
 @pytest.mark.parametrize(
