@@ -189,9 +189,10 @@ def mode_columns(solution: "Solution") -> list[list[str]]:
     if units:
         for name, convert in (("[Hz]", units.hertz), ("[rad/s]", units.angular_frequency)):
             columns.append([name, *significant_column(convert(frequencies), convert(errors))])
-    if np.isnan(frequencies).any():
-        rates = (f"{rate:.6g}" if rate else "-" for rate in solution.growth_rates)
-        columns.append(["growth rate [1/T*]", *rates])
+    if (rates := solution.growth_rates).any():
+        texts = significant_column(rates, errors)
+        cells = (text if rate else "-" for text, rate in zip(texts, rates, strict=True))
+        columns.append(["growth rate [1/T*]", *cells])
     columns.append(["bending", *(f"{100 * s:.0f} %" for s in solution.bending_energy_fraction)])
     nodes = (" ".join(f"{x:.5f}" for x in positions) or "-" for positions in solution.nodes)
     columns.append(["nodes x/L", *nodes])

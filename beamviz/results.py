@@ -8,7 +8,7 @@ import numpy as np
 
 from beamviz.errors import optional
 from beamviz.frequency_loci import Loci
-from beamviz.output import significant_column
+from beamviz.output import mode_columns
 from beamviz.plotting import COLOURS
 from beamviz.solver import Solution
 
@@ -110,24 +110,17 @@ def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":
 
 def plot_loci(loci: Loci, axes: "Axes | None" = None) -> "Axes":
     """See Loci.plot."""
-    from beamviz.plotting.loci import draw_on
+    from beamviz.plotting.loci import Chart
 
     axes = axes or optional("matplotlib.pyplot", "test").gca()
-    draw_on(axes, loci)
+    Chart(loci, axes).annotate()
     return axes
 
 
 def solution_html(solution: Solution) -> str:
-    """A small table of the modes, with growth rates where one is unstable."""
-    columns: list[Sequence[str]] = [solution.labels, solution.families]
-    columns.append(significant_column(solution.frequencies, solution.errors))
-    heads = ["mode", "family", "frequency [1/T*]"]
-    if solution.growth_rates.any():
-        columns.append(significant_column(solution.growth_rates, solution.errors))
-        heads.append("growth rate [1/T*]")
-    columns.append([f"{error:.0e}" for error in solution.errors])
+    """The table of the modes that a terminal shows."""
     caption = repr(solution).strip("<").partition(", frequencies")[0]  # which are in the table
-    return html_table(caption, [*heads, "error"], zip(*columns, strict=True))
+    return html_table(caption, *zip(*mode_columns(solution), strict=True))
 
 
 def loci_html(loci: Loci) -> str:
@@ -137,10 +130,10 @@ def loci_html(loci: Loci) -> str:
         for e in loci.events
     ]
     heading = ("event", "branches", f"at {loci.over}", "frequency [1/T*]", "gap [1/T*]")
-    return html_table(repr(loci), heading, rows[:MAX_ROWS])
+    return html_table(repr(loci), heading, *rows[:MAX_ROWS])
 
 
-def html_table(caption: str, heading: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+def html_table(caption: str, heading: Iterable[str], *rows: Iterable[str]) -> str:
 
     def row(tag: str, cells: Iterable[str]) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(c)}</{tag}>" for c in cells) + "</tr>"

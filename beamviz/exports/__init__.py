@@ -32,11 +32,7 @@ SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
 STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
 MODE_ARRAYS = ("labels", "families", "frequencies", "errors", "growth_rates")
-FIELD_COLUMNS = [
-    *("mode", "label", "family", "frequency", "error", "growth_rate", "bending_fraction"),
-    *("x", "position_x", "position_y", "stretch", "shape_x", "shape_y"),
-]
-IMAGINARY_COLUMNS = ["shape_x_imag", "shape_y_imag"]  # of complex modes, with Coriolis forces
+MODE_COLUMNS = ("label", "family", "frequency", "error", "growth_rate", "bending_fraction")
 
 
 def export(path: str | Path, scene: Scene) -> None:
@@ -65,20 +61,18 @@ def export(path: str | Path, scene: Scene) -> None:
 def write_csv(file: Path, solution: Solution) -> None:
     """Equilibrium and modes along the beam, one line for each mode and station; a number that is
     not finite is left empty."""
-    from beamviz.output import csv_text, plain
+    from beamviz.output import MODE_KEYS, csv_text, plain
 
-    arrays, heading = field_arrays(solution), FIELD_COLUMNS
-    state = [arrays[key] for key in ("x", "position", "stretch")]
-    modes = [arrays[key] for key in (*MODE_ARRAYS, "bending_fractions", "shapes")]
-    if np.iscomplexobj(modes[-1]):
-        heading = heading + IMAGINARY_COLUMNS
-        modes[-1] = np.dstack([modes[-1].real, modes[-1].imag])
-    rows = (
-        [k, *plain(mode), *plain(row)]
-        for k, (*mode, shape) in enumerate(zip(*modes, strict=True), 1)
-        for row in np.column_stack([*state, shape])
-    )
-    file.write_text(csv_text(heading, rows), encoding="utf-8")
+    arrays = field_arrays(solution)
+    (x, y), (u, w) = arrays["position"].T, np.moveaxis(arrays["shapes"], 2, 0)
+    columns = {"mode": np.arange(1, len(u) + 1)[:, None]}
+    columns |= {key: np.array(getattr(solution, MODE_KEYS[key]))[:, None] for key in MODE_COLUMNS}
+    columns |= {"x": arrays["x"], "position_x": x, "position_y": y, "stretch": arrays["stretch"]}
+    columns |= {"shape_x": u.real, "shape_y": w.real}
+    if np.iscomplexobj(u):  # with Coriolis forces
+        columns |= {"shape_x_imag": u.imag, "shape_y_imag": w.imag}
+    full = (plain(np.broadcast_to(column, u.shape).ravel()) for column in columns.values())
+    file.write_text(csv_text(columns, zip(*full, strict=True)), encoding="utf-8")
 
 
 def field_arrays(solution: Solution) -> dict[str, Any]:

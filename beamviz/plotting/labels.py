@@ -34,13 +34,12 @@ class LabelPlacer:
     def __init__(self, axes: Axes):
         self.axes = axes
         figure: Any = axes.get_figure(root=True)
-        self.renderer = figure.canvas.get_renderer()
         self.point = figure.dpi / 72  # [px]
-        self.frame = axes.get_window_extent(self.renderer)
+        self.frame = axes.get_window_extent()
         self.line_points = np.vstack(  # (n, 2) [px]
             [self._sample(np.column_stack(line.get_data())) for line in axes.lines]
         )
-        self.taken: list[Bbox] = [text.get_window_extent(self.renderer) for text in axes.texts]
+        self.taken: list[Bbox] = [text.get_window_extent() for text in axes.texts]
 
     def _sample(self, line: np.ndarray) -> np.ndarray:
         """Points (SAMPLES, 2) close to each other on a line (n, 2), in pixels."""
@@ -69,7 +68,7 @@ class LabelPlacer:
             zorder=7,
         )
         here = self.axes.transData.transform((x, y))
-        size = label.get_window_extent(self.renderer).size / self.point
+        size = label.get_window_extent().size / self.point
         reach = (size / 2 / np.maximum(abs(DIRECTIONS), 1e-9)).min(axis=1)  # to the label's edge
         rings = DIRECTIONS[:, None] * np.add.outer(reach, DISTANCES)[..., None]
         best = min(rings.reshape(-1, 2), key=lambda offset: self._cost(here, offset, size))

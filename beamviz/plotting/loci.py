@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib import patheffects, rc_context
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -19,7 +18,7 @@ from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import Limit
 from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, on_axis
-from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
+from beamviz.plotting.labels import EndLabel, LabelPlacer, draw_legend, label_line_ends
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
@@ -61,32 +60,16 @@ def draw_chart(
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
-        chart = draw_on(axes, loci, resonances, per_rev)
+        chart = Chart(loci, axes)
+        chart.annotate(resonances, per_rev)
         if marker is not None:
             axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0, gid="marker")
         _head(figure, loci, resonances, per_rev)
     return figure
 
 
-def draw_on(
-    axes: Axes, loci: Loci, resonances: Sequence[Resonance] = (), per_rev: Sequence[int] = ()
-) -> "Chart":
-    """Draw loci, their limits, marks and labels onto axes."""
-    figure = axes.get_figure(root=True)
-    if figure is not None and not hasattr(figure.canvas, "get_renderer"):
-        FigureCanvasAgg(figure)  # labels are placed by their size
-    chart = Chart(loci, axes)
-    for limit in loci.limits:
-        chart.draw_limit(limit)
-    chart.label_ends(chart.draw_per_rev_lines(per_rev))
-    chart.draw_marks(resonances)
-    chart.label_inside()
-    chart.label_events()
-    return chart
-
-
 class Chart:
-    """The frame of a loci chart; its axes are in SI where the beam has units."""
+    """Loci on axes, which are in SI where the beam has units."""
 
     def __init__(self, loci: Loci, axes: Axes):
         self.loci, self.axes = loci, axes
@@ -104,6 +87,15 @@ class Chart:
         axes.set(xlim=ends, ylim=(0, 1.05 * axes.dataLim.y1))
         axes.set(xlabel=xlabel, ylabel=ylabel)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
+
+    def annotate(self, resonances: Sequence[Resonance] = (), per_rev: Sequence[int] = ()) -> None:
+        """Draw limits, per-rev lines, marks and labels."""
+        for limit in self.loci.limits:
+            self.draw_limit(limit)
+        self.label_ends(self.draw_per_rev_lines(per_rev))
+        self.draw_marks(resonances)
+        self.label_inside()
+        self.label_events()
 
     def text(self, value: float) -> str:
         """A value of x as text."""
@@ -161,9 +153,9 @@ class Chart:
             clip_on=True,
         )
 
-    def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[tuple[float, str]]:
-        """The per-rev lines, labelled where they leave the frame at its top; heights and labels of
-        those that leave it on the right."""
+    def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:
+        """The per-rev lines, labelled where they leave the frame at its top; labels of those that
+        leave it on the right."""
         top, (first, last) = self.axes.get_ylim()[1], self.loci.values[[0, -1]]
         ends = []
         for k in multiples:
@@ -174,22 +166,19 @@ class Chart:
             x = self.x(np.array([first, end]))
             self.axes.plot(x, [rate * first, rate * end], **PER_REV)
             if end == last:
-                ends.append((rate * end, f"{k}×"))
+                ends.append((rate * end, f"{k}×", MUTED, "normal"))
             else:
                 self.axes.annotate(f"{k}×", (x[1], top), (0, 2), **ABOVE)
         return ends
 
-    def label_ends(self, others: Sequence[tuple[float, str]] = ()) -> None:
+    def label_ends(self, others: Sequence[EndLabel] = ()) -> None:
         """Labels of the branches, and of other lines, that reach the right end."""
         branches = [
-            (self.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]))
+            (self.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]), "bold")
             for one in self.loci.branches
             if math.isfinite(one.frequency[-1])
         ]
-        label_line_ends(
-            self.axes,
-            [(*end, "bold") for end in branches] + [(*end, MUTED, "normal") for end in others],
-        )
+        label_line_ends(self.axes, [*branches, *others])
 
     def draw_marks(self, resonances: Sequence[Resonance]) -> None:
         """Marks at resonances, crossings and veerings."""
