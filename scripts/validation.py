@@ -17,7 +17,7 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.frequency_loci import loci
 from beamviz.output import markdown_table
-from beamviz.paper import PrintedNumber, printed_numbers
+from beamviz.paper import PRINTED, PrintedNumber, compute, quantity
 from beamviz.paper.figures import NODES, decimals
 from beamviz.paper.tables import frequencies_by_label
 from beamviz.plotting import OMEGAS
@@ -111,7 +111,7 @@ def flapwise(name: str, alpha: float, table: Sequence[str]) -> list[Claim]:
 
 def by_curvature(number: PrintedNumber, *curvatures: str) -> Callable[[], list[float]]:
     """A printed number computed with some curvature measures."""
-    return lambda: [number.compute(curvature=name, tolerance=TOLERANCE) for name in curvatures]
+    return lambda: [compute(number, curvature=name, tolerance=TOLERANCE) for name in curvatures]
 
 
 def equilibrium_limit(strain: str, delta: float) -> list[float]:
@@ -196,7 +196,7 @@ BIOT = f"{35 * pi:.6f}"
 LIMITS = {("biot", 0): BIOT, ("biot", 5): BIOT, ("hencky", 0): "45.420", ("hencky", 1): "31.4887"}
 FAST, INNER_MASS = Beam(gamma=50, delta=1), Beam(alpha=1, beta=0.5, gamma=10)
 INWARD, INWARD_RIGID = Beam(delta=-1), Beam(delta=-1, mu=RIGID)
-MASS_AT_NODE = Beam(alpha=1, beta=float(NODES[0].at))
+MASS_AT_NODE = Beam(alpha=1, beta=float(NODES[0].printed))
 # S1 of the paper's elements beside a mass (alpha 1, beta 0.5, gamma 10), by number of elements.
 SHARED_GRADIENT = {10: "77.005312", 20: "76.934327", 40: "76.898804", 80: "76.881037"}
 
@@ -212,11 +212,11 @@ SOURCES = (
                 Claim(
                     f"paper-{number.figure}-{number.printed}",
                     f"figure {number.figure[3:]}",
-                    number.quantity,
+                    quantity(number),
                     number.printed,
                     by_curvature(number, "material"),
                 )
-                for number in printed_numbers()
+                for number in PRINTED
                 if number.kind in ("crossing", "node")
             ),
             claim("fig18", "figure 18, a mass α = 1 at the node", "22.0345", MASS_AT_NODE, "B2"),
@@ -234,11 +234,11 @@ SOURCES = (
             Claim(
                 f"crossing-{number.figure}-{number.printed}",
                 f"figure {number.figure[3:]}",
-                f"{number.quantity} (material, spatial)",
+                f"{quantity(number)} (material, spatial)",
                 number.located,
                 by_curvature(number, "material", "spatial"),
             )
-            for number in printed_numbers()
+            for number in PRINTED
             if number.kind == "crossing"
         ],
         ("tests/frequency_loci/test_crossings.py::test_crossings_of_the_paper",),

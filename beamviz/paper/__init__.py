@@ -2,26 +2,24 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import InvalidInput
 from beamviz.files import Files, make_folder, write_files
-from beamviz.frequency_loci import Event, loci
+from beamviz.frequency_loci import loci
 from beamviz.output import csv_text, markdown_table
 from beamviz.paper import tables
 from beamviz.paper.figures import (
     FIGURES,
     NODES,
+    PRINTED,
     LociFigure,
-    PrintedCrossing,
-    PrintedNode,
+    PrintedNumber,
     ShapeFigure,
     decimals,
     figure_files,
@@ -69,6 +67,7 @@ VEERING = (
 
 NEIGHBOURHOOD = np.linspace(0.8, 1.25, 10)  # times a printed crossing: where its loci are solved
 MASS_RATIOS = np.linspace(0, 2, 9)  # of a mass at a node
+DECIMALS = {"crossing": 4, "node": 6, "constant": 6, "place": 0}  # shown of a printed number
 MODELS: dict[str, dict[str, Any]] = {
     "material": {"curvature": "material", "tolerance": TOLERANCE},
     "spatial": {"curvature": "spatial", "tolerance": TOLERANCE},
@@ -107,8 +106,8 @@ def files(name: str) -> Files:
         rows = tables.compute(table)
         texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
     else:
-        numbers = list(printed_numbers())
-        texts = {"csv": to_csv(numbers), "md": to_markdown(numbers)}
+        found = findings()
+        texts = {"csv": to_csv(found), "md": to_markdown(found)}
     return {f"{name}.{extension}": text.encode() for extension, text in texts.items()}
 
 
@@ -132,140 +131,113 @@ def index(folder: Path) -> Files:
 # The printed numbers.
 
 
-@dataclass(frozen=True)
-class PrintedNumber:
-    """A number printed in the text, and how to compute it."""
+class Finding(NamedTuple):
+    """A printed number, and its value in each of MODELS."""
 
-    figure: str
-    kind: str  # crossing, node, constant or mode
-    quantity: str
-    printed: str
-    decimals: int  # shown
-    compute: Callable[..., float]  # (**options of solve) -> the value
-    explain: Callable[[dict[str, float]], str]  # values in MODELS -> remark
-    located: str = ""  # independently of this project: by the material and the spatial measure
+    number: PrintedNumber
+    values: dict[str, float]
 
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """The value in each of MODELS."""
-        return {name: self.compute(**options) for name, options in MODELS.items()}
+    def error(self, model: str) -> float:
+        """The distance of the value in a model from the printed one."""
+        return abs(self.values[model] - float(self.number.printed))
 
     @property
     def fits(self) -> str:
         """The models within a unit of the last printed digit, the exact ones before others."""
-        printed, unit = float(self.printed), last_digit(self.printed)
-        close = [name for name, value in self.values.items() if abs(value - printed) <= unit]
+        unit = 10.0 ** -decimals(self.number.printed)
+        close = [name for name in self.values if self.error(name) <= unit]
         if {"material", "spatial"} <= set(close):
             return "both"
         return close[0].replace("material_20", "20 elements") if close else "neither"
 
-
-def last_digit(printed: str) -> float:
-    """A unit of the last printed digit."""
-    return 10.0 ** -decimals(printed)
-
-
-def printed_numbers() -> Iterator[PrintedNumber]:
-    """All numbers that the text prints, in the order of the figures."""
-    for figure in FIGURES.values():
-        if isinstance(figure, LociFigure):
-            yield from (_crossing(figure, crossing) for crossing in figure.crossings)
-            yield from (_constant(figure, *constant) for constant in figure.constants)
-        else:
-            yield from (_node(figure, node) for node in figure.nodes)
-            if figure.stretching:
-                yield _stretching_mode(figure, figure.stretching)
-
-
-def locate(figure: LociFigure, crossing: PrintedCrossing, **options: Any) -> Event:
-    """Where the two loci of a printed crossing cross, with options of `solve`."""
-    at = float(crossing.at)
-    found = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
-    return nearest_event(found, crossing.branches, at)
-
-
-def _crossing(figure: LociFigure, crossing: PrintedCrossing) -> PrintedNumber:
-    def explain(values: dict[str, float]) -> str:
-        material, spatial = (abs(values[k] - float(crossing.at)) for k in ("material", "spatial"))
+    @property
+    def remark(self) -> str:
+        """What explains the values."""
+        if self.number.kind == "place":
+            return "the mode shift is the crossing of figure 8"
+        if self.number.kind == "node":
+            return SAME_AT_REST
+        if self.number.kind == "constant":
+            (mode,), exact = self.number.modes, self.values["spatial"]
+            found = f"20 elements give it, the exact value is {exact:.6f}; "
+            return (found if self.fits == "20 elements" else "") + changed_by_a_mass(mode)
+        material, spatial = map(self.error, ("material", "spatial"))
         remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"
-        if abs(values["material"] - values["spatial"]) <= TOLERANCE * 10:
+        if abs(self.values["material"] - self.values["spatial"]) <= TOLERANCE * 10:
             remark = f"off by {spatial:.2g}; {SAME_AT_REST}"
-        return remark + (f"; {crossing.explanation}" if crossing.explanation else "")
+        return "; ".join(filter(None, (remark, self.number.explanation)))
 
-    def compute(**options: Any) -> float:
-        return locate(figure, crossing, **options).at
-
-    low, high = crossing.loci
-    quantity = f"loci {low}/{high} cross at {PARAMETERS[figure.over].symbol}"
-    row = figure.name, "crossing", quantity, crossing.at, 4
-    return PrintedNumber(*row, compute, explain, f"{crossing.material} {crossing.spatial}")
+    def cells(self, spec: str = "") -> list[str]:
+        """Its row of a table. spec: format of the values, by default with DECIMALS."""
+        number, spec = self.number, spec or f".{DECIMALS[self.number.kind]}f"
+        values = [format(self.values[name], spec) for name in MODELS]
+        return [number.figure, quantity(number), number.printed, *values, self.fits, self.remark]
 
 
-def _node(figure: ShapeFigure, node: PrintedNode) -> PrintedNumber:
-    def compute(**options: Any) -> float:
-        return nearest_node(solve(figure.beam, node.mode, **options).nodes[node.mode - 1], node)
-
-    row = figure.name, "node", f"node of mode {node.mode}", node.at, 6
-    return PrintedNumber(*row, compute, lambda values: SAME_AT_REST)
-
-
-def _constant(figure: LociFigure, mode: int, printed: str) -> PrintedNumber:
-    def compute(**options: Any) -> float:
-        return float(solve(Beam(), mode, **options).frequencies[mode - 1])
-
-    def explain(values: dict[str, float]) -> str:
-        places = [float(node.at) for node in NODES if node.mode == mode]
-        frequencies = [
-            frequencies_by_label(Beam(alpha, beta), mode + 1, tolerance=TOLERANCE)[f"B{mode}"]
-            for beta in places
-            for alpha in MASS_RATIOS.tolist()
-        ]
-        remark = (
-            f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
-            f" {np.ptp(frequencies) / frequencies[0]:.0e} of itself"
-        )
-        if abs(values["spatial"] - float(printed)) > last_digit(printed):
-            remark = f"20 elements give it, the exact value is {values['spatial']:.6f}; {remark}"
-        return remark
-
-    row = figure.name, "constant", f"constant {OMEGAS[mode - 1]}", printed, 6
-    return PrintedNumber(*row, compute, explain)
+def findings() -> list[Finding]:
+    """All numbers that the text prints, computed."""
+    return [
+        Finding(number, {name: compute(number, **options) for name, options in MODELS.items()})
+        for number in PRINTED
+    ]
 
 
-def _stretching_mode(figure: ShapeFigure, printed: int) -> PrintedNumber:
-    beam = figure.beam.replace(alpha=figure.alphas[0])
+def quantity(number: PrintedNumber) -> str:
+    """The quantity of a printed number."""
+    figure, (mode, *other) = FIGURES[number.figure], number.modes
+    if isinstance(figure, LociFigure) and other:
+        return f"loci {mode}/{other[0]} cross at {PARAMETERS[figure.over].symbol}"
+    if isinstance(figure, ShapeFigure) and number.kind == "place":
+        return f"place of the stretching mode, α = {figure.alphas[0]:g}"
+    return f"node of mode {mode}" if number.kind == "node" else f"constant {OMEGAS[mode - 1]}"
 
-    def compute(**options: Any) -> float:
-        return float(solve(beam, len(figure.modes), **options).labels.index("S1") + 1)
 
-    quantity = f"place of the stretching mode, α = {beam.alpha:g}"
-    row = figure.name, "mode", quantity, str(printed), 0
-    return PrintedNumber(*row, compute, lambda values: "the mode shift is the crossing of figure 8")
+def compute(number: PrintedNumber, **options: Any) -> float:
+    """The value of a printed number with options of `solve`."""
+    figure, at = FIGURES[number.figure], float(number.printed)
+    if isinstance(figure, LociFigure) and number.kind == "crossing":
+        found = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
+        return nearest_event(found, number.branches, at).at
+    if isinstance(figure, ShapeFigure) and number.kind == "place":
+        beam = figure.beam.replace(alpha=figure.alphas[0])
+        return solve(beam, len(figure.modes), **options).labels.index("S1") + 1.0
+    solution = solve(Beam(), number.modes[0], **options)
+    if number.kind == "node":
+        return nearest_node(solution.nodes[-1], number)
+    return float(solution.frequencies[-1])
 
 
-def to_csv(numbers: Sequence[PrintedNumber]) -> str:
+def changed_by_a_mass(mode: int) -> str:
+    """How much a mass at the printed nodes of a mode changes its frequency."""
+    frequencies = [
+        frequencies_by_label(Beam(alpha, float(node.printed)), mode + 1, tolerance=TOLERANCE)
+        for node in NODES
+        if node.modes == (mode,)
+        for alpha in MASS_RATIOS.tolist()
+    ]
+    own = [found[f"B{mode}"] for found in frequencies]
+    return (
+        f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
+        f" {np.ptp(own) / own[0]:.0e} of itself"
+    )
+
+
+def to_csv(found: Sequence[Finding]) -> str:
     """One line for each number."""
     heading = ["figure", "quantity", "paper", *MODELS, "fits", "remark"]
-    return csv_text(heading, (_cells(row, ".10g") for row in numbers))
+    return csv_text(heading, (row.cells(".10g") for row in found))
 
 
-def to_markdown(numbers: Sequence[PrintedNumber]) -> str:
+def to_markdown(found: Sequence[Finding]) -> str:
     """The numbers as a page."""
     heading = ["figure", "quantity", "paper", "material", "spatial"]
     heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
-    body = [_cells(row, f".{row.decimals}f") for row in numbers]
-    fits = [row.fits for row in numbers if row.kind == "crossing"]
+    body = [[row.number.figure.removeprefix("fig"), *row.cells()[1:]] for row in found]
+    fits = [row.fits for row in found if row.number.kind == "crossing"]
     verdict = VERDICT.format(
         crossings=len(fits),
         material=sum(fit in ("material", "both") for fit in fits),
         spatial=sum(fit in ("spatial", "both") for fit in fits),
     )
-    for cells in body:
-        cells[0] = cells[0].removeprefix("fig")
     table = markdown_table(heading, body)
     return "\n\n".join([f"# {TITLE}", NUMBERS_SUMMARY, table, verdict, VEERING]) + "\n"
-
-
-def _cells(row: PrintedNumber, spec: str) -> list[str]:
-    values = [format(row.values[name], spec) for name in MODELS]
-    return [row.figure, row.quantity, row.printed, *values, row.fits, row.explain(row.values)]

@@ -26,27 +26,23 @@ ORDINALS = {1: "First", 2: "Second", 3: "Third"}
 OWN_RANGE = "The text does not give the range of the axis; it is ours."
 
 
-class PrintedCrossing(NamedTuple):
-    """Two loci, numbered by frequency from 1, that cross at a printed value of the parameter, and
-    where they cross as located independently of this project, with either curvature measure."""
+class PrintedNumber(NamedTuple):
+    """A number that the text prints for a figure. kind: "crossing", the parameter where two loci
+    cross; "node", of a mode of the beam at rest without a mass; "constant", the frequency of a mode
+    that a mass at its node does not change; or "place", the number of the stretching mode by
+    frequency. modes: the modes that it belongs to, numbered by frequency from 1."""
 
-    loci: tuple[int, int]
-    at: str
-    material: str
-    spatial: str
+    figure: str
+    kind: str
+    modes: tuple[int, ...]
+    printed: str
+    located: str = ""  # independently of this project: by the material and the spatial measure
     explanation: str = ""  # of a printed value that neither curvature measure gives
 
     @property
     def branches(self) -> set[str]:
         """Labels: locus k is bending mode k until the first stretching mode crosses it."""
-        return {f"B{self.loci[0]}", "S1"}
-
-
-class PrintedNode(NamedTuple):
-    """A vibration node of a mode, counted from 1, of the beam at rest without a mass."""
-
-    mode: int
-    at: str
+        return {f"B{self.modes[0]}", "S1"}
 
 
 class LociFigure(NamedTuple):
@@ -57,13 +53,7 @@ class LociFigure(NamedTuple):
     over: str
     stop: float
     modes: int = 5
-    nodes: tuple[PrintedNode, ...] = ()
-    constants: tuple[tuple[int, str], ...] = ()  # mode, frequency that a mass does not change
     notes: str = OWN_RANGE
-
-    @property
-    def crossings(self) -> tuple[PrintedCrossing, ...]:
-        return tuple(PrintedCrossing(*row) for row in CROSSINGS.get(self.name, ()))
 
     @property
     def parameters(self) -> str:
@@ -84,8 +74,6 @@ class ShapeFigure(NamedTuple):
     beam: Beam
     modes: tuple[int, ...]
     alphas: tuple[float, ...]
-    stretching: int | None = None  # the stretching mode by the text
-    nodes: tuple[PrintedNode, ...] = ()
     notes: str = ""
 
     @property
@@ -103,21 +91,9 @@ class ShapeFigure(NamedTuple):
 
 Figure = LociFigure | ShapeFigure
 
-NODES = (PrintedNode(2, "0.78344"), PrintedNode(3, "0.50355"), PrintedNode(3, "0.86768"))
-CONSTANTS = ((2, "22.0345"), (3, "61.6982"))
 OWN_MASSES = "The text does not give the mass ratios drawn; they are ours."
 NO_MASS = "The nodes in the text are those of the beam without a mass, which is drawn."
 HELD_ROOT = "likely from a root that holds the length of r' too: 1.584 with 20 elements"
-
-CROSSINGS: dict[str, list[tuple[Any, ...]]] = {
-    "fig5": [((3, 4), "9.2", "9.206", "9.373")],
-    "fig6": [((3, 4), "6.6", "6.662", "6.824"), ((2, 3), "17.3", "17.343", "17.589")],
-    "fig7": [((3, 4), "4.4", "4.406", "4.464"), ((2, 3), "16.2", "16.215", "16.319")],
-    "fig8": [((3, 4), "1.59", "1.570", "1.570", HELD_ROOT)],
-    "fig9": [((3, 4), "0.92", "0.921", "0.929")],
-    "fig10": [((3, 4), "0.48", "0.477", "0.485"), ((2, 3), "1.74", "1.747", "1.758")],
-    "fig11": [((4, 5), "0.09", "0.0877", "0.0872"), ((4, 5), "0.225", "0.2234", "0.2242")],
-}
 
 FIGURES: dict[str, Figure] = {
     figure.name: figure
@@ -132,16 +108,42 @@ FIGURES: dict[str, Figure] = {
         LociFigure("fig11", Beam(alpha=0.5, gamma=5), "beta", 1, notes=""),
         ShapeFigure("fig12", Beam(), (1,), (0, 0.5, 1, 2), notes=OWN_MASSES),
         ShapeFigure("fig13", Beam(), (2,), (0, 0.5, 1, 2), notes=OWN_MASSES),
-        ShapeFigure("fig14", Beam(), (1, 2, 3, 4, 5), (1,), stretching=4),
-        ShapeFigure("fig15", Beam(), (1, 2, 3, 4, 5), (2,), stretching=3),
-        LociFigure("fig16", Beam(alpha=0.5), "beta", 1, 3, NODES, CONSTANTS, notes=""),
-        ShapeFigure("fig17", Beam(), (2,), (0,), nodes=NODES[:1], notes=NO_MASS),
-        LociFigure("fig18", Beam(beta=0.78344), "alpha", 2, constants=CONSTANTS[:1]),
-        ShapeFigure("fig19", Beam(), (3,), (0,), nodes=NODES[1:], notes=NO_MASS),
+        ShapeFigure("fig14", Beam(), (1, 2, 3, 4, 5), (1,)),
+        ShapeFigure("fig15", Beam(), (1, 2, 3, 4, 5), (2,)),
+        LociFigure("fig16", Beam(alpha=0.5), "beta", 1, 3, notes=""),
+        ShapeFigure("fig17", Beam(), (2,), (0,), notes=NO_MASS),
+        LociFigure("fig18", Beam(beta=0.78344), "alpha", 2),
+        ShapeFigure("fig19", Beam(), (3,), (0,), notes=NO_MASS),
     )
 }
+PRINTED = (
+    PrintedNumber("fig5", "crossing", (3, 4), "9.2", "9.206 9.373"),
+    PrintedNumber("fig6", "crossing", (3, 4), "6.6", "6.662 6.824"),
+    PrintedNumber("fig6", "crossing", (2, 3), "17.3", "17.343 17.589"),
+    PrintedNumber("fig7", "crossing", (3, 4), "4.4", "4.406 4.464"),
+    PrintedNumber("fig7", "crossing", (2, 3), "16.2", "16.215 16.319"),
+    PrintedNumber("fig8", "crossing", (3, 4), "1.59", "1.570 1.570", HELD_ROOT),
+    PrintedNumber("fig9", "crossing", (3, 4), "0.92", "0.921 0.929"),
+    PrintedNumber("fig10", "crossing", (3, 4), "0.48", "0.477 0.485"),
+    PrintedNumber("fig10", "crossing", (2, 3), "1.74", "1.747 1.758"),
+    PrintedNumber("fig11", "crossing", (4, 5), "0.09", "0.0877 0.0872"),
+    PrintedNumber("fig11", "crossing", (4, 5), "0.225", "0.2234 0.2242"),
+    PrintedNumber("fig14", "place", (4,), "4"),
+    PrintedNumber("fig15", "place", (3,), "3"),
+    PrintedNumber("fig16", "constant", (2,), "22.0345"),
+    PrintedNumber("fig16", "constant", (3,), "61.6982"),
+    PrintedNumber("fig17", "node", (2,), "0.78344"),
+    PrintedNumber("fig18", "constant", (2,), "22.0345"),
+    PrintedNumber("fig19", "node", (3,), "0.50355"),
+    PrintedNumber("fig19", "node", (3,), "0.86768"),
+)
+NODES = [number for number in PRINTED if number.kind == "node"]
 
-# The figures, computed and drawn.
+
+def printed_numbers(figure: Figure, kind: str) -> list[PrintedNumber]:
+    """The numbers of a kind that the text prints for a figure."""
+    return [one for one in PRINTED if (one.figure, one.kind) == (figure.name, kind)]
+
 
 POINTS = 201
 SPATIAL, MATERIAL = "spatial", "material"  # the curvature measures; eq. 16 is the spatial one
@@ -163,7 +165,7 @@ class Crossing(NamedTuple):
 
     spatial: Event
     material: Event | None
-    printed: PrintedCrossing | None
+    number: PrintedNumber | None
 
 
 class Curve(NamedTuple):
@@ -206,8 +208,8 @@ def crossings(figure: LociFigure, by_curvature: dict[str, Loci]) -> list[Crossin
     """Every crossing of a figure, with the printed ones assigned to the nearest."""
     spatial, material = by_curvature[SPATIAL], by_curvature.get(MATERIAL)
     printed = {
-        nearest_event(spatial, crossing.branches, float(crossing.at)): crossing
-        for crossing in figure.crossings
+        nearest_event(spatial, number.branches, float(number.printed)): number
+        for number in printed_numbers(figure, "crossing")
     }
     return [
         Crossing(
@@ -266,8 +268,7 @@ def draw_loci(
     placer = LabelPlacer(axes)
     for crossing in marked:
         _mark_crossing(axes, placer, crossing)
-    if figure.constants:
-        _mark_constants(axes, placer, figure)
+    _mark_constants(axes, placer, figure)
     _draw_legend(picture, by_curvature, marked)
     return picture
 
@@ -289,12 +290,12 @@ def _single_frame(figure: Figure, height: float, head: float, right: float) -> t
 
 def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
     """A ring at the crossing by eq. 16, a dot at the other measure's, a tick where printed."""
-    event, other, printed = crossing
-    digits = decimals(printed.at) + 2 if printed else 3
+    event, other, number = crossing
+    digits = decimals(number.printed) + 2 if number else 3
     lines = []
-    if printed:
-        axes.plot(float(printed.at), event.frequency, **TICK, zorder=4)
-        lines.append(f"paper {printed.at}")
+    if number:
+        axes.plot(float(number.printed), event.frequency, **TICK, zorder=4)
+        lines.append(f"paper {number.printed}")
     if other:
         axes.plot(other.at, other.frequency, **DOT, zorder=6)
         lines.append(f"material {other.at:.{digits}f}")
@@ -306,15 +307,17 @@ def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
 def _mark_constants(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None:
     """The frequencies without a mass, and the nodes at which a mass does not change them."""
     free = solve(figure.beam.replace(alpha=0), figure.modes, tolerance=TOLERANCE)
-    for mode, printed in figure.constants:
-        omega, symbol = float(free.frequencies[mode - 1]), OMEGAS[mode - 1]
+    for constant in printed_numbers(figure, "constant"):
+        printed, k = constant.printed, constant.modes[0] - 1
+        omega, symbol = float(free.frequencies[k]), OMEGAS[k]
         axes.axhline(omega, color=FAINT, lw=0.8, ls=(0, (1, 2)), zorder=0)
         if figure.over == "alpha":
             placer.annotate(f"{symbol} constant\npaper {printed}\nhere {omega:.4f}", 1, omega)
-        for node in (node for node in figure.nodes if node.mode == mode):
-            at = nearest_node(free.nodes[mode - 1], node)
+            continue
+        for node in (node for node in NODES if node.modes == constant.modes):
+            at = nearest_node(free.nodes[k], node)
             axes.plot(at, omega, **RING, zorder=5)
-            text = f"β, {symbol}\npaper {node.at}, {printed}\nhere {at:.6f}, {omega:.4f}"
+            text = f"β, {symbol}\npaper {node.printed}, {printed}\nhere {at:.6f}, {omega:.4f}"
             placer.annotate(text, at, omega)
 
 
@@ -330,7 +333,7 @@ def _draw_legend(
         rows.append(Line2D([], [], label=label, **style))
     if marked and MATERIAL not in by_curvature:
         rows.append(Line2D([], [], label="crossing", **RING))
-    if any(crossing.printed for crossing in marked):
+    if any(crossing.number for crossing in marked):
         rows.append(Line2D([], [], label="in the paper", **TICK))
     draw_legend(picture, rows, 0.0115, 1 - 0.3 / HEIGHT)
 
@@ -351,9 +354,9 @@ def draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     placer = LabelPlacer(axes)
     for curve in curves:
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
-    for node in figure.nodes:
+    for node in printed_numbers(figure, "node"):
         at = nearest_node(curves[0].nodes, node)
-        placer.annotate(f"node\npaper {node.at}\nhere {at:.6f}", at, 0)
+        placer.annotate(f"node\npaper {node.printed}\nhere {at:.6f}", at, 0)
     return picture
 
 
@@ -364,6 +367,7 @@ def draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     picture.subplots_adjust(LEFT, 0.09, 0.77, 0.94)
     frames = picture.subplots(len(curves), sharex=True)
     largest = 1.15 * max(abs(curve.y).max() for curve in curves)
+    stretching = [number.modes for number in printed_numbers(figure, "place")]
     for axes, curve in zip(frames, curves, strict=True):
         colour = COLOURS[curve.family]
         axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
@@ -371,7 +375,7 @@ def draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
         axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
         axes.set(xlim=(0, 1), ylim=(-largest, largest), yticks=[-1, 0, 1])
         text = f"mode {curve.mode}: {curve.label}, {curve.family}\nω = {curve.frequency:.4f}"
-        if curve.mode == figure.stretching:
+        if (curve.mode,) in stretching:
             text += "\nstretching in the paper"
         axes.text(1.03, 0.5, text, color=colour, va="center", transform=axes.transAxes)
     frames[-1].set_xlabel("x / L")
@@ -385,9 +389,9 @@ def nearest_event(found: Loci, branches: set[str], at: float) -> Event:
     return min(events, key=lambda event: abs(event.at - at))
 
 
-def nearest_node(nodes: np.ndarray, printed: PrintedNode) -> float:
+def nearest_node(nodes: np.ndarray, node: PrintedNumber) -> float:
     """The vibration node nearest to a printed one."""
-    return float(nodes[abs(nodes - float(printed.at)).argmin()])
+    return float(nodes[abs(nodes - float(node.printed)).argmin()])
 
 
 def decimals(printed: str) -> int:

@@ -47,8 +47,8 @@ def test_captions_name_the_fixed_parameters():
 @pytest.mark.slow
 def test_the_models_that_fit_each_printed_number():
     """Nine of eleven crossings fit the material measure, five the spatial one of eq. 16."""
-    found = list(paper.printed_numbers())
-    fits = [f"{row.figure} {row.printed} {row.fits}" for row in found]
+    found = paper.findings()
+    fits = [f"{row.number.figure} {row.number.printed} {row.fits}" for row in found]
     assert fits == FITS.strip().replace(",\n", ", ").split(", ")
     page = paper.to_markdown(found)
     assert "Of the 11 crossings the material measure fits 9, the spatial one" in page
