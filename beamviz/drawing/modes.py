@@ -131,7 +131,8 @@ def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[n
     Quadratic interpolation between stations, accurate to 1e-5 for a shape that is smooth between
     them, and never across the mass, where the slope may be discontinuous; `Solution.nodes` is
     exact, but slower."""
-    v = components.real  # of constant phase, also with Coriolis forces
+    far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
+    v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
     i += 1
     third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)
