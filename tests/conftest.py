@@ -8,7 +8,7 @@ from typing import Any
 
 import hypothesis
 import pytest
-from live.browser import find_browser, start_browser
+from live.browser import READY, Page, find_browser, page, start_browser
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # timings compare one thread with one thread
 
@@ -77,6 +77,14 @@ def guest(url) -> Iterator[Any]:
 
     with visitor(url) as visiting:
         yield visiting
+
+
+@pytest.fixture(scope="module")
+def shown(url) -> Iterator[Page]:
+    """One page of the explorer of the file, which its tests use in turn."""
+    with page(url, 1440, 900) as opened:
+        opened.wait(f"{READY} && document.querySelectorAll('#mode-rows tbody tr').length === 5")
+        yield opened
 
 
 @pytest.fixture(scope="module")

@@ -2,12 +2,11 @@
 element that is seen."""
 
 import contextlib
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from live.browser import READY, Page, button, by_id, page, says, tab
+from live.browser import Page, button, by_id, page, says, tab
 from live.server import wait_until
 from PIL import Image
 
@@ -29,6 +28,8 @@ SEEN = """(e => { if (!e) return false; const r = e.getBoundingClientRect();
 SHAPES = (
     f"(all => all.length === 12 && all.every({SEEN}))([...document.querySelectorAll('.shapes td')])"
 )
+
+LEFT_OVER = "#comparison table, #loci-chart .mark.resonance, #real-beam details[open]"
 
 
 class Job(NamedTuple):
@@ -80,13 +81,17 @@ JOBS = {
 }  # fmt: skip
 
 
-@pytest.fixture
-def shown(url) -> Iterator[Page]:
-    """The page as it opens."""
-    with page(url, 1440, 900) as opened:
-        opened.wait(READY)
-        opened.wait("document.querySelectorAll('#mode-rows tbody tr').length === 5")
-        yield opened
+@pytest.fixture(autouse=True)
+def opened(request) -> None:
+    """The page as it opens: the first scene, whose address has no query, the first tab, no focus,
+    and nothing of an earlier test."""
+    if "shown" in request.fixturenames:
+        shown = request.getfixturevalue("shown")
+        for action, value in (("reset", None), ("comparison", "nothing"), ("playing", True)):
+            shown.send(action, value)
+        shown.open_tab("frequencies")
+        shown.evaluate("document.activeElement.blur()")
+        shown.wait(f"location.search === '' && !document.querySelector('{LEFT_OVER}')")
 
 
 SHOWN = "[...document.querySelectorAll('#mode-rows tr.shown button.mode')].map(e => e.innerText)"

@@ -20,7 +20,8 @@ FLAGS = (
     "--headless",
     "--no-sandbox",  # it needs rights that containers lack; only our own page is opened
     *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
-    "--disable-gpu-rasterization",  # drawing text on the simulated graphics card takes longer
+    # Drawing text and page on the simulated graphics card takes longer.
+    *("--disable-gpu-rasterization", "--disable-gpu-compositing"),
     *("--hide-scrollbars", "--no-first-run", "--disable-background-networking"),
     *("--disable-component-update", "--disable-sync", "--disable-quic"),
     *("--disable-dev-shm-usage", "--remote-debugging-port=0"),
