@@ -1,12 +1,11 @@
 """The tabs Frequencies and Veering in a running explorer, and the chart on the real page."""
 
 import threading
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from charts import TIP, chart_of
-from live.browser import Page, by_id, page
+from live.browser import Page, by_id
 from live.server import wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
 
@@ -99,12 +98,11 @@ RANGE = "[...document.querySelectorAll('#loci-chart .tick:not(.y)')].map(e => +e
 
 
 @pytest.fixture(scope="module")
-def desk(url) -> Iterator[Page]:
+def desk(shown) -> Page:
     """A page 1440 pixels wide with its chart drawn."""
-    with page(url, 1440, 900) as shown:
-        shown.wait(f"{MARKS}.length === 2")
-        shown.at_rest(PLOT)
-        yield shown
+    shown.wait(f"{MARKS}.length === 2")
+    shown.at_rest(PLOT)
+    return shown
 
 
 def value(shown: Page) -> float:
@@ -231,25 +229,25 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
 
 
 @pytest.mark.slow
-def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(url):
+def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(desk):
     """A horizontal drag moves the line; a tap on a crossing moves the beam there."""
-    with page(url, 390, 844) as phone:
-        phone.call("Emulation.setTouchEmulationEnabled", enabled=True)
-        phone.wait(f"{MARKS}.length === 2", timeout=120)
+    set_speed(desk, 3.0)
+    desk.resize(390, 844)
+    desk.wait(f"{MARKS}.length === 2")
 
-        def touch(kind: str, *points: tuple[float, float]) -> None:
-            places = [{"x": x, "y": y} for x, y in points]
-            phone.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
+    def touch(kind: str, *points: tuple[float, float]) -> None:
+        places = [{"x": x, "y": y} for x, y in points]
+        desk.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
 
-        left, top, width, height = phone.at_rest(PLOT)
-        y = top + 0.25 * height
-        touch("touchStart", (left + 0.4 * width, y))
-        for step in range(1, 9):
-            touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
-        touch("touchEnd")
-        wait_until(lambda: 8 < field(phone) == pytest.approx(value(phone)))
-        left, top, width, height = phone.at_rest(f"{MARKS}[0]")
-        touch("touchStart", (left + width / 2, top + height / 2))
-        touch("touchEnd")
-        wait_until(lambda: field(phone) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))
-        assert phone.evaluate("document.documentElement.scrollWidth") <= 390
+    left, top, width, height = desk.at_rest(PLOT)
+    y = top + 0.25 * height
+    touch("touchStart", (left + 0.4 * width, y))
+    for step in range(1, 9):
+        touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
+    touch("touchEnd")
+    wait_until(lambda: 8 < field(desk) == pytest.approx(value(desk)))
+    left, top, width, height = desk.at_rest(f"{MARKS}[0]")
+    touch("touchStart", (left + width / 2, top + height / 2))
+    touch("touchEnd")
+    wait_until(lambda: field(desk) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))
+    assert desk.evaluate("document.documentElement.scrollWidth") <= 390

@@ -1,12 +1,11 @@
 """The tab Map: colours over two of the five numbers, and the beam moved by a press on it."""
 
 import re
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from live.browser import READY, Page, by_id, page
+from live.browser import Page, by_id
 from live.server import wait_until
 from live.visitor import Visitor, frequency_text, pause
 
@@ -134,13 +133,11 @@ PLOT, RING, SVG, CANVAS = (
 
 
 @pytest.fixture(scope="module")
-def desk(url) -> Iterator[Page]:
+def desk(shown) -> Page:
     """A page with its map drawn."""
-    with page(url, 1440, 900) as shown:
-        shown.wait(READY)
-        shown.open_tab("map")
-        shown.wait(f"!!{SVG}?.querySelector('.region')")
-        yield shown
+    shown.open_tab("map")
+    shown.wait(f"!!{SVG}?.querySelector('.region')")
+    return shown
 
 
 def fields(shown: Page) -> list[float]:

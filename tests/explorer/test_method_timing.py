@@ -15,6 +15,16 @@ from beamviz.explorer.features import method_timing
 from beamviz.explorer.features.method_timing import RESOLUTIONS, cost, frequency_error
 from beamviz.solver import METHODS, Solution, solve
 
+COARSE = {option: values[:1] for option, values in RESOLUTIONS.items()}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def once() -> Iterator[None]:
+    """Each solve is done once, as no test depends on its time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(method_timing, "REPEATS", 1)
+        yield
+
 
 @pytest.fixture(scope="module")
 def timings():
@@ -93,6 +103,7 @@ def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
 
 def test_methods_are_timed_when_that_is_switched_on(guest, monkeypatch):
     """Once for each beam, not again for another method."""
+    monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
     guest.do("tab", "tab-methods")
     guest.says("relative error")
     assert "Further right" not in guest.text
@@ -118,6 +129,7 @@ def slow_timing(
         return solve(*args, **options)
 
     monkeypatch.setattr(method_timing, "solve", slow_solve)
+    monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
     with visitor(url) as guest:
         pause(guest)
         guest.do("tab", "tab-methods")
