@@ -1,4 +1,4 @@
-"""The command line as a process: its exit code, its pipes, and what it loads at the start."""
+"""The command line as a process: its exit code and its pipes."""
 
 import os
 import subprocess
@@ -56,19 +56,3 @@ def test_as_a_module_the_exit_code_reaches_the_shell():
     assert (version.returncode, version.stdout) == (0, f"beamviz {__version__}\n")
     assert version.stderr == ""
     assert process("modes", "--alpha", "-1").returncode == 2
-
-
-def test_modes_starts_light():
-    """Start-up loads of scipy its LAPACK only, and none of what draws or serves."""
-    script = """
-import sys
-from beamviz.cli import main
-main(["modes", "--format", "json"])
-print(*sys.modules, file=sys.stderr)
-"""
-    command = [sys.executable, "-c", script]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
-    loaded = set(done.stderr.split())
-    heavy = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
-    assert "scipy.linalg" in loaded
-    assert loaded & {*heavy, "viser", "matplotlib", "trimesh"} == set()
