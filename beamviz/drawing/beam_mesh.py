@@ -91,16 +91,15 @@ DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 class DrawnBeam:
     """All that the drawing of a beam depends on.
 
-    amplitudes: (m,) of its modes; scale: [pixels per beam length]; fields: displacements (k, n, 2)
-    at their largest amplitude; largest: the value at the end of the colour map (infinite: one
-    colour); warning: a text above the beam, which is grey then; title: a text beside the clamp.
+    amplitudes: (m,) of its modes, at most their limits; scale: [pixels per beam length]; largest:
+    the value at the end of the colour map (infinite: one colour); warning: a text above the beam,
+    which is grey then; title: a text beside the clamp.
     """
 
     shapes: SampledModes
     view: ViewOptions
     amplitudes: np.ndarray
     scale: float
-    fields: np.ndarray
     largest: float
     warning: str = ""
     title: str = ""
@@ -116,10 +115,9 @@ class DrawnBeam:
     ) -> Self:
         """A beam that moves in modes with amplitudes `sizes` (m,), by default those of `view`."""
         sizes = amplitudes(view, len(shapes.modes)) if sizes is None else sizes
-        drawn = np.minimum(sizes, shapes.limits)
-        shown, largest = drawn > 0, colours.colour_range(shapes, view.colouring, sizes)
-        fields = drawn[shown, None, None] * shapes.modes[shown]
-        return cls(shapes, view, sizes, scale, fields, largest, **texts)
+        sizes = np.minimum(sizes, shapes.limits)
+        largest = colours.colour_range(shapes, view.colouring, sizes)
+        return cls(shapes, view, sizes, scale, largest, **texts)
 
     @property
     def shown(self) -> list[int]:
@@ -175,8 +173,10 @@ def required_density(drawn: DrawnBeam) -> np.ndarray:
     """Required pieces per beam length (n - 1,) between stations: by the curvature of the moving
     beam (a chord of length h deviates from a curve of curvature kappa by kappa h^2 / 8) and by the
     change of colour along x, both as bounds over time."""
-    fields = np.concatenate([drawn.shapes.centreline[None], drawn.fields])
-    slope, bend = derivatives(drawn.shapes, fields)
+    shapes, shown = drawn.shapes, drawn.shown
+    moving = drawn.amplitudes[shown, None, None] * shapes.modes[shown]
+    fields = np.concatenate([shapes.centreline[None], moving])
+    slope, bend = derivatives(shapes, fields)
     along, across = np.abs(slope[1:, :, 0]), np.abs(slope[1:, :, 1])
     axial = bend[..., 0].sum(axis=0)
     stretch = np.maximum(np.abs(slope[0, :, 0]) - along.sum(axis=0), 0.1)

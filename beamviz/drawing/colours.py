@@ -75,7 +75,7 @@ def colour_range(shapes: SampledModes, name: str, amplitudes: np.ndarray) -> flo
     """The value at the end of the colour map (never 0)."""
     if name == "axial strain":
         return max(largest_strain(shapes, amplitudes), 1e-9)
-    return max(float(np.minimum(amplitudes, shapes.limits).sum()), 1e-9)
+    return max(float(amplitudes.sum()), 1e-9)
 
 
 # The colour maps as bytes (STEPS, 3) of linear light.

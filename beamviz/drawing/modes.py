@@ -174,12 +174,11 @@ def amplitudes(view: ViewOptions, count: int) -> np.ndarray:
 
 def displacement(shapes: SampledModes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:
     """Displacement (n, 2) of the centreline at phases (m,) [rad] for amplitudes (m,)."""
-    sizes = np.minimum(amplitudes, shapes.limits)
-    rows = shapes.modes.reshape(len(sizes), 2 * len(shapes.x))
+    rows = shapes.modes.reshape(len(amplitudes), 2 * len(shapes.x))
     if np.iscomplexobj(rows):
-        moved = ((sizes * np.exp(1j * phases)) @ rows).imag
+        moved = ((amplitudes * np.exp(1j * phases)) @ rows).imag
     else:
-        moved = (sizes * np.sin(phases)) @ rows
+        moved = (amplitudes * np.sin(phases)) @ rows
     return moved.reshape(-1, 2)
 
 
@@ -192,8 +191,7 @@ def axial_strain(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
 
 def largest_strain(shapes: SampledModes, amplitudes: np.ndarray) -> float:
     """A bound of |axial strain| over time, for amplitudes (m,)."""
-    sizes = np.minimum(amplitudes, shapes.limits)
-    return float((np.abs(shapes.strain) + sizes @ shapes.strains).max())
+    return float((np.abs(shapes.strain) + amplitudes @ shapes.strains).max())
 
 
 # [s] on screen: longest period of the slowest mode, shortest of the fastest and of a rotation.

@@ -128,7 +128,7 @@ def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarra
     shapes, parts = drawn.shapes, [(0.25, ""), (0.75, "-")]
     if np.iscomplexobj(shapes.modes):
         parts += [(0.0, "'"), (0.5, "'-")]
-    fields = np.minimum(solved.drawn.amplitudes, shapes.limits)[:, None, None] * shapes.modes
+    fields = solved.drawn.amplitudes[:, None, None] * shapes.modes
     targets = [(k, 2 * math.pi * part, mark) for k in solved.shown for part, mark in parts]
 
     def surface(moved: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:

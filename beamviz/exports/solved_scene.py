@@ -71,8 +71,7 @@ class SolvedScene:
             return Camera((given.look_at + offset).tolist(), given.look_at)
         frame = self.scene.view.rotating_frame
         position = camera.viewpoint(self.shapes, frame, aspect, 0.0, self.heights, self.direction)
-        drawn = np.minimum(self.drawn.amplitudes, self.shapes.limits)
-        axial_reach = float(drawn @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
+        axial_reach = float(self.drawn.amplitudes @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 
     def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> BeamScene:

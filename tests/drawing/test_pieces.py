@@ -37,11 +37,10 @@ class Drawn:
     ):
         self.solution = solve(beam, **options)
         self.shapes = SampledModes.sampled(self.solution)
-        self.sizes = amplitude * np.array(shares)
         self.eye = camera.viewpoint(self.shapes, True, 16 / 9)
         self.scale = camera.scale(float(np.linalg.norm(self.eye)), HEIGHT)
         view = ViewOptions(colouring=colouring)
-        self.seen = DrawnBeam.of(self.shapes, view, self.scale, self.sizes)
+        self.seen = DrawnBeam.of(self.shapes, view, self.scale, amplitude * np.array(shares))
         self.pieces = subdivide(self.seen)
 
     @property
@@ -70,7 +69,7 @@ class Drawn:
     def moved(self, shapes: SampledModes, phase: float) -> np.ndarray:
         """The displacement (n, 2), each mode at a phase of its own."""
         phases = phase * (1 + np.arange(len(shapes.modes)) % 3)
-        return displacement(shapes, phases, self.sizes)
+        return displacement(shapes, phases, self.seen.amplitudes)
 
     def deviation(self) -> float:
         """How far the exact curve gets from the pieces on the screen, relative to the bound."""
@@ -135,7 +134,7 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
 def flat(drawn: Drawn, shapes: SampledModes, phase: float) -> np.ndarray:
     """The line (n, 2) in its own plane [pixels]."""
     phases = np.full(len(shapes.modes), phase)
-    return (shapes.centreline + displacement(shapes, phases, drawn.sizes)) * drawn.scale
+    return (shapes.centreline + displacement(shapes, phases, drawn.seen.amplitudes)) * drawn.scale
 
 
 def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT_SCALE) -> int:
