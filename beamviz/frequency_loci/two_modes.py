@@ -58,7 +58,9 @@ class TwoModes(NamedTuple):
 
     def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and difference of the two frequencies at p."""
-        r = np.hypot(self.d(p), 0.0 if self.uncoupled else abs(self.c(p)))
+        d: np.ndarray = self.d(p)
+        c: np.ndarray = np.zeros_like(d) if self.uncoupled else abs(self.c(p))
+        r = np.hypot(d, c)
         low, high = (np.sqrt(np.maximum(self.mean(p) + side * r, FLOOR)) for side in (-1, 1))
         return (low + high) / 2, 2 * r / (low + high)
 
