@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -40,6 +41,7 @@ def module_name(path: Path) -> str:
 MODULES = {module_name(path): path for path in sorted((ROOT / "beamviz").rglob("*.py"))}
 
 
+@cache
 def imports(path: Path) -> set[str]:
     """Every module a file imports anywhere in it, lazily or for its types too."""
     names = set()

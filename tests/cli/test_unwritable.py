@@ -17,7 +17,10 @@ SWEEP = ("--over", "gamma", "--start", "0", "--stop", "5", "--points", "3")
 SMALL = ("--width", "64", "--height", "64")
 FILES = {
     "screenshot": ("screenshot", "{}/a.png", *SMALL),
-    **{suffix: ("animate", f"{{}}/a.{suffix}", *SMALL) for suffix in ("gif", "webp", "mp4")},
+    **{
+        suffix: ("animate", f"{{}}/a.{suffix}", *SMALL, "--fps", "5")
+        for suffix in ("gif", "webp", "mp4")
+    },
     **{suffix: ("export", f"{{}}/a.{suffix}") for suffix in ("html", "glb", "csv", "npz")},
     "plot": ("loci", "--plot", "{}/a.png", *SWEEP),
 }
