@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes, amplitudes
@@ -134,8 +135,7 @@ def subdivide(drawn: DrawnBeam, before: int = 0) -> SampledModes:
     """The shapes sampled at the ends of the pieces that the beam is drawn in, of which one is at
     the mass, with the mean strain of each piece; before: the last number of pieces."""
     shapes, x = drawn.shapes, drawn.shapes.x
-    need = np.zeros(len(x))  # pieces from the clamp
-    np.cumsum(required_density(drawn) * (x[1:] - x[:-1]), out=need[1:])
+    need = np.append(0.0, np.cumsum(required_density(drawn) * np.diff(x)))  # from the clamp
     mass, whole = need.item(shapes.mass), need.item(-1)
     least = math.ceil(mass), math.ceil(whole - mass)
     count = piece_count(sum(least), before)
@@ -151,9 +151,9 @@ def subdivide(drawn: DrawnBeam, before: int = 0) -> SampledModes:
 def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
     """`shapes` at stations x (j,), with the mean strain between them."""
     known = shapes.x
-    strain = np.zeros(len(known))  # integral from the clamp
-    np.cumsum(shapes.strain * (known[1:] - known[:-1]), out=strain[1:])
-    fields = interpolate(known, np.concatenate([shapes.centreline[None], shapes.modes]), x)
+    strain = np.append(0.0, np.cumsum(shapes.strain * np.diff(known)))  # integral from the clamp
+    fields = np.concatenate([shapes.centreline[None], shapes.modes])
+    fields = make_interp_spline(known, fields, k=1, axis=1)(x)
     return replace(
         shapes,
         x=x,
@@ -199,10 +199,3 @@ def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, n
     bend[:, 1:-1] = np.abs(slope[:, 1:] - slope[:, :-1]) / (step[1:] + step[:-1]) * 2
     bend[:, shapes.mass] = 0.0
     return slope, np.maximum(bend[:, 1:], bend[:, :-1])
-
-
-def interpolate(known: np.ndarray, values: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Linear interpolation of values (..., n, 2) at stations `known` (n,), to x (j,) within."""
-    k = np.minimum(np.searchsorted(known, x, side="right"), len(known) - 1) - 1
-    share = ((x - known[k]) / (known[k + 1] - known[k]))[:, None]
-    return (1 - share) * values[..., k, :] + share * values[..., k + 1, :]
