@@ -14,7 +14,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("errors", "signals", "files"),
     ("beam",),
     ("solver",),
-    ("scene", "presets"),
+    ("scene",),
     ("frequency_loci",),
     ("sweeps",),
     ("plotting",),

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from beamviz.beam import PARAMETERS, SPIN_UP, Beam, Units
 from beamviz.errors import InvalidInput
+from beamviz.explorer.features.real_beam import STEEL_BEAM
 from beamviz.lessons import lesson
-from beamviz.presets import STEEL_BEAM
 from beamviz.scene import COLOURINGS, UPPER_LIMITS, Camera, Scene, ViewOptions, parse_query
 from beamviz.solver import CHOICES
 

@@ -12,7 +12,7 @@ from PIL import Image
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
-from beamviz.presets import RPM, STEEL_BEAM
+from beamviz.explorer.features.real_beam import RPM, STEEL_BEAM
 from beamviz.scene import START
 from beamviz.solver import solve
 

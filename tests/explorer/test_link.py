@@ -11,9 +11,9 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.comparison import CORIOLIS
+from beamviz.explorer.features.real_beam import STEEL_BEAM
 from beamviz.explorer.features.sharing import Link, parse_link
 from beamviz.lessons import lesson
-from beamviz.presets import STEEL_BEAM
 from beamviz.scene import Scene
 
 NODES = lesson("nodes").scene

@@ -13,9 +13,9 @@ from beamviz.drawing import text as messages
 from beamviz.drawing.text import measure, measures, rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.features.loci_chart import chart_data
+from beamviz.explorer.features.real_beam import MATERIALS
 from beamviz.explorer.page import html
 from beamviz.exports.html_page import solution_table
-from beamviz.presets import MATERIALS
 from beamviz.scene import Scene
 from beamviz.solver import solve
 

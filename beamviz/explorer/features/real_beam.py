@@ -1,4 +1,4 @@
-"""The panel of a real beam in SI units: dimensions, section and material."""
+"""The panel of a real beam in SI units: presets, dimensions, section and material."""
 
 import contextlib
 import math
@@ -14,9 +14,9 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.page.html import button, options
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
-from beamviz.presets import MATERIALS, REAL_BEAMS, RPM
 from beamviz.scene import Scene
 
+RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
 DIGITS = 8
 ROUNDING = 1e-9
@@ -45,6 +45,11 @@ class Section(NamedTuple):
     of: Callable[[float, float], Pair]
 
 
+def rectangle(width: float, thickness: float) -> Pair:
+    """A and I of a rectangle."""
+    return width * thickness, width * thickness**3 / 12
+
+
 def tube(diameter: float, wall: float) -> Pair:
     """A and I of a tube; a rod for a wall of half the diameter."""
     area = math.pi * wall * (diameter - wall)
@@ -62,7 +67,7 @@ def tube_sizes(area: float, moment: float) -> Pair:
 SECTIONS = {
     "rectangle": Section(
         ("width", "thickness"),
-        lambda b, h: (b * h, b * h**3 / 12),
+        rectangle,
         lambda area, moment: (area / math.sqrt(12 * moment / area), math.sqrt(12 * moment / area)),
     ),
     "tube": Section(("diameter", "wall"), tube, tube_sizes),
@@ -86,9 +91,92 @@ SIZES = {
     "second_moment": Field("second moment I [mm⁴]", 1e-12),
 }
 ALL_FIELDS = FIELDS | SIZES
-PRESETS = {real.name: real for real in REAL_BEAMS}
 SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}
+
+# Materials and presets
+
+MATERIALS = {  # usual values
+    "steel": {"youngs_modulus": 210e9, "density": 7850.0},
+    "aluminium": {"youngs_modulus": 70e9, "density": 2700.0},
+    "titanium": {"youngs_modulus": 110e9, "density": 4500.0},
+    "glass fibre": {"youngs_modulus": 30e9, "density": 1900.0},
+}
 MATERIAL_NAMES = {**{name: name for name in MATERIALS}, "own": "own E and ρ"}
+
+
+class RealBeam(NamedTuple):
+    """A beam in SI units to start from, with its source: the keywords of `Beam.from_si`, and the
+    kind of its cross-section."""
+
+    name: str
+    source: str
+    values: dict[str, float]
+    section: str = "own"
+
+    @property
+    def beam(self) -> Beam:
+        return Beam.from_si(**self.values)
+
+
+def rectangular(*sizes: float) -> dict[str, float]:
+    """Area and second moment of a rectangular section, from its sides [m]."""
+    return dict(zip(SECTIONS["own"].sizes, rectangle(*sizes), strict=True))
+
+
+STEEL_BEAM = RealBeam(
+    "steel beam",
+    "A bar of rectangular section, 1000 x 30 x 5 mm, without a mass, on a shaft at 300 rpm. Steel"
+    " as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
+    {**MATERIALS["steel"], **rectangular(30e-3, 5e-3), "length": 1.0, "rotation_speed": 300 * RPM},
+    "rectangle",
+)
+RULER = RealBeam(
+    "steel ruler",
+    "A laboratory rule of a common size, 300 x 25 x 1 mm, with a clip of 10 g at its tip, on a"
+    " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
+    {
+        **MATERIALS["steel"],
+        **rectangular(25e-3, 1e-3),
+        "length": 0.3,
+        "rotation_speed": 300 * RPM,
+        "mass": 0.01,
+        "mass_position": 0.3,
+    },
+    "rectangle",
+)
+ARM = RealBeam(
+    "spin-up arm",
+    "A manipulator arm: the spin-up manoeuvre after Simo & Vu-Quoc (J. Appl. Mech. 53, 1986),"
+    " with the values that many papers repeat: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
+    " 6 rad/s. With E = 70 GPa the section follows.",
+    {
+        "length": 10.0,
+        "density": 3000.0,
+        "area": 4e-4,
+        "second_moment": 2e-7,
+        "youngs_modulus": 70e9,
+        "rotation_speed": 6.0,
+    },
+)
+BLADE = RealBeam(
+    "wind blade",
+    "A wind turbine blade made uniform: length, mass, hub and rated speed of the NREL 5 MW"
+    " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
+    " (E = 30 GPa, 1900 kg/m³: typical values) as stiff as gives its first flapwise frequency,"
+    " 0.67 Hz, at rest. A real one tapers and twists.",
+    {
+        "length": 61.5,
+        "density": 1900.0,
+        "area": 17740.0 / (1900.0 * 61.5),
+        "second_moment": 0.197,
+        "youngs_modulus": 30e9,
+        "hub_radius": 1.5,
+        "rotation_speed": 12.1 * RPM,
+    },
+)
+PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
+
+# Edits
 
 
 def entries(beam: Beam) -> dict[str, float]:
