@@ -88,6 +88,15 @@ def shown(url) -> Iterator[Page]:
 
 
 @pytest.fixture(scope="module")
+def plain() -> Iterator[Any]:
+    """viser's own server, unprotected, for comparison."""
+    from live.server import plain_viser_server
+
+    with plain_viser_server() as server:
+        yield server
+
+
+@pytest.fixture(scope="module")
 def frame_loops() -> Iterator[list[Any]]:
     """The frame loops of all explorers started after this, in their order."""
     from beamviz import explorer as server

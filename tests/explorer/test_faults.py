@@ -217,7 +217,13 @@ def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, 
 @pytest.mark.parametrize("visitors", [jobs.SOLVERS + 2, *slow(frame_loop.CROWD)])
 def test_endless_solves_do_not_delay_other_visitors(url, other, frame_loops, visitors):
     """More visitors wait for one than there are workers; with many visitors it is taken for a quick
-    one of a batch. Another visitor gets frames and answers as before."""
+    one of a batch. Another visitor gets frames and answers as before. The threads that took the
+    place of those workers end with it."""
+
+    def solvers() -> int:
+        return sum(thread.name == "solver" for thread in threading.enumerate())
+
+    idle = solvers()
     with contextlib.ExitStack() as guests:
         ENOUGH.clear()
         *crowd, last = [guests.enter_context(visitor(url)) for _ in range(visitors)]
@@ -236,6 +242,7 @@ def test_endless_solves_do_not_delay_other_visitors(url, other, frame_loops, vis
         sessions = list(frame_loops[0].sessions.values())
         assert sum(session.visitor.solver.busy for session in sessions) > jobs.SOLVERS
     alone(frame_loops)
+    wait_until(lambda: solvers() == idle)
 
 
 def test_the_server_stops_during_an_endless_solve(url):

@@ -49,22 +49,6 @@ def test_work_starts_in_order_two_at_a_time(release):
     assert sorted(begun[4:]) == [4, 5]
 
 
-def test_long_work_does_not_delay_other_work(release):
-    """Other work is done on substitute threads, which end with the long work."""
-    done: list[int] = []
-    with closing(WorkerPool(2, "test long", long=0.1)) as pool:
-        idle = threads("test long")
-        for _ in range(9):
-            pool.submit(lambda: release.wait(60))
-        for k in range(20):
-            pool.submit(lambda k=k: done.append(k))
-        wait_until(lambda: len(done) == 20)
-        assert sorted(done) == list(range(20))
-        assert threads("test long") >= 9 + 2
-        release.set()
-        wait_until(lambda: threads("test long") == idle)
-
-
 def test_closing_a_pool_does_not_wait(release):
     """Waiting work is discarded, running work is completed, and no thread is left."""
     done: list[int] = []

@@ -98,11 +98,6 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
         return line.close_code or 0
 
 
-def wait_for_client(server: viser.ViserServer) -> None:
-    """Wait until viser has a client."""
-    wait_until(server.get_clients)
-
-
 def wait_until(done: Callable[[], Any], timeout: float = 60.0) -> Any:
     """Wait until `done` returns a true value; that value."""
     end = time.monotonic() + timeout

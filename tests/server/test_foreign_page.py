@@ -49,10 +49,9 @@ def framed(shown: Page, url: str) -> bool:
     )
 
 
-def test_a_foreign_page_cannot_control_a_session(foreign, url):
+def test_a_foreign_page_cannot_control_a_session(foreign, plain, url):
     """With a bare viser server it can: any page that is open in the same browser."""
-    with plain_viser_server() as viser_server:
-        assert opens(foreign, url_of(viser_server))
+    assert opens(foreign, url_of(plain))
     assert not opens(foreign, url)
 
 
@@ -70,21 +69,17 @@ def test_a_foreign_page_cannot_use_the_cookie_of_a_visitor(foreign):
         assert not opens(shown, found.split("?")[0])
 
 
-def test_a_foreign_page_cannot_put_the_explorer_in_a_frame(foreign, url):
+def test_a_foreign_page_cannot_put_the_explorer_in_a_frame(foreign, plain, url):
     """A frame under a foreign page's own buttons would steal clicks."""
-    with plain_viser_server() as viser_server:
-        assert framed(foreign, url_of(viser_server) + "/")
+    assert framed(foreign, url_of(plain) + "/")
     assert not framed(foreign, url + "/")
 
 
 @pytest.mark.slow
-def test_our_own_page_cannot_connect_to_other_servers(url):
+def test_our_own_page_cannot_connect_to_other_servers(foreign, plain, url):
     """An injected script could not send data anywhere."""
-    with plain_viser_server() as other, plain_viser_server() as viser_server:
-        with page(url_of(viser_server)) as shown:
-            shown.wait(SHOWN)
-            assert opens(shown, url_of(other))
-        with page(url) as shown:
-            shown.wait(SHOWN)
-            assert opens(shown, url)
-            assert not opens(shown, url_of(other))
+    assert opens(foreign, url_of(plain))  # whose page is viser's own
+    with page(url) as shown:
+        shown.wait(SHOWN)
+        assert opens(shown, url)
+        assert not opens(shown, url_of(plain))

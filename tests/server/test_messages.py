@@ -1,6 +1,5 @@
 """What a visitor may send and see: each attack first on a plain viser server, then refused here."""
 
-import contextlib
 import logging
 from collections.abc import Iterator
 from typing import Any
@@ -15,7 +14,6 @@ from live.server import (
     plain_viser_server,
     raw_socket,
     url_of,
-    wait_for_client,
     wait_until,
 )
 from live.visitor import BEAM, Visitor, beam_moved, final_text, pause, visitor
@@ -28,12 +26,24 @@ from beamviz.server.viser_private import message_types
 TOO_BIG = 1009
 
 
-@contextlib.contextmanager
-def plain_session() -> Iterator[tuple[viser.ViserServer, viser.GuiSliderHandle, str, Connection]]:
-    """viser's own server with a slider and its name in messages, and a visitor's socket."""
-    with plain_viser_server() as server, raw_socket(url_of(server)) as line:
-        slider = server.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
-        yield server, slider, slider._impl.uuid, line
+@pytest.fixture
+def plain() -> Iterator[viser.ViserServer]:
+    """viser's own server, for one test, as attacks succeed."""
+    with plain_viser_server() as server:
+        yield server
+
+
+@pytest.fixture
+def slider(plain) -> viser.GuiSliderHandle:
+    """A slider of viser's own server."""
+    return plain.gui.add_slider("x", 0.0, 1.0, 0.1, 0.5)
+
+
+@pytest.fixture
+def line(plain) -> Iterator[Connection]:
+    """The socket of a visitor of viser's own server."""
+    with raw_socket(url_of(plain)) as socket:
+        yield socket
 
 
 def update(uuid: str, **updates: Any) -> bytes:
@@ -43,16 +53,15 @@ def update(uuid: str, **updates: Any) -> bytes:
 # Messages that viser's page does not send
 
 
-def test_no_visitor_can_open_a_public_tunnel(url):
+def test_no_visitor_can_open_a_public_tunnel(plain, line, url):
     """viser opens one for a single message, with its button hidden or not."""
     with mock.patch("viser._viser.ViserTunnel") as tunnel:
         tunnel.return_value.get_status.return_value = "connected"
-        with plain_session() as (server, _, _, line):
-            server.gui.configure_theme(show_share_button=False)
-            line.send(encoded(type="ShareUrlRequest"))
-            connected = tunnel.return_value.on_connect
-            wait_until(lambda: connected.called)
-            connected.call_args[0][0](1)  # ends viser's thread
+        plain.gui.configure_theme(show_share_button=False)
+        line.send(encoded(type="ShareUrlRequest"))
+        connected = tunnel.return_value.on_connect
+        wait_until(lambda: connected.called)
+        connected.call_args[0][0](1)  # ends viser's thread
         tunnel.reset_mock()
         assert close_code(url, encoded(type="ShareUrlRequest")) == POLICY_VIOLATION
         with run_server() as ours:
@@ -60,45 +69,39 @@ def test_no_visitor_can_open_a_public_tunnel(url):
         assert not tunnel.called
 
 
-def test_a_visitor_cannot_set_attributes_of_controls(url):
+def test_a_visitor_cannot_set_attributes_of_controls(line, slider, url):
     """viser sets any attribute of a control that a message names."""
-    with plain_session() as (_, slider, uuid, line):
-        line.send(update(uuid, removed=True, update_cb=[]))
-        wait_until(lambda: slider._impl.removed)
+    line.send(update(slider._impl.uuid, removed=True, update_cb=[]))
+    wait_until(lambda: slider._impl.removed)
     for updates in ({"update_cb": []}, {"value": 1, "removed": True}, {}):
         assert close_code(url, update("x", **updates)) == POLICY_VIOLATION
 
 
-def test_a_visitor_cannot_send_messages_to_others(url):
+def test_a_visitor_cannot_send_messages_to_others(plain, line, url):
     """viser forwards "form" messages to all, and stores them for later visitors."""
     message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
-    with plain_session() as (server, _, _, line):
-        buffer = server._websock_server._broadcast_buffer.message_from_id
-        before = len(buffer)
-        line.send(message)
-        wait_until(lambda: len(buffer) > before)
+    buffer = plain._websock_server._broadcast_buffer.message_from_id
+    before = len(buffer)
+    line.send(message)
+    wait_until(lambda: len(buffer) > before)
     assert close_code(url, message) == POLICY_VIOLATION
 
 
-def test_a_visitor_cannot_fill_the_memory_with_a_file(url):
+def test_a_visitor_cannot_fill_the_memory_with_a_file(plain, line, slider, url):
     """viser accepts files for any control, without a limit."""
     start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
     start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
-    with plain_session() as (server, _, uuid, line):
-        line.send(encoded(**start | {"source_component_uuid": uuid}))
-        wait_until(lambda: server.gui._current_file_upload_states)
+    line.send(encoded(**start | {"source_component_uuid": slider._impl.uuid}))
+    wait_until(lambda: plain.gui._current_file_upload_states)
     assert close_code(url, encoded(**start)) == POLICY_VIOLATION
 
 
-def test_messages_have_a_maximum_size(url):
+def test_messages_have_a_maximum_size(line, url):
     """viser reads up to 50 MB; messages of the page are far below our limit."""
     huge = update("x", value="x" * MAX_BYTES)
-    with plain_session() as (server, _, _, line):
-        line.send(encoded(**CAMERA_MESSAGE))
-        wait_for_client(server)
-        line.send(huge)
-        line.ping().wait(5)
-        assert server.get_clients()
+    for message in (encoded(**CAMERA_MESSAGE), huge):
+        line.send(message)
+        assert line.ping().wait(5)
     assert close_code(url, huge) == TOO_BIG
 
 
@@ -152,11 +155,10 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
 # What belongs to one visitor
 
 
-def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
+def test_a_visitor_cannot_change_or_remove_the_controls_of_another(line, slider, url):
     """viser shares controls: one visitor can change or remove them for all. Here none is."""
-    with plain_session() as (_, slider, uuid, line):
-        line.send(update(uuid, value=1.0))
-        wait_until(lambda: slider.value == 1.0)
+    line.send(update(slider._impl.uuid, value=1.0))
+    wait_until(lambda: slider.value == 1.0)
     with visitor(url) as one, visitor(url) as other:
         for mine, others in ((one.controls, other.controls), (one.commands, other.commands)):
             assert mine.keys() == others.keys() != set()
@@ -178,12 +180,12 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(url):
         other.show_speed(11.0)
 
 
-def test_a_visitor_receives_nothing_of_another(url):
+def test_a_visitor_receives_nothing_of_another(plain, line, slider, url):
     """viser sends the edits of one visitor to all; here neither controls nor texts nor scenes."""
-    with plain_session() as (server, _, uuid, one), raw_socket(url_of(server)) as other:
-        other.send(update(uuid, value=1.0))
-        eavesdropper = Visitor(one)
-        eavesdropper.wait(lambda _: uuid in eavesdropper.updated)
+    with raw_socket(url_of(plain)) as other:
+        other.send(update(slider._impl.uuid, value=1.0))
+        eavesdropper = Visitor(line)
+        eavesdropper.wait(lambda _: slider._impl.uuid in eavesdropper.updated)
     with visitor(url) as one, visitor(url) as other:
         for guest in (one, other):
             pause(guest, quiet=2.0)

@@ -20,7 +20,6 @@ from live.server import (
     plain_viser_server,
     raw_socket,
     url_of,
-    wait_for_client,
     wait_until,
 )
 from live.visitor import PAPER, visitor
@@ -56,15 +55,12 @@ def open_url() -> Iterator[str]:
 # Origin and Host
 
 
-def test_a_foreign_page_gets_403(url):
+def test_a_foreign_page_gets_403(plain, url):
     """Over WebSocket and over HTTP; viser accepts any page."""
-    with (
-        plain_viser_server() as viser_server,
-        raw_socket(url_of(viser_server), origin=FOREIGN_ORIGIN) as line,
-    ):
+    with raw_socket(url_of(plain), origin=FOREIGN_ORIGIN) as line:
         line.send(encoded(**CAMERA_MESSAGE))
-        wait_for_client(viser_server)
-        assert http_get(url_of(viser_server), Origin=FOREIGN_ORIGIN)[0] == 200
+        wait_until(plain.get_clients)
+        assert http_get(url_of(plain), Origin=FOREIGN_ORIGIN)[0] == 200
     assert handshake_status(url, origin=FOREIGN_ORIGIN) == 403
     assert handshake_status(url, origin="null") == 403
     assert http_get(url, Origin=FOREIGN_ORIGIN)[0] == 403
@@ -75,25 +71,22 @@ def test_a_foreign_page_gets_403(url):
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1.evil.example:{port}", "127.0.0.1:1"])
-def test_a_rebound_name_gets_403(url, host):
+def test_a_rebound_name_gets_403(plain, url, host):
     """DNS rebinding makes a foreign page same-origin; only the Host header shows it."""
-    with plain_viser_server() as viser_server:
-        here = url_of(viser_server)
-        name = host.format(port=viser_server.get_port())
-        assert http_get(here, Host=name)[0] == 200
-        with raw_socket(here, additional_headers={"Host": name}, origin=f"http://{name}"):
-            pass
+    name = host.format(port=plain.get_port())
+    headers = {"additional_headers": {"Host": name}, "origin": f"http://{name}"}
+    assert http_get(url_of(plain), Host=name)[0] == 200
+    assert handshake_status(url_of(plain), **headers) == 101
     name = host.format(port=url.split(":")[2])
     status, _, body = http_get(url, Host=name)
     assert (status, b"does not answer to" in body) == (403, True)
     assert handshake_status(url, additional_headers={"Host": name}, origin=f"http://{name}") == 403
 
 
-def test_two_hosts_in_one_request_are_refused(url):
+def test_two_hosts_in_one_request_are_refused(plain, url):
     """A proxy and a server might read different ones."""
     place = url.removeprefix("http://")
-    with plain_viser_server() as viser_server:
-        assert http_get(url_of(viser_server), Host="evil.example", host="localhost")[0] == 200
+    assert http_get(url_of(plain), Host="evil.example", host="localhost")[0] == 200
     assert http_get(url, Host=place, host="evil.example")[0] == 403
 
 
@@ -149,12 +142,10 @@ def test_only_this_machine_can_connect_by_default(url):
 # The key
 
 
-def test_on_a_network_the_key_is_required(open_url):
+def test_on_a_network_the_key_is_required(plain, open_url):
     """viser accepts all by default."""
-    with plain_viser_server("0.0.0.0") as viser_server:
-        assert http_get(url_of(viser_server))[0] == 200
-        with raw_socket(url_of(viser_server)):
-            pass
+    assert http_get(url_of(plain))[0] == 200
+    assert handshake_status(url_of(plain)) == 101
     for path in ("/", "/?token=", "/?token=wrong", f"/?token={KEY}x", "/?token=%ff%fe"):
         status, _, body = http_get(open_url, path)
         assert (status, b"viser" in body) == (403, False)
@@ -235,12 +226,12 @@ def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
 # Responses
 
 
-def test_every_response_has_the_security_headers(url):
+def test_every_response_has_the_security_headers(plain, url):
     """No frames, no MIME sniffing, no referrer, no other connections, no version; also where no
     file is served and no folder listed, as viser ensures itself."""
-    with plain_viser_server() as viser_server:
-        assert "Content-Security-Policy" in missing_headers(http_get(url_of(viser_server))[1])
-        assert "websockets" in http_get(url_of(viser_server))[1]["Server"]
+    headers = http_get(url_of(plain))[1]
+    assert "Content-Security-Policy" in missing_headers(headers)
+    assert "websockets" in headers["Server"]
     assert not missing_headers(http_get(url)[1])
     for path in OTHER_FILES:
         status, headers, _ = http_get(url, path)
