@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.drawing.modes import SampledModes, axial_strain, largest_strain
+from beamviz.drawing.modes import SampledModes, axial_strain
 
 RGB = tuple[int, int, int]
 
@@ -72,10 +72,12 @@ def scaled(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -
 
 
 def colour_range(shapes: SampledModes, name: str, amplitudes: np.ndarray) -> float:
-    """The value at the end of the colour map (never 0)."""
+    """The value at the end of the colour map (never 0), for amplitudes (m,): a bound of the
+    displacement, or of |axial strain|, over time."""
+    largest = amplitudes.sum()
     if name == "axial strain":
-        return max(largest_strain(shapes, amplitudes), 1e-9)
-    return max(float(amplitudes.sum()), 1e-9)
+        largest = (np.abs(shapes.strain) + amplitudes @ shapes.strains).max()
+    return max(float(largest), 1e-9)
 
 
 # The colour maps as bytes (STEPS, 3) of linear light.

@@ -35,14 +35,14 @@ class SampledModes:
 
     beam: Beam
     plane: str
-    labels: tuple[str, ...]
-    frequencies: np.ndarray
     x: np.ndarray
     centreline: np.ndarray
     strain: np.ndarray
-    modes: np.ndarray
-    limits: np.ndarray
-    nodes: Sequence[np.ndarray]
+    labels: tuple[str, ...] = ()
+    frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    modes: np.ndarray = field(default_factory=lambda: np.zeros((0, STATIONS, 2)))
+    limits: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    nodes: Sequence[np.ndarray] = ()
 
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
@@ -58,11 +58,11 @@ class SampledModes:
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,
-            labels=labels,
-            frequencies=solution.frequencies,
             x=x,
             centreline=equilibrium.position(x),
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
+            labels=labels,
+            frequencies=solution.frequencies,
             modes=modes if previous is None else align_signs(modes, labels, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
             nodes=node_positions(x, solution.beam.beta, local[range(len(modes)), :, larger]),
@@ -72,27 +72,13 @@ class SampledModes:
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without modes, for a beam without a solution."""
         x = stations(beam.beta)
-        return cls(
-            beam=beam,
-            plane=plane,
-            labels=(),
-            frequencies=np.zeros(0),
-            x=x,
-            centreline=np.stack([x, 0 * x], 1),
-            strain=np.zeros(len(x) - 1),
-            modes=np.zeros((0, len(x), 2)),
-            limits=np.zeros(0),
-            nodes=(),
-        )
+        return cls(beam, plane, x, np.stack([x, 0 * x], 1), np.zeros(len(x) - 1))
 
     @cached_property
     def strains(self) -> np.ndarray:
         """A bound (m, n - 1) of |axial strain| of each mode over time."""
-        parts = [
-            sum(np.abs(axial_strain(self, part) - self.strain) for part in (mode.real, mode.imag))
-            for mode in self.modes
-        ]
-        return np.array(parts).reshape(len(self.modes), len(self.strain))
+        strains = axial_strain(self, self.modes) - self.strain
+        return np.abs(strains.real) + np.abs(strains.imag)
 
     @cached_property
     def mass(self) -> int:
@@ -183,15 +169,10 @@ def displacement(shapes: SampledModes, phases: np.ndarray, amplitudes: np.ndarra
 
 
 def axial_strain(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
-    """Axial strain (n - 1,): that of the equilibrium and, to first order, of `moved` (n, 2)."""
+    """Axial strain (..., n - 1): of the equilibrium and, to first order, of `moved` (..., n, 2)."""
     step = np.diff(shapes.centreline, axis=0)
     tangent = step / np.linalg.norm(step, axis=1, keepdims=True)
-    return shapes.strain + (np.diff(moved, axis=0) * tangent).sum(axis=1) / np.diff(shapes.x)
-
-
-def largest_strain(shapes: SampledModes, amplitudes: np.ndarray) -> float:
-    """A bound of |axial strain| over time, for amplitudes (m,)."""
-    return float((np.abs(shapes.strain) + amplitudes @ shapes.strains).max())
+    return shapes.strain + (np.diff(moved, axis=-2) * tangent).sum(axis=-1) / np.diff(shapes.x)
 
 
 # [s] on screen: longest period of the slowest mode, shortest of the fastest and of a rotation.

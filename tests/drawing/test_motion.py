@@ -11,14 +11,7 @@ from hypothesis import given, settings
 from beamviz.beam import Beam
 from beamviz.drawing import colours
 from beamviz.drawing.beam_mesh import DrawnBeam
-from beamviz.drawing.modes import (
-    Clock,
-    SampledModes,
-    axial_strain,
-    displacement,
-    largest_strain,
-    playback_rate,
-)
+from beamviz.drawing.modes import Clock, SampledModes, axial_strain, displacement, playback_rate
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, ViewOptions
 from beamviz.solver import solve
 
@@ -117,7 +110,7 @@ def test_strain_is_that_of_the_equilibrium_plus_that_of_the_motion():
     moved = single_mode(shapes, stretching, 0.25)
     slope = np.diff(moved[:, 0]) / np.diff(shapes.x)
     assert np.allclose(axial_strain(shapes, moved), shapes.strain + slope)
-    bound = largest_strain(shapes, 0.15 * np.eye(5)[stretching])
+    bound = colours.colour_range(shapes, "axial strain", 0.15 * np.eye(5)[stretching])
     assert bound == pytest.approx(np.abs(shapes.strain + slope).max(), rel=1e-6)
 
 
