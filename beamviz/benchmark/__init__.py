@@ -88,11 +88,9 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     rows = work_precision.measure(solvers, work_precision.QUICK if quick else work_precision.FULL)
     print("bare LAPACK", file=sys.stderr)
     repeats = LAPACK_REPEATS[quick]
-    times = {scene: work_precision.lapack_times(beam, repeats) for scene, beam in SCENES.items()}
-    ratios = {
-        "bare_lapack": {scene: found.solve / found.lapack for scene, found in times.items()},
-        "eigh": {scene: found.solve / found.eigh for scene, found in times.items()},
-    }
+    found = {scene: work_precision.lapack_ratios(beam, repeats) for scene, beam in SCENES.items()}
+    names = ("bare_lapack", "eigh")
+    ratios = {name: {scene: one[name] for scene, one in found.items()} for name in names}
     about = environment(solvers, quick, release) | ratios
     write_files(folder, files(rows, about))
     return "\n".join(summary(rows, ratios))

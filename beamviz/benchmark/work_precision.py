@@ -201,24 +201,16 @@ def processor_time() -> float:
     return time.process_time() + times.children_user + times.children_system
 
 
-class LapackTimes(NamedTuple):
-    """Times [s] of a default solve, and of its eigenproblems alone, repeated while caches are warm,
-    by LAPACK's routines and by scipy.linalg.eigh (all modes)."""
-
-    solve: float
-    lapack: float
-    eigh: float
-
-
-def lapack_times(beam: Beam, repeats: int = REPEATS) -> LapackTimes:
-    """A default solve beside the eigenproblems in it: LAPACK's time is the least that any solver
-    of them would take, scipy.linalg.eigh is the usual one."""
-    problems = lapack_problems(beam)
-    return LapackTimes(
-        least_time(partial(solve, beam), repeats),
-        sum(least_time(problem, repeats) for problem in problems),
-        sum(least_time(partial(eigh, *one.args), repeats) for one in problems),
-    )
+def lapack_ratios(beam: Beam, repeats: int = REPEATS) -> dict[str, float]:
+    """The time of a default solve over that of its eigenproblems alone, repeated while caches are
+    warm, by LAPACK's routines ("bare_lapack": the least that any solver of them would take) and by
+    scipy.linalg.eigh ("eigh": the usual one, with all modes)."""
+    problems, whole = lapack_problems(beam), least_time(partial(solve, beam), repeats)
+    usual = [partial(eigh, *one.args) for one in problems]
+    return {
+        name: whole / sum(least_time(one, repeats) for one in alone)
+        for name, alone in {"bare_lapack": problems, "eigh": usual}.items()
+    }
 
 
 def lapack_problems(beam: Beam) -> list[partial[tuple]]:

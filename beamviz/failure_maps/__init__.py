@@ -6,7 +6,7 @@ colour-blind and in grey: lightness falls from kind to kind, and hatches help. L
 their name.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from operator import itemgetter
@@ -46,57 +46,46 @@ def stability(out: Path, quick: bool) -> str:
     size, state_size = (QUICK, QUICK_STATES) if quick else (FULL, FULL_STATES)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         found = [compute.compute_map(plane, size, pool) for plane in compute.PLANES]
-        rows = compute.state_rows, "stable states over "
-        states = compute.compute_map(compute.INWARD, state_size, pool, *rows)
+        states = compute.compute_map(compute.INWARD, state_size, pool)
     write_files(out, files(found, states))
     return page(found, states)
 
 
 def files(found: list[Map], states: Map) -> Files:
     """Pictures, data and text by file name."""
-    data = [as_data(one, verdict_data) for one in found] + [as_data(states, state_data)]
-    for one, numbers in zip(found, data, strict=False):
-        numbers["buckling"] = rounded(one.speeds(0, "buckling"))  # of the reference
-    text = json_text(data, indent=None) + "\n"
+    text = json_text([as_data(one) for one in (*found, states)], indent=None) + "\n"
     contents = {PAGE: page(found, states).encode(), "stability.json": text.encode()}
     for one in found:
         contents |= pictures(one)
     return contents | state_pictures(states)
 
 
-def as_data(found: Map, method_data: Callable[[Map, int], dict[str, Any]]) -> dict[str, Any]:
+def as_data(found: Map) -> dict[str, Any]:
     """The beam, the speeds and the values of the other number of a map, and its methods."""
-    return {
+    data = {
         "over": found.plane.over,
         "beam": found.plane.beam.numbers,
         "gamma": found.gammas,
         "values": found.values,
         "methods": {method.name: method_data(found, k) for k, method in enumerate(METHODS)},
     }
+    reference = {} if found.plane.states else {"buckling": rounded(found.speeds(0, "buckling"))}
+    return data | reference
 
 
-def verdict_data(found: Map, method: int) -> dict[str, Any]:
-    """The verdicts on a method, with a command for every cell that is not correct."""
-    return {
-        "options": METHODS[method].options,
-        "kinds": found.kinds(method),
-        "limit": rounded(found.speeds(method, "limit")),
-        "false loss": rounded(found.speeds(method, "loss")),
-        "failing": list(failing(found, method)),
-    }
-
-
-def state_data(found: Map, method: int) -> dict[str, Any]:
-    """The stable states by a method."""
-    options = METHODS[method].options
+def method_data(found: Map, method: int) -> dict[str, Any]:
+    """The stable states by a method; or the verdicts on it, with a command for every cell that is
+    not correct."""
+    options, kinds = METHODS[method].options, found.kinds(method)
     if refusal := found.refusal(method):
         return {"options": options, "says": refusal}
-    return {
-        "options": options | STABLE,
-        "states": found.kinds(method),
-        "buckling": rounded(found.speeds(method, "buckling")),
-        "limit": rounded(found.speeds(method, "limit")),
-    }
+    limit, buckling, loss = (
+        rounded(found.speeds(method, name)) for name in ("limit", "buckling", "loss")
+    )
+    if found.plane.states:
+        return {"options": options | STABLE, "states": kinds, "buckling": buckling, "limit": limit}
+    verdicts = {"options": options, "kinds": kinds, "limit": limit, "false loss": loss}
+    return {**verdicts, "failing": list(failing(found, method))}
 
 
 def failing(found: Map, method: int) -> Iterator[dict[str, Any]]:

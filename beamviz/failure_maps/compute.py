@@ -10,7 +10,7 @@ the other state of a neighbour in the row finds one that is resolved and no mirr
 """
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from functools import partial
 from typing import Any, NamedTuple
@@ -179,7 +179,8 @@ def distance(one: Outcome, other: Outcome, labels: tuple[str, ...]) -> float:
 
 
 class Plane(NamedTuple):
-    """The number that varies beside the speed, the beam of the others, and its description."""
+    """The number that varies beside the speed, the beam of the others, and its description.
+    states: whether its map is of stable states instead of failures."""
 
     over: str
     beam: Beam
@@ -187,6 +188,7 @@ class Plane(NamedTuple):
     stop: float
     logarithmic: bool
     held: str
+    states: bool = False
 
     def at(self, gamma: float, value: float) -> Beam:
         """The beam at a place of the plane."""
@@ -198,7 +200,7 @@ PLANES = (
     Plane("alpha", Beam(beta=0.5, delta=1), 0.01, 100, True, "mass at β = 0.5, δ = 1, μ = 70"),
     Plane("mu", Beam(delta=1), 10, 10000, True, "no mass, δ = 1"),
 )
-INWARD = Plane("delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70")
+INWARD = Plane("delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70", states=True)
 
 
 class Row(NamedTuple):
@@ -323,19 +325,14 @@ def state_kind(found: Outcome, several: bool) -> str:
     return SEVERAL if several else found.equilibrium.shape
 
 
-def compute_map(
-    plane: Plane,
-    size: tuple[int, int],
-    pool: Executor,
-    solve_row: Callable[[Plane, np.ndarray, float], list[Row]] = verdict_rows,
-    name: str = "",
-) -> Map:
+def compute_map(plane: Plane, size: tuple[int, int], pool: Executor) -> Map:
     """The map of one plane, whose rows are computed in parallel."""
     columns, rows = size
     gammas = middles(SLOWEST, FASTEST, columns, True)
     values = middles(plane.start, plane.stop, rows, plane.logarithmic)
+    solve_row, subject = (state_rows, "stable states over ") if plane.states else (verdict_rows, "")
     done = []
     for k, row in enumerate(pool.map(partial(solve_row, plane, gammas), values.tolist())):
         done.append(row)
-        print(f"{name}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
+        print(f"{subject}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
     return Map(plane, gammas, values, list(zip(*done, strict=True)))

@@ -30,7 +30,7 @@ from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes
 from beamviz.solver.hp.mesh import interpolation_matrix
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Solution, straight
+from beamviz.solver.solution import Solution, read_only, straight
 
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
@@ -41,7 +41,6 @@ class Grid(NamedTuple):
 
     ends: tuple[float, ...]  # of the parts
     points: np.ndarray  # (n,)
-    weights: np.ndarray  # (n,) of the integral over the beam
     from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
     to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
 
@@ -53,15 +52,13 @@ def grid(ends: tuple[float, ...], order: int) -> Grid:
     Q = chebyshev.chebvander(xi, order + 1) @ chebyshev.chebint(np.eye(order + 1), lbnd=-1)
     Q = Q @ np.linalg.inv(chebyshev.chebvander(xi, order))  # integrals from the left end
     parts, size = len(ends) - 1, order + 1
-    points, weights = np.empty(parts * size), np.empty(parts * size)
-    J = np.zeros((parts * size, parts * size))
+    points, J = np.empty(parts * size), np.zeros((parts * size, parts * size))
     for k, (a, b) in enumerate(pairwise(ends)):
         here, half = slice(k * size, (k + 1) * size), (b - a) / 2
-        points[here], weights[here] = a + half * (xi + 1), half * Q[-1]
-        J[here, : k * size], J[here, here] = weights[: k * size], half * Q
-    for array in (arrays := (points, weights, J, weights - J)):
-        array.setflags(write=False)
-    return Grid(ends, *arrays)
+        points[here] = a + half * (xi + 1)
+        J[k * size :, here] = half * Q[-1]  # of the parts further out; here it is replaced
+        J[here, here] = half * Q
+    return Grid(ends, *map(read_only, (points, J, J[-1] - J)))
 
 
 def solve(beam: Beam, problem: Problem, start: float) -> Solution:
@@ -146,7 +143,7 @@ def _lowest(A: np.ndarray, B: np.ndarray, modes: int) -> tuple[np.ndarray, np.nd
 def _unit_mass_shapes(on: Grid, beam: Beam, shapes: np.ndarray) -> Shapes:
     """The polynomials through shapes (n, modes), of unit modal mass."""
     at_mass = np.argmin(abs(on.points - beam.beta))
-    mass = on.weights @ shapes**2
+    mass = on.from_clamp[-1] @ shapes**2
     if on.points[at_mass] == beam.beta:
         mass = mass + beam.alpha * shapes[at_mass] ** 2
     return partial(_values, on, shapes / np.sqrt(mass))

@@ -12,15 +12,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    CancelledError,
-    Executor,
-    Future,
-    ProcessPoolExecutor,
-    wait,
-)
-from concurrent.futures.process import BrokenProcessPool
+from concurrent import futures
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -171,7 +163,7 @@ def run(
 
 
 def completed(
-    executor: Executor | None,
+    executor: futures.Executor | None,
     capacity: Callable[[], int],
     path: Path,
     tasks: list[Task],
@@ -186,7 +178,7 @@ def completed(
             yield task
         return
     waiting = iter(tasks)
-    pending: dict[Future, Task] = {}
+    pending: dict[futures.Future, Task] = {}
     try:
         while True:
             with defer_signals():  # an exception inside could leave a future locked for ever
@@ -194,13 +186,13 @@ def completed(
                     with blocked_interrupts():
                         future = executor.submit(solve_and_write, path, task)
                     pending[future] = task
-                done = wait(pending, POLL, return_when=FIRST_COMPLETED).done
+                done = futures.wait(pending, POLL, return_when=futures.FIRST_COMPLETED).done
             if not pending:
                 return
             for future in done:
                 future.result()
                 yield pending.pop(future)
-    except (BrokenProcessPool, CancelledError):
+    except (futures.BrokenExecutor, futures.CancelledError):
         raise Unavailable(
             "a worker ended before its work was done (out of memory? a script without"
             ' `if __name__ == "__main__"`?); what is written is kept: run it again to resume'
@@ -211,7 +203,7 @@ def completed(
 
 
 @contextlib.contextmanager
-def process_pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
+def process_pool(workers: int) -> Iterator[futures.Executor | None]:
     """Processes of this machine, which end with this one, however it ends; None for one worker."""
     if workers <= 1:
         yield None
@@ -220,7 +212,7 @@ def process_pool(workers: int) -> Iterator[ProcessPoolExecutor | None]:
     listener, ours = spawn.Pipe(duplex=False)
     before = {name: os.environ[name] for name in THREADS if name in os.environ}
     os.environ |= dict.fromkeys(THREADS, "1")  # small matrices: more threads wait for each other
-    pool = ProcessPoolExecutor(workers, spawn, _start_worker, (listener,))
+    pool = futures.ProcessPoolExecutor(workers, spawn, _start_worker, (listener,))
     try:
         yield pool
         pool.shutdown()
