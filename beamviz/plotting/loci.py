@@ -93,8 +93,9 @@ class Chart:
         for limit in self.loci.limits:
             self.draw_limit(limit)
         self.label_ends(self.draw_per_rev_lines(per_rev))
-        self.draw_marks(resonances)
-        self.label_inside()
+        marks: list[Resonance | Event] = [*resonances, *self.loci.events]
+        self.draw_marks(marks)
+        self.label_inside(marks)
         self.label_events()
 
     def text(self, value: float) -> str:
@@ -180,12 +181,11 @@ class Chart:
         ]
         label_line_ends(self.axes, [*branches, *others])
 
-    def draw_marks(self, resonances: Sequence[Resonance]) -> None:
+    def draw_marks(self, marks: Sequence[Resonance | Event]) -> None:
         """Marks at resonances, crossings and veerings."""
-        marks = [(one.at, one.frequency, "resonance", 5) for one in resonances]
-        marks += [(event.at, event.frequency, event.kind, 6) for event in self.loci.events]
-        for at, frequency, kind, zorder in marks:
-            self.axes.plot(self.x(at), self.y(frequency), **MARKS[kind], zorder=zorder)
+        for mark in marks:
+            kind, zorder = (mark.kind, 6) if isinstance(mark, Event) else ("resonance", 5)
+            self.axes.plot(self.x(mark.at), self.y(mark.frequency), **MARKS[kind], zorder=zorder)
 
     def label_events(self) -> None:
         """Insets around veerings, and labels of the other events."""
@@ -201,19 +201,19 @@ class Chart:
             x, y = self.x(event.at), self.y(event.frequency)
             placer.annotate("\n".join(lines), x, y)
 
-    def label_inside(self) -> None:
+    def label_inside(self, marks: Sequence[Resonance | Event]) -> None:
         """Labels on the branches that end inside the frame or change their family, each where the
         nearest other line, mark or label is farthest."""
         loci, x, y, pixels = self.loci, self.x, self.y, self.axes.transData.transform
         heights = y(np.array([branch.frequency for branch in loci.branches]))
-        taken = [pixels((x(event.at), y(event.frequency))) for event in loci.events]
+        taken = [pixels((x(mark.at), y(mark.frequency))) for mark in marks]
         for branch, own in zip(loci.branches, heights, strict=True):
 
             def clearance(k: int, own: np.ndarray = own) -> float:
                 here = pixels((x(loci.values[k]), own[k]))
                 lines = [abs(pixels((0, h)) - here)[1] for h in heights[:, k] if h != own[k]]
-                marks = [np.linalg.norm(other - here) / 3 for other in taken]  # they are wider
-                return min([*filter(math.isfinite, lines), *marks], default=math.inf)
+                others = [np.linalg.norm(other - here) / 3 for other in taken]  # they are wider
+                return min([*filter(math.isfinite, lines), *others], default=math.inf)
 
             present = np.flatnonzero(np.isfinite(own))
             changes = len(present) and branch.family[present[0]] != branch.family[present[-1]]
