@@ -179,7 +179,7 @@ def choose_mesh(
     for most in thin_above:
         thin = [layer.end for layer in layers if layer.order > most] if layers else []
         ends = sorted(breaks.union(thin))
-        if waves > WAVES_PER_ELEMENT:
+        if waves > WAVES_PER_ELEMENT and most < math.inf:
             ends = subdivided(ends, waves / WAVES_PER_ELEMENT)
         candidates.append(
             _with_orders(ends, layers, most, len(ends) > len(spans) + 1, waves, digits)
