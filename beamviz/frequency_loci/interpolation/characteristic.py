@@ -22,10 +22,10 @@ from beamviz.frequency_loci.interpolation.chebyshev import (
 
 PER_MODE = 4  # order of the interpolation in lambda per mode, in addition to LEAST
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
-STEPS = 12  # of Halley's method
+STEPS = 12  # of Halley's method for roots, and of Newton's for extrema
 SMOOTH = 3  # number of coefficients of the logarithm of the unit of lambda
-WEIGHT = 10  # power of 1 / (1 + lambda), in that unit
-SETTLED = 1e-8  # step below which iteration ends: the next is of its cube
+WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
+SETTLED = 1e-8  # step below which iteration ends: the next is of its cube or square
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,10 @@ def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.nda
         for _ in range(STEPS):
             local = points.rows(extremum)
             curve = np.vecdot(local, bend)
-            extremum = np.clip(extremum - np.vecdot(local, slope) / curve, low, high)
+            step = np.vecdot(local, slope) / curve
+            extremum = np.clip(extremum - step, low, high)
+            if (abs(step) <= SETTLED).all():
+                break
         value = np.vecdot(points.rows(extremum), value)
         apart = (value < 0) != negative[i, cell]
         low, high = np.where(apart, low, extremum), np.where(apart, high, extremum)
@@ -179,7 +182,8 @@ def fit(
     checks = len(known)
     eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, points.dense[2::4])))
     found = replace(found, misfit=abs(eigenvalues[:checks] - known).max(axis=0))
-    return found, bending[:checks], changes[checks:].max(axis=0), float(rates.max())
+    falls = float((tail * rates).max() / tail.max())
+    return found, bending[:checks], changes[checks:].max(axis=0), falls
 
 
 def _energies(
@@ -193,5 +197,5 @@ def _energies(
     known = scaled[:, : kinetic.shape[2]]
     away = 1 - fourth[:, None] / known[:, None, :]
     away = np.where(abs(away) < EPS, EPS, away)
-    weights = kinetic * ((1 + known) ** -WEIGHT)[:, None, :]
+    weights = kinetic * np.exp(-WEIGHT * known)[:, None, :]
     return values[:, None, :] * (weights @ (1 / away).mT)

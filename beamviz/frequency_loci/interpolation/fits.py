@@ -228,7 +228,7 @@ def by_characteristics(nodes: Nodes) -> Fit | None:
         return None
     ratios, needed = nodes.ratios.copy(), np.isfinite(nodes.accepted)
     found: list[Characteristic | None] = [None] * len(needed)
-    rate = EPS
+    rates = np.full((len(needed), 1), EPS)  # of families
     for f, own in enumerate(ratios):
         if nodes.sweep.coupled or not (own <= 1).all():
             modes = int(np.flatnonzero(needed[f]).max(initial=-1)) + 1
@@ -237,11 +237,12 @@ def by_characteristics(nodes: Nodes) -> Fit | None:
                 return None
             found[f], errors, falls = fitted
             own[:modes] = np.where(needed[f, :modes], errors / nodes.accepted[f, :modes], 0.0)
-            rate = max(rate, falls)
+            if not (own <= 1).all():  # else its terms are rounding errors, which do not fall
+                rates[f] = falls
     piece = replace(
         nodes.piece, errors=nodes.estimates[0], needed=needed, characteristics=tuple(found)
     )
-    return Fit(piece, lambda power: float((ratios * rate**power).max()))
+    return Fit(piece, lambda power: float((ratios * rates**power).max()))
 
 
 def _characteristic(
