@@ -136,14 +136,6 @@ def test_only_changes_are_sent_and_an_invalid_value_is_corrected(guest):
     assert guest.values == {"playing": True}
 
 
-def test_the_preferences_of_the_system_are_applied(guest):
-    """Dark and paused; anything else is ignored."""
-    guest.do("preferences", 3)
-    guest.do("preferences", "dark still")
-    guest.wait(lambda _: guest.parts["dark"] is True)
-    assert guest.values["playing"] is False
-
-
 # Switches for the terms of the equations
 
 
