@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers import slow, strict
 from matplotlib.image import imread
+from matplotlib.text import Annotation
 
 from beamviz import Beam, loci
 from beamviz.frequency_loci.forced_response import resonances
@@ -161,7 +162,8 @@ def words(figure):
     ],
 )
 def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options):
-    """No label on another, none outside the picture, and each event is marked."""
+    """No label on another, none of a line on a resonance, none outside the picture, and each event
+    is marked."""
     found = loci(beam, over, np.linspace(0, stop, 101), **options)
     per_rev = 3 if over == "gamma" else 0
     figure = draw_chart(found, resonances(found, per_rev), range(1, per_rev + 1))
@@ -171,7 +173,12 @@ def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options):
         assert not a.overlaps(b), (one.get_text(), other.get_text())
     for text, box in boxes.items():
         assert 0 <= box.x0 <= box.x1 <= figure.bbox.x1, text.get_text()
-    drawn = [line.get_marker() for line in figure.axes[0].lines]
+    axes = figure.axes[0]
+    for mark in (line for line in axes.lines if line.get_marker() == "x"):
+        place = axes.transData.transform(mark.get_xydata()[0])
+        covering = (text for text, box in boxes.items() if box.contains(*place))
+        assert [text.get_text() for text in covering if not isinstance(text, Annotation)] == []
+    drawn = [line.get_marker() for line in axes.lines]
     for kind, mark in {"crossing": "o", "veering": "D"}.items():
         assert drawn.count(mark) == sum(event.kind == kind for event in found.events)
 
