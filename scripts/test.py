@@ -37,6 +37,7 @@ def main(options: list[str]) -> int:
     say(f"browser: {browser}" if browser else "no browser: the tests of the page are skipped")
     failed = ["browser"] if not browser and browser_is_required() else []
     environment = {**os.environ, "BEAMVIZ_BROWSER": browser or "none"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # each process would compile all modules again
     background = []
     for name, arguments in {**CHECKS, "tests": CHECKS["tests"] + pytest_options(options)}.items():
         check = Check(name, [str(python), "-m", *arguments], environment)
