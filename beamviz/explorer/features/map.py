@@ -149,9 +149,11 @@ class MapTab(Feature):
         if answer and self.redraws(answer, state.mapped):
             self.draw(answer, state.mapped)
         if answer and shown and shown.beam:
-            first, second, _ = answer.request.measures
-            x, y = (getattr(shown.beam, name) for name in answer.request.over)
-            self.page.chart("map-chart", {"beam": [first.factor * x, second.factor * y]})
+            x, y = (
+                one.factor * getattr(shown.beam, name)
+                for one, name in zip(answer.request.measures, answer.request.over, strict=False)
+            )
+            self.page.chart("map-chart", {"cursor": {"action": "move_beam", "x": x, "y": y}})
 
     def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str) -> None:
         shown = ShownMap(answer.result, mapped) if answer.result else None

@@ -12,20 +12,19 @@ of the page.
   perRev   {slope, multiples}: lines y = k slope x; the y axis ends where the last of them ends
   gaps     [[from, to, text] ...]: parts of the x axis without lines
   marks    [{key, kind, x, y, text, action, value}]: those with an action are buttons
-  cursor   {action, x}: the line of the beam shown; it sets x by dragging and by keys
+  cursor   {action, x}: the line of the beam shown, and the action that sets x
   chosen   key of a mark; choice: another number each time that it is chosen            */
 const BeamvizChart = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, fixed, make, px, set, valueAt, withUnit } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, make, px, valueAt } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
-  const CLICK = 4; // [px] a press that moves less is a click
   const significant = (value) =>
     Math.abs(value) >= 1e4 ? value.toFixed(0) : String(Number(value.toPrecision(4)));
 
   return class Chart extends Figure {
     constructor(host) {
-      super(host, { lines: [], marks: [], gaps: [] });
+      super(host, { lines: [], marks: [], gaps: [] }, 1, "operating");
       this.view = null; // the part of the x axis that is shown, null for all of it
       this.buttons = new Map(); // of the marks, by key
       this.places = []; // of the marks
@@ -38,11 +37,8 @@ const BeamvizChart = (() => {
         ["+", "Zoom in", () => this.zoomBy(0.5)],
         ["whole range", "Show the whole range", () => this.show(null)],
       ]) make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text).onclick = act;
-      this.line = make(this.plot, "div", { class: "operating", hidden: "" });
-      this.flag = make(this.line, "span", { class: "flag" });
+      this.flag = make(this.handle, "span", { class: "flag" });
       this.events = make(this.plot, "div", { class: "events", role: "group" });
-      this.hair = make(this.plot, "div", { class: "hair", hidden: "" });
-      this.line.addEventListener("keydown", (event) => this.key(event));
     }
 
     set(data) {
@@ -70,7 +66,7 @@ const BeamvizChart = (() => {
       this.render();
     }
 
-    zoomBy(factor, centre = this.value) {
+    zoomBy(factor, [centre] = this.place) {
       const [low, high] = this.range;
       if (!(centre >= low && centre <= high)) centre = (low + high) / 2;
       this.show([centre - (centre - low) * factor, centre + (high - centre) * factor]);
@@ -80,7 +76,7 @@ const BeamvizChart = (() => {
     reveal(key) {
       const mark = this.data.marks.find((one) => one.key === key), [start, end] = this.data.x.range;
       if (!mark) return;
-      this.hold(mark.x);
+      this.hold([mark.x]);
       if (mark.x < this.range[0] || mark.x > this.range[1]) this.view = null;
       const distance = mark.x - start;
       if (distance > 0 && distance < 0.12 * (this.range[1] - start))
@@ -90,10 +86,10 @@ const BeamvizChart = (() => {
     /* Keep the line of the beam in view, except during a drag. */
     follow() {
       if (!this.view || this.drag) return;
-      const [low, high] = this.view, [start, end] = this.data.x.range, width = high - low;
+      const [value] = this.place, [low, high] = this.view, [start, end] = this.data.x.range, width = high - low;
       if (low < start || high > end || (low === start && 2 * high <= end && this.dragged)) this.view = null;
-      else if (this.value < low || this.value > high) {
-        const first = clamp(this.value - width / 2, start, end - width);
+      else if (value < low || value > high) {
+        const first = clamp(value - width / 2, start, end - width);
         this.view = [first, first + width];
       }
     }
@@ -103,13 +99,14 @@ const BeamvizChart = (() => {
     render() {
       if (this.data.x) this.follow();
       if (!this.drawFigure()) return;
-      const { x, y, cursor } = this.data;
+      const { x, y, cursor, name } = this.data;
       this.zoom.hidden = x.log || y.log || !cursor;
       this.zoom.children[0].disabled = this.zoom.children[2].hidden = !this.view;
       this.drawKeys();
       this.drawMarks();
-      this.drawCursor();
-      if (this.pointer) this.hover(...this.pointer);
+      this.drawHandle(`${x.label}: line of this beam in the ${name}`);
+      if (!this.handle.hidden) this.flag.textContent = this.describe(this.place);
+      if (this.pointer) this.hover(this.pointer);
     }
 
     drawKeys() {
@@ -149,97 +146,38 @@ const BeamvizChart = (() => {
       const button = make(this.events, action ? "button" : "i", action ? { type: "button" } : {});
       const place = () => this.places.find((one) => one.mark.key === key);
       button.onfocus = () => this.tell(place());
-      button.onblur = () => this.tell(null);
+      button.onblur = () => this.hideReadout();
       button.onclick = (event) => { if (event.detail === 0) this.go(place().mark); }; // by keyboard
       this.buttons.set(key, button);
       return button;
     }
 
-    drawCursor() {
-      const { cursor, x, name } = this.data, value = this.value;
-      this.line.hidden = !(cursor && value >= this.range[0] && value <= this.range[1]);
-      if (this.line.hidden) return;
-      const text = withUnit(x, fixed(value, this.step));
-      this.line.style.translate = `${px(this.px(value))}px 0`;
-      this.flag.textContent = text;
-      set(this.line, {
-        role: "slider", tabindex: 0, "aria-label": `${x.label}: line of this beam in the ${name}`,
-        "aria-valuemin": x.range[0], "aria-valuemax": x.range[1],
-        "aria-valuenow": Number(value.toPrecision(6)), "aria-valuetext": text,
-      });
+    // Pointer and keys
+
+    nearest([x, y], reach = REACH) {
+      const distance = (one) => Math.hypot(one.x - x, one.y - y);
+      return this.places.filter((one) => distance(one) <= reach).sort((a, b) => distance(a) - distance(b))[0];
     }
 
-    // Pointer and keys: a click on a mark goes there, elsewhere it moves the line of the beam
-
-    press(event) {
-      if (event.button !== 0 || !this.px) return;
-      const [x, y] = this.pixel(event), near = this.nearest(x, y, event.pointerType === "touch" ? FINGER : REACH)?.mark;
-      this.pressed = { x, mark: near?.action && near };
-      this.plot.setPointerCapture(event.pointerId);
-      if (event.pointerType !== "mouse") return; // a touch may be the start of a scroll
-      event.preventDefault();
-      if (!this.pressed.mark) this.dragTo(x);
+    markAt(pixel, pointer) {
+      const near = this.nearest(pixel, pointer === "touch" ? FINGER : REACH)?.mark;
+      return near?.action && near;
     }
 
-    move(event) {
-      const [x, y] = this.pixel(event);
-      this.pointer = event.pointerType === "mouse" && !this.pressed ? [x, y] : null;
-      if (this.pressed && (this.drag || Math.abs(x - this.pressed.x) > CLICK)) this.dragTo(x);
-      else this.hover(x, y);
-    }
+    reaches([x]) { return x >= LEFT - REACH && x <= this.right + 3 * REACH; }
 
-    release(event) {
-      if (this.pressed?.mark && !this.drag) this.go(this.pressed.mark);
-      else if (this.pressed && !this.drag) this.dragTo(this.pixel(event)[0]);
-      this.letGo();
-    }
-
-    letGo() {
-      this.dragged = this.drag;
-      this.pressed = this.drag = null;
-      this.plot.classList.remove("dragging");
-      if (this.dragged) this.render();
-      this.dragged = false;
-    }
-
-    leave() {
-      this.pointer = null;
-      this.tell(null);
-    }
-
-    dragTo(x) {
-      if (!this.data.cursor || x < LEFT - REACH || x > this.right + 3 * REACH) return;
-      this.drag = true;
-      this.plot.classList.add("dragging");
-      this.tell(null);
-      this.choose(this.px.invert(clamp(x, LEFT, this.right)));
-      this.line.focus({ preventScroll: true });
-    }
-
-    /* Show a value immediately, and send it. */
-    choose(value) {
-      const { cursor, x } = this.data;
-      const round = Math.round(value / this.step) * this.step;
-      value = Number(clamp(round, ...x.range).toPrecision(9));
-      if (value === this.value) return;
-      this.hold(value);
-      this.render();
-      beamviz.sendOften(cursor.action, value);
+    moves(fine) {
+      const step = fine ? 1 : 5;
+      return {
+        ArrowRight: [step], ArrowUp: [step], ArrowLeft: [-step], ArrowDown: [-step],
+        PageUp: [10 * step], PageDown: [-10 * step], Home: [-Infinity], End: [Infinity],
+      };
     }
 
     go(mark) {
-      this.hold(mark.x);
+      this.hold([mark.x]);
       this.render();
       beamviz.send(mark.action, mark.value);
-    }
-
-    key(event) {
-      const step = this.step * (event.shiftKey ? 1 : 5);
-      const move = this.taken(event, {
-        ArrowRight: step, ArrowUp: step, ArrowLeft: -step, ArrowDown: -step,
-        PageUp: 10 * step, PageDown: -10 * step, Home: -Infinity, End: Infinity,
-      });
-      if (move) this.choose(clamp(this.value + move, ...this.data.x.range));
     }
 
     /* Ctrl+wheel, or a pinch, zooms; a horizontal wheel moves the part that is shown. */
@@ -247,7 +185,7 @@ const BeamvizChart = (() => {
       if (this.zoom.hidden || !this.px) return;
       const [low, high] = this.range;
       const shift = (event.deltaX * (high - low)) / (this.right - LEFT);
-      if (event.ctrlKey) this.zoomBy(1.002 ** event.deltaY, this.px.invert(this.pixel(event)[0]));
+      if (event.ctrlKey) this.zoomBy(1.002 ** event.deltaY, [this.px.invert(this.pixel(event)[0])]);
       else if (this.view && Math.abs(event.deltaX) > Math.abs(event.deltaY)) this.show([low + shift, high + shift]);
       else return;
       event.preventDefault();
@@ -255,53 +193,42 @@ const BeamvizChart = (() => {
 
     // Reading values
 
-    nearest(x, y, reach = REACH) {
-      const distance = (one) => Math.hypot(one.x - x, one.y - y);
-      return this.places.filter((one) => distance(one) <= reach).sort((a, b) => distance(a) - distance(b))[0];
-    }
-
-    hover(x, y) {
-      if (!this.px || this.drag) return;
-      const near = this.nearest(x, y);
-      const onLine = this.data.cursor && Math.abs(this.px(this.value) - x) < 8;
+    hover(pixel) {
+      if (this.drag) return this.hideReadout();
+      if (!this.px) return;
+      const near = this.nearest(pixel), [x] = pixel;
+      const onLine = this.data.cursor && Math.abs(this.px(this.place[0]) - x) < 8;
       this.plot.style.cursor = near?.mark.action ? "pointer" : onLine ? "ew-resize" : "";
       if (near) this.tell(near);
-      else if (this.inside([x, y])) this.read(x, y);
-      else this.tell(null);
+      else if (this.inside(pixel)) this.read(pixel);
+      else this.hideReadout();
     }
 
     /* Show the values of all lines at the pointer, the nearest in bold, with the gap to the next. */
-    read(pixel, height) {
-      const { x: axis, y: across } = this.data, x = this.px.invert(pixel);
+    read(pixel) {
+      const x = this.px.invert(pixel[0]), { unit } = this.data.y;
+      const number = (value) => `${significant(value)}${unit ? ` ${unit}` : ""}`;
       const rows = this.lines.filter((line) => line.label && !line.second && !line.dots).map((line) => {
         const [y, run] = valueAt(line, x);
         return { y, name: run?.[3] || line.label };
       }).filter((row) => !Number.isNaN(row.y)).sort((a, b) => b.y - a.y);
-      if (!rows.length) return this.tell(null);
+      if (!rows.length) return this.hideReadout();
       const closest = (others, distance) => others.reduce((a, b) => (distance(b) < distance(a) ? b : a));
-      const near = closest(rows, (row) => Math.abs(this.py(row.y) - height));
-      const unit = across.unit ? ` ${across.unit}` : "";
-      this.readout.replaceChildren();
-      make(this.readout, "b", {}, withUnit(axis, fixed(x, this.step)));
-      for (const row of rows)
-        make(this.readout, "span", row === near ? { class: "near" } : {}, `${row.name}\u2002${significant(row.y)}${unit}`);
+      const near = closest(rows, (row) => Math.abs(this.py(row.y) - pixel[1])), gap = [];
       if (rows.length > 1) {
         const next = closest(rows.filter((row) => row !== near), (row) => Math.abs(row.y - near.y));
-        make(this.readout, "em", {}, `gap ${near.name}–${next.name}\u2002${significant(Math.abs(next.y - near.y))}${unit}`);
+        gap.push(["em", `gap ${near.name}–${next.name}\u2002${number(Math.abs(next.y - near.y))}`]);
       }
-      this.put([pixel, height]);
+      const lines = rows.map((row) => ["span", `${row.name}\u2002${number(row.y)}`, row === near ? "near" : ""]);
+      this.write(pixel, [["b", this.describe([x])], ...lines, ...gap]);
       this.hair.hidden = false;
-      this.hair.style.translate = `${px(pixel)}px 0`;
+      this.hair.style.translate = `${px(pixel[0])}px 0`;
     }
 
-    /* Show the text of a mark beside it; null hides it. */
-    tell(place) {
-      this.readout.hidden = this.hair.hidden = true;
-      if (!place) return;
-      this.readout.replaceChildren();
-      make(this.readout, "b", {}, place.mark.text);
-      if (place.mark.action) make(this.readout, "em", {}, "click to go there");
-      this.put([place.x, place.y]);
+    /* Show the text of a mark beside it. */
+    tell({ mark, x, y }) {
+      this.hair.hidden = true;
+      this.write([x, y], [["b", mark.text], ...(mark.action ? [["em", "click to go there"]] : [])]);
     }
   };
 })();

@@ -1,11 +1,13 @@
-/* The common part of charts (chart.js) and maps (map.js): axes, lines with their labels, gaps, and
-   the text at the pointer. Subclasses document their data, and handle the pointer and keys. */
+/* The common part of charts (chart.js) and maps (map.js): axes, lines with their labels, gaps, the
+   text at the pointer, and the place of the beam shown, along x or in both directions, which is
+   moved by a press, by dragging and by keys. Subclasses document their data. */
 const beamvizFigure = (() => {
   "use strict";
   const TOP = 20, LEFT = 62; // [px] of the margins
   const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
   const LETTERS = 15; // [px] least distance of two labels
-  const HOLD = 600; // [ms] during which a value set here is shown instead of the server's
+  const HOLD = 600; // [ms] during which a place set here is shown instead of the server's
+  const CLICK = 4; // [px] a touch that moves less, or up or down, is a tap or a scroll
   const POINTER = {
     pointerdown: "press", pointermove: "move", pointerup: "release",
     pointercancel: "letGo", pointerleave: "leave", wheel: "wheel",
@@ -87,30 +89,19 @@ const beamvizFigure = (() => {
   }
 
   class Figure {
-    constructor(host, data = {}) {
-      Object.assign(this, { host, data, lines: [] });
-      this.own = null; // {value, until}: a value set here
+    constructor(host, data, dimensions, style) {
+      Object.assign(this, { host, data, dimensions, lines: [] });
+      this.own = null; // {place, until}: a place set here
       this.plot = make(host, "div", { class: "plot" });
       this.plot.innerHTML = '<svg></svg>';
       this.svg = this.plot.firstChild;
       this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": "true", hidden: "" });
+      this.hair = make(this.plot, "div", { class: "hair", hidden: "" });
+      this.handle = make(this.plot, "div", { class: style, role: "slider", tabindex: 0, hidden: "" });
+      this.handle.addEventListener("keydown", (event) => this.key(event));
       for (const [kind, method] of Object.entries(POINTER))
         this.plot.addEventListener(kind, (event) => this[method]?.(event), { passive: false });
       new ResizeObserver(() => this.render()).observe(this.plot);
-    }
-
-    /* What a key does, by a table; viser does not get it then, as it would move its camera. */
-    taken(event, table) {
-      const found = table[event.key];
-      if (!found || event.ctrlKey || event.metaKey || event.altKey) return null;
-      event.preventDefault();
-      event.stopPropagation();
-      return found;
-    }
-
-    hold(value) {
-      this.own = { value, until: performance.now() + HOLD };
-      setTimeout(() => this.render(), HOLD + 10);
     }
 
     /* The pixel of a pointer event. */
@@ -121,14 +112,127 @@ const beamvizFigure = (() => {
 
     inside([x, y]) { return x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom; }
 
-    /* Shows the readout beside a pixel. */
-    put([x, y]) {
+    /* Shows lines of text, [tag, text, class], beside a pixel. */
+    write([x, y], lines) {
+      this.readout.replaceChildren();
+      for (const [tag, text, style = ""] of lines) make(this.readout, tag, { class: style }, text);
       this.readout.hidden = false;
       const { offsetWidth: width, offsetHeight: height } = this.readout;
       const { clientWidth, clientHeight } = this.plot;
       const left = x + 14 + width < clientWidth ? x + 14 : x - 14 - width;
       const top = clamp(y - height / 2, 0, Math.max(clientHeight - height, 0));
       this.readout.style.translate = `${clamp(left, 0, Math.max(clientWidth - width, 0))}px ${top}px`;
+    }
+
+    hideReadout() { this.readout.hidden = this.hair.hidden = true; }
+
+    // The place of the beam shown
+
+    get place() {
+      const { x, y } = this.data.cursor ?? {};
+      return this.own?.place ?? [x, y].slice(0, this.dimensions);
+    }
+
+    /* The coordinates of the place: their axes, the ranges that are shown, the scales, the pixels of
+       the ends, and round steps of at most a pixel. */
+    get coordinates() {
+      const { x, y } = this.data;
+      return [[x, this.range, this.px, LEFT, this.right], [y, this.yRange, this.py, TOP, this.bottom]]
+        .slice(0, this.dimensions).map(([axis, range, scale, start, end]) => (
+          { axis, range, scale, start, end, step: neat((range[1] - range[0]) / Math.max(end - start, 100)) }));
+    }
+
+    describe(place) {
+      return this.coordinates.map(({ axis, step }, k) => withUnit(axis, fixed(place[k], step))).join(", ");
+    }
+
+    hold(place) {
+      this.own = { place, until: performance.now() + HOLD };
+      setTimeout(() => this.render(), HOLD + 10);
+    }
+
+    /* Shows the place nearest to this one immediately, and sends it. */
+    setPlace(wanted) {
+      const place = this.coordinates.map(({ axis, step }, k) =>
+        Number(clamp(Math.round(wanted[k] / step) * step, ...axis.range).toPrecision(9)));
+      if (String(place) === String(this.place)) return;
+      this.hold(place);
+      this.render();
+      beamviz.sendOften(this.data.cursor.action, place.length > 1 ? place.join(" ") : place[0]);
+    }
+
+    drawHandle(label) {
+      const [{ axis }] = this.coordinates, place = this.place;
+      this.handle.hidden = !this.coordinates.every(({ range }, k) => place[k] >= range[0] && place[k] <= range[1]);
+      if (this.handle.hidden) return;
+      const [x, y] = this.coordinates.map(({ scale }, k) => px(scale(place[k])));
+      this.handle.style.translate = `${x}px ${y ?? 0}px`;
+      set(this.handle, {
+        "aria-label": label, "aria-valuemin": axis.range[0], "aria-valuemax": axis.range[1],
+        "aria-valuenow": Number(place[0].toPrecision(6)), "aria-valuetext": this.describe(place),
+      });
+    }
+
+    /* Moves the place by steps; viser does not get the key then, as it would move its camera. */
+    key(event) {
+      const move = this.moves(event.shiftKey)[event.key];
+      if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      event.stopPropagation();
+      this.setPlace(this.coordinates.map(({ step }, k) => this.place[k] + move[k] * step));
+    }
+
+    // The pointer: a click on a mark goes there, elsewhere it moves the place
+
+    markAt() { return null; }
+
+    /* Whether a press at a pixel moves the place. */
+    reaches(pixel) { return this.inside(pixel); }
+
+    press(event) {
+      if (event.button !== 0 || !this.px) return;
+      const pixel = this.pixel(event);
+      this.pressed = { pixel, mark: this.markAt(pixel, event.pointerType) };
+      this.plot.setPointerCapture(event.pointerId);
+      if (event.pointerType !== "mouse") return; // a touch may be the start of a scroll
+      event.preventDefault();
+      if (!this.pressed.mark) this.dragTo(pixel);
+    }
+
+    move(event) {
+      const pixel = this.pixel(event);
+      this.pointer = event.pointerType === "mouse" && !this.pressed ? pixel : null;
+      const across = this.pressed ? Math.abs(pixel[0] - this.pressed.pixel[0]) : 0;
+      if (this.drag || across > CLICK) this.dragTo(pixel);
+      else this.hover(pixel);
+    }
+
+    release(event) {
+      if (this.pressed?.mark && !this.drag) this.go(this.pressed.mark);
+      else if (this.pressed && !this.drag) this.dragTo(this.pixel(event));
+      this.letGo();
+    }
+
+    letGo() {
+      this.dragged = this.drag;
+      this.pressed = this.drag = null;
+      this.plot.classList.remove("dragging");
+      if (this.dragged) this.render();
+      this.dragged = false;
+    }
+
+    leave() {
+      this.pointer = null;
+      this.hideReadout();
+    }
+
+    dragTo(pixel) {
+      if (!this.data.cursor || !(this.drag || this.reaches(pixel))) return;
+      this.drag = true;
+      this.plot.classList.add("dragging");
+      this.setPlace(this.coordinates.map(({ scale, start, end }, k) => scale.invert(clamp(pixel[k], start, end))));
+      this.handle.focus({ preventScroll: true });
+      this.hover(pixel);
     }
 
     // The axes
@@ -140,14 +244,6 @@ const beamvizFigure = (() => {
       if (!perRev) return y.range;
       const end = 1.05 * Math.max(...perRev.multiples) * perRev.slope * this.range[1];
       return [y.range[0], Math.min(y.range[1], end)];
-    }
-
-    get value() { return this.own?.value ?? this.data.cursor?.x; }
-
-    /* A round step of at most a pixel. */
-    get step() {
-      const [low, high] = this.range;
-      return neat((high - low) / Math.max(this.right - LEFT, 100));
     }
 
     // Drawing
@@ -184,7 +280,7 @@ const beamvizFigure = (() => {
       const title = (short && y.label.match(/\S+ \[.*\]$/)?.[0]) || y.label;
       let made = "", beside = right + 16;
       for (const [value, content] of ticks(this.range, x.log, (right - LEFT) / 70)) {
-        const at = this.px(value), covered = Math.abs(at - this.px(this.value)) < 52;
+        const at = this.px(value), covered = this.flag && Math.abs(at - this.px(this.place[0])) < 52;
         made += `<path class="grid" d="M${px(at)} ${TOP}V${bottom}"/>`;
         if (covered) continue;
         made += this.text("tick", at, bottom + 17, content);
@@ -267,7 +363,7 @@ const beamvizFigure = (() => {
 
     /* The beam shown, on each line. */
     rings() {
-      const value = this.value;
+      const [value] = this.place;
       if (!this.data.cursor || value < this.range[0] || value > this.range[1]) return "";
       return this.lines.filter((line) => !line.second && !line.dots && line.label)
         .map((line) => valueAt(line, value)[0]).filter((y) => y <= this.yRange[1])
@@ -275,5 +371,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, LEFT, TOP, clamp, fixed, make, neat, px, set, valueAt, withUnit };
+  return { Figure, LEFT, TOP, clamp, make, px, valueAt };
 })();
