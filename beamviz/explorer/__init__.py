@@ -34,7 +34,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
-from beamviz.server.connection import is_presenter
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes, disconnect, handshake_request
@@ -194,8 +193,8 @@ class FrameLoop:
     async def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor on a thread of its own, while the others are drawn."""
         visitor = client.client_id
+        presents = self.access.presents(handshake_request(self.server, visitor))
         lecture = bool(self.access.presenter_key)
-        presents = lecture and is_presenter(self.access, handshake_request(self.server, visitor))
         with contextlib.suppress(RuntimeError):  # stopped meanwhile
             opened = self.opener.submit(self.session, client, follows=lecture and not presents)
             self.sessions[visitor] = await asyncio.wrap_future(opened)

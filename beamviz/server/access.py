@@ -4,10 +4,11 @@ import contextlib
 import hmac
 import ipaddress
 import socket
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
+
+from websockets.http11 import Request
 
 from beamviz.errors import InvalidInput
 from beamviz.server.processes import Pipe, VisitorCount
@@ -67,20 +68,20 @@ class Access:
         """The name of the cookie with the key: cookies are shared by all ports of a host."""
         return f"beamviz-{self.port}"
 
-    def refused(self, headers: Mapping[str, str], path: str) -> Refusal | None:
-        """Check the address, the origin and the key of a request (header names in lower case)."""
-        host = headers.get("host", "")
+    def refused(self, request: Request) -> Refusal | None:
+        """Check the address, the origin and the key of a request."""
+        host, origin = header(request, "Host"), header(request, "Origin")
         if not self.answers_to(host):
             text = (
                 f"This server does not answer to {host[:100]!r}. Use the link it printed when it"
                 " started; behind a reverse proxy, start it with --public-url."
             )
             return Refusal(403, "Wrong address", text)
-        origin = headers.get("origin")
-        if origin is not None and origin.lower() != f"{self.scheme(host)}://{host.lower()}":
+        own = f"{self.scheme(host)}://{host.lower()}"
+        if "Origin" in request.headers and origin.lower() != own:
             return Refusal(403, "Foreign origin", "A page of another site may not use this one.")
         keys = (self.visitor_key, self.presenter_key)
-        if self.visitor_key and not matches(keys, self.key_of(headers, path)):
+        if self.visitor_key and not matches(keys, self.key_of(request)):
             text = (
                 "Ask the person who runs this page for its complete link, which ends in"
                 f" ?{KEY_PARAMETER}= and a key."
@@ -114,24 +115,35 @@ class Access:
         public = urlsplit(self.public)
         return public.scheme if host.lower() == public.netloc else "http"
 
-    def presents(self, headers: Mapping[str, str], path: str) -> bool:
-        return matches((self.presenter_key,), self.key_of(headers, path))
+    def presents(self, request: Request | None) -> bool:
+        """Whether a request, None after its visitor has left, has the presenter's key."""
+        return request is not None and matches((self.presenter_key,), self.key_of(request))
 
-    def key_of(self, headers: Mapping[str, str], path: str) -> str:
+    def key_of(self, request: Request) -> str:
         """The key in the query of a request, else in its cookie, else ""."""
-        if keys := parse_qs(urlsplit(path).query).get(KEY_PARAMETER):
-            return keys[0]
-        pairs = (pair.strip().partition("=") for pair in headers.get("cookie", "").split(";"))
+        if key := query_key(request):
+            return key
+        pairs = (pair.strip().partition("=") for pair in header(request, "Cookie").split(";"))
         return next((value for name, _, value in pairs if name == self.cookie), "")
 
-    def key_cookie(self, headers: Mapping[str, str], path: str) -> str:
+    def key_cookie(self, request: Request) -> str:
         """The Set-Cookie header that stores the key of the query; "" without a valid key. Lax, not
         Strict, so that links in e-mails work, which redirect to the page without the key."""
-        key = parse_qs(urlsplit(path).query).get(KEY_PARAMETER, [""])[0]
+        key = query_key(request)
         if not matches((self.visitor_key, self.presenter_key), key):
             return ""
-        secure = "; Secure" if self.scheme(headers.get("host", "")) == "https" else ""
+        secure = "; Secure" if self.scheme(header(request, "Host")) == "https" else ""
         return f"{self.cookie}={key}; Path=/; HttpOnly; SameSite=Lax{secure}"
+
+
+def header(request: Request, name: str) -> str:
+    """A header of a request, "" without one; repeated ones are joined, so that all checks refuse
+    them."""
+    return ", ".join(request.headers.get_all(name))
+
+
+def query_key(request: Request) -> str:
+    return parse_qs(urlsplit(request.path).query).get(KEY_PARAMETER, [""])[0]
 
 
 def matches(keys: tuple[str, ...], given: str) -> bool:

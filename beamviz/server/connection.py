@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.protocol import OPEN
 
-from beamviz.server.access import Access, Refusal, without_key
+from beamviz.server.access import Access, Refusal, header, without_key
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import PROTOCOL
 
@@ -227,19 +227,18 @@ class Guard:
         self, connection: ServerConnection, request: Request, page: Callable[..., Response | None]
     ) -> Response | None:
         """Refuse a request, or pass it on to viser's `page` (None: the WebSocket may open)."""
-        headers = lower_case(request)
-        if refusal := self.access.refused(headers, request.path):
+        if refusal := self.access.refused(request):
             title = refusal.title.lower()
             log.warn(peer(connection), title, f"refused: {title}")
             return refusal_page(refusal)
-        upgrade = headers.get("upgrade", "").lower() == "websocket"
-        if upgrade and headers.get("sec-websocket-protocol") != PROTOCOL:
+        upgrade = header(request, "Upgrade").lower() == "websocket"
+        if upgrade and header(request, "Sec-WebSocket-Protocol") != PROTOCOL:
             return refusal_page(Refusal(400, "An old page", "Reload it."))
-        if not self.access.presents(headers, request.path) and (
+        if not self.access.presents(request) and (
             refusal := self.access.full(self.access.visitor_count.total)
         ):
             return refusal_page(refusal)
-        if not upgrade and (cookie := self.access.key_cookie(headers, request.path)):
+        if not upgrade and (cookie := self.access.key_cookie(request)):
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
         response = page(connection, request)
@@ -268,7 +267,7 @@ class Guard:
         """Serve and count a visitor, unless the limit has been reached since the request."""
         count = self.access.visitor_count
         with contextlib.ExitStack() as leaving:
-            if not is_presenter(self.access, connection.request):
+            if not self.access.presents(connection.request):
                 count.enter()
                 leaving.callback(count.leave)
                 if self.access.full(count.total - 1):
@@ -283,16 +282,6 @@ def changed_page(body: bytes, insert: Insert, zipped: bool) -> bytes:
     """viser's page after `insert`, compressed as before."""
     changed = insert((gzip.decompress(body) if zipped else body).decode()).encode()
     return gzip.compress(changed) if zipped else changed
-
-
-def is_presenter(access: Access, request: Request | None) -> bool:
-    return request is not None and access.presents(lower_case(request), request.path)
-
-
-def lower_case(request: Request) -> dict[str, str]:
-    """The headers by lower-case name; repeated ones are joined, so that all checks refuse them."""
-    names = {name.lower() for name in request.headers}
-    return {name: ", ".join(request.headers.get_all(name)) for name in names}
 
 
 def refusal_page(refusal: Refusal) -> Response:
