@@ -6,7 +6,7 @@ numbers of the beam, which are stored as sent and checked when the beam is solve
 
 import contextlib
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Collection
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from math import inf
@@ -15,21 +15,30 @@ from typing import Any, Self
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.lessons import lesson
-from beamviz.scene import LINKED, Camera, Scene, ViewOptions, check_per_rev
+from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver import CHOICES as SOLVER_CHOICES
 
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
-NO_COMPARISON, EARLIER = "nothing", "the beam before"
+COMPARISONS = NO_COMPARISON, EARLIER, ANCF, CORIOLIS, DOUBLE, EFFECTS = (
+    "nothing", "the beam before", "20 ANCF elements (paper)", "Coriolis on / off",
+    "twice the mass", "all effects on",
+)  # fmt: skip
+TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
+FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 AXES = ("over", "across")  # of the map; no number is on both
-FIELDS: dict[str, Callable[[Any], Any]] = {  # that controls set; their choices are checked there
-    "mapped": str, "comparison": str, "film_length": str, "force_per_rev": int,
-    "stacked": bool, "time_methods": bool, "following": bool,
-}  # fmt: skip
+FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls choose from
+    "tab": TABS,
+    "mapped": ("gap", *range(1, MODES + 1)),
+    "comparison": COMPARISONS,
+    "film_length": FILM_LENGTHS,
+    "force_per_rev": PER_REV,
+    **dict.fromkeys(("stacked", "time_methods", "following"), (False, True)),
+}
 
 
 @dataclass(frozen=True)
@@ -72,8 +81,9 @@ class State:
     """All choices of a visitor.
 
     scene: the one loaded last; opened: the one that the page, a link or a file opened; camera: a
-    fixed viewpoint, None to fit the beam into the page; over: the abscissa of the loci chart and
-    the map; across: the ordinate of the map; mapped: the quantity of the map; per_rev: multiples of
+    fixed viewpoint, None to fit the beam into the page; tab: the one that is open; over: the
+    abscissa of the loci chart and the map; across: the ordinate of the map; mapped: the quantity of
+    the map, "gap" or the number of a mode; per_rev: multiples of
     the speed in the chart; comparison: the kind of second beam; kept: the case kept for it;
     stacked: the second beam is drawn above the first, not overlaid; force_per_rev, damping: periods
     of the force per revolution and damping ratio of the run-up; forced_response: the scene shows
@@ -88,9 +98,10 @@ class State:
     case: Case
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
+    tab: str = TABS[0]
     over: str = "gamma"
     across: str = "alpha"
-    mapped: str = "gap"
+    mapped: str | int = "gap"
     per_rev: tuple[int, ...] = ()
     comparison: str = NO_COMPARISON
     kept: Case | None = None
@@ -160,7 +171,8 @@ class State:
                 axes[other] = getattr(self, name)
             return replace(self, over=axes["over"], across=axes["across"])
         if name in FIELDS:
-            return replace(self, **{name: FIELDS[name](value)})
+            chosen = [one for one in FIELDS[name] if str(one) == str(value)]
+            return replace(self, **{name: chosen[0]}) if chosen else self
         return replace(self, case=self.case.changed(name, value), camera=camera)
 
     def share(self, value: Any, mode: int) -> Self:
@@ -177,7 +189,7 @@ class State:
             for name, one in self.values.items()
             if one is not theirs[name] and one != theirs[name]
         }
-        return differing - {"case", "view", "run_speed", *LASTING}
+        return differing - {"case", "view", "run_speed", "tab", *LASTING}
 
     def keep(self) -> Self:
         """Keep the case, to compare later ones with."""
@@ -220,4 +232,5 @@ class History:
         self.time = -inf
         found = source.pop()
         lasting = {name: getattr(state.view, name) for name in LASTING}
-        return replace(found, view=replace(found.view, **lasting), following=False, run_speed=None)
+        view = replace(found.view, **lasting)
+        return replace(found, view=view, tab=state.tab, following=False, run_speed=None)

@@ -7,7 +7,7 @@ computes its results by a `job`. State is never read out of a control.
 import operator
 import threading
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +17,7 @@ from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import Clock
 from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
 from beamviz.explorer.page import Page
-from beamviz.explorer.state import History, State
+from beamviz.explorer.state import AXES, CHOICES, FIELDS, VIEW_KEYS, History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
 
@@ -51,6 +51,9 @@ class Visitor:
         self.solver = self.solve_job()
         self.solver.request(state.case)
         self.page.on("tab", self.open_tab)
+        self.render("tab", self.page.open)
+        for key in (*VIEW_KEYS, *CHOICES, *AXES, *FIELDS.keys() - {"tab", "following"}):
+            self.bind(key)
 
     # State
 
@@ -103,8 +106,11 @@ class Visitor:
         return replace(self.state.to_scene(), camera=self.camera.chosen)
 
     def open_tab(self, tab: Any) -> None:
-        self.page.tab = str(tab)
-        self.wake()
+        """Store the tab that the visitor has opened, which is no edit: it ends no presenter mode
+        and cannot be undone."""
+        with self.lock:
+            self.page.sent["open",] = tab
+            self.set_state(self.state.changed("tab", tab))
 
     # Controls
 
@@ -114,16 +120,14 @@ class Visitor:
         edit: Callable[[State, Any], State] | None = None,
         of: str | None = None,
         shown: Callable[[Any], Any] = lambda value: value,
-        choices: Collection[str] | None = None,
     ) -> None:
         """Bind the controls with data-set="key" to the value of the state named `of` (by default
         `key`): they show `shown(value)`, and an edit replaces the state by `edit(state, value)`, by
-        default `state.changed(key, value)`. A value that is not one of `choices` is ignored."""
+        default `state.changed(key, value)`."""
         name = of or key
 
         def edited(value: Any) -> None:
-            if choices is None or value in tuple(choices):
-                self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
+            self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
             show(self.state.values[name])  # which may differ from what the visitor set
 
         def show(value: Any) -> None:

@@ -112,7 +112,7 @@ def test_reset_returns_to_the_scene_of_the_lesson(guest):
 @pytest.mark.parametrize(
     ("action", "value", "opened"),
     [
-        ("tab", "tab-map", PAPER),
+        ("tab", "map", PAPER),
         ("link", "?gamma=3", Beam(gamma=3)),
         ("load", "beam.toml\n[beam]\ngamma = 4.0", Beam(gamma=4)),
     ],

@@ -52,7 +52,7 @@ def test_choosing_a_crossing_moves_the_beam_there(guest):
     guest.do("go_to_event", EVENT)
     at = chart_of(TIP).events[EVENT].at
     guest.says(frequency_text(TIP.replace(gamma=at)))
-    guest.do("tab", "tab-veering")
+    guest.do("tab", "veering")
     guest.says("at γ 4.650 (gap 0.241)")
     guest.choose("alpha", 1.1)
     chart_shown(guest, TIP.replace(alpha=1.1))
@@ -66,7 +66,7 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
     chart_shown(guest, TIP)
     pause(guest)
     assert "veering-chart" not in guest.charts
-    guest.do("tab", "tab-veering")
+    guest.do("tab", "veering")
     guest.says("they cross at γ 4.464")
     guest.choose("gamma", 15.0)
     guest.says("they cross at γ 16.3")
@@ -78,7 +78,7 @@ def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
     monkeypatch.setattr(VeeringRequest, "pairs", lambda self: (release.wait(60), pairs(self))[1])
     with visitor(url) as guest:
         chart_shown(guest, TIP)
-        guest.do("tab", "tab-veering")
+        guest.do("tab", "veering")
         guest.says('data-set="go_to_event"')
         pause(guest)
         assert INVITATION not in guest.text

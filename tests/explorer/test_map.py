@@ -47,7 +47,7 @@ def test_the_values_are_those_of_solve(guest, coriolis):
     pause(guest)
     guest.choose("coriolis", coriolis)
     guest.says(frequency_text(BEAM, coriolis=coriolis))
-    guest.do("tab", "tab-map")
+    guest.do("tab", "map")
     guest.choose("across", "delta")
     for mapped in ("gap", "3"):
         guest.choose("mapped", mapped)
@@ -68,7 +68,7 @@ def test_the_values_are_those_of_solve(guest, coriolis):
 
 def test_a_point_of_the_map_sets_two_numbers(guest):
     """In one step, which one undo restores; near the end of an axis the map is kept too."""
-    guest.do("tab", "tab-map")
+    guest.do("tab", "map")
     data = map_shown(guest, name="gap")
     assert (place(guest), data["x"]["range"]) == ([5, 1], [0, 20])
     pause(guest)
@@ -86,7 +86,7 @@ def test_a_point_of_the_map_sets_two_numbers(guest):
 
 def test_axes_are_exchanged_and_invalid_ones_ignored(guest):
     """The same number cannot be on both axes."""
-    guest.do("tab", "tab-map")
+    guest.do("tab", "map")
     map_shown(guest, x="speed", y="mass")
     for action, value in (
         ("across", "spin_up"), ("across", 1), ("mapped", "6"), ("mapped", True),
@@ -102,7 +102,7 @@ def test_axes_are_exchanged_and_invalid_ones_ignored(guest):
 @pytest.mark.slow
 def test_beams_without_a_frequency_are_explained(guest):
     """An inward beam buckles: no colour there, and a sentence with the percentage."""
-    guest.do("tab", "tab-map")
+    guest.do("tab", "map")
     guest.choose("mapped", "1")
     guest.choose("delta", -1.0)
     guest.says("Grey: unstable")
@@ -113,7 +113,7 @@ def test_beams_without_a_frequency_are_explained(guest):
 def test_a_slow_map_is_cancelled_and_restarted(guest):
     """With its progress; the last map is faded until there is another."""
     pause(guest)
-    guest.do("tab", "tab-map")
+    guest.do("tab", "map")
     map_shown(guest, columns="81")
     guest.choose("method", "ancf-planar")
     for action in ("cancel_jobs", "cancel_jobs", None):

@@ -104,7 +104,7 @@ def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
 def test_methods_are_timed_when_that_is_switched_on(guest, monkeypatch):
     """Once for each beam, not again for another method."""
     monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
-    guest.do("tab", "tab-methods")
+    guest.do("tab", "methods")
     guest.says("relative error")
     assert "Further right" not in guest.text
     guest.do("time_methods", True)
@@ -132,7 +132,7 @@ def slow_timing(
     monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
     with visitor(url) as guest:
         pause(guest)
-        guest.do("tab", "tab-methods")
+        guest.do("tab", "methods")
         guest.choose("time_methods", True)
         guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
         yield guest, release, solves
@@ -162,12 +162,12 @@ def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch, cancel
         if cancelled:
             guest.do("cancel_jobs")
             guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
-        guest.do("tab", "tab-map")
+        guest.do("tab", "map")
         guest.wait(lambda _: guest.texts["work"] == "")
         release.set()
         guest.show_speed(3.0)
         final_text(guest)
         assert len(solves) == 1
-        guest.do("tab", "tab-methods")
+        guest.do("tab", "methods")
         guest.wait(lambda _: "<table" in guest.texts["timings"])
         assert {beam.gamma for (beam,) in solves[1:]} == {3.0}

@@ -45,10 +45,10 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
             guest.says("axial strain, as drawn")
         assert solved.count(21.0) == 1  # that of a page which opens may still come
         lead.do("comparison", DOUBLE)
-        lead.do("tab", "tab-compare")
+        lead.do("tab", "compare")
         for guest in (one, other):
             guest.says(">twice the mass, ")
-            guest.wait(lambda _, guest=guest: guest.parts.get("open") == "tab-compare")
+            guest.wait(lambda _, guest=guest: guest.parts.get("open") == "compare")
         assert solved.count(21.0) == 2
         sessions = list(frame_loops[-1].sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1

@@ -215,7 +215,7 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         assert guest.props["mode-rows"]["class"] == "faded"
         assert guest.parts["captions"] == []  # neither its speed nor the reason, which is above
         guest.choose("comparison", EFFECTS)
-        guest.do("tab", "tab-methods")
+        guest.do("tab", "methods")
         guest.do("time_methods", True)
         guest.do("export", ".csv")
         known = "No equilibrium above γ = 31.49"

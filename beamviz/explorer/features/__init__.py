@@ -24,12 +24,12 @@ class PresenterMode(Feature):
     """Shows a visitor the presenter's page while they follow; nothing is computed for it then.
 
     presenter: returns the presenter, None while there is none; itself None without a lecture; tab:
-    the tab that the presenter had open last.
+    the one that the presenter had open last, while visitors may open another.
     """
 
     def __init__(self, visitor: Visitor, presenter: Callable[[], Visitor | None] | None):
         super().__init__(visitor)
-        self.presenter, self.tab = presenter, self.page.tab
+        self.presenter, self.tab = presenter, visitor.state.tab
         if presenter:
             self.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
             visitor.bind("following")
@@ -42,10 +42,10 @@ class PresenterMode(Feature):
     @property
     def inputs(self) -> tuple[object, ...]:
         other = self.followed
-        return (other.page.tab, other.state, *(job.answer for job in other.jobs)) if other else ()
+        return (other.state, *(job.answer for job in other.jobs)) if other else ()
 
     def show(self) -> None:
-        """Copy the answers, the state without the viewpoint, and the open tab of the presenter."""
+        """Copy the answers and the state of the presenter, without the viewpoint."""
         own, other = self.visitor, self.followed
         for k, job in enumerate(own.jobs):
             job.follow(other.jobs[k] if other else None)
@@ -53,11 +53,11 @@ class PresenterMode(Feature):
             return
         with own.lock:
             state = replace(other.state, camera=own.state.camera, following=True)
+            if self.tab == state.tab:
+                state = replace(state, tab=own.state.tab)
+            self.tab = other.state.tab
             if state != own.state:
                 own.set_state(state)
-        if other.page.tab != self.tab:
-            self.tab = other.page.tab
-            self.page.open(self.tab)
 
     def update_clock(self) -> None:
         if (other := self.followed) and len(self.visitor.clock.phases) == len(other.clock.phases):

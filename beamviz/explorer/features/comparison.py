@@ -17,7 +17,18 @@ from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page.html import button, group, table
-from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
+from beamviz.explorer.state import (
+    ANCF,
+    COMPARISONS,
+    CORIOLIS,
+    DOUBLE,
+    EARLIER,
+    EFFECTS,
+    NO_COMPARISON,
+    TERMS,
+    Case,
+    State,
+)
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import identify_modes, match_modes
 from beamviz.solver.solution import Solution
@@ -30,11 +41,6 @@ class ComparisonCase(NamedTuple):
     case: Case | None = None
 
 
-CASES = ANCF, CORIOLIS, DOUBLE, EFFECTS = (
-    "20 ANCF elements (paper)", "Coriolis on / off", "twice the mass", "all effects on"
-)  # fmt: skip
-CHOICES = (NO_COMPARISON, EARLIER, *CASES)
-SHORT = {ANCF: "ancf", CORIOLIS: "coriolis", DOUBLE: "mass", EFFECTS: "effects"}  # in links
 REASONS = {  # why there is no second beam
     NO_COMPARISON: "",
     EARLIER: "No beam is kept yet: press the button below, then change the beam.",
@@ -175,7 +181,7 @@ INVITATION = (
 TAB = group(
     "Compare with",
     '<span class="soft">Compare with</span>',
-    *(button(name, data_set="comparison", data_value=name) for name in CHOICES),
+    *(button(name, data_set="comparison", data_value=name) for name in COMPARISONS),
 ) + group(
     "How it is drawn",
     '<span class="soft">Drawn</span>',
@@ -193,8 +199,6 @@ class ComparisonTab(Feature):
         super().__init__(visitor)
         self.comparison = comparison
         self.page.html("tab-compare", f'{TAB}<div id="comparison"></div>')
-        visitor.bind("comparison", choices=CHOICES)
-        visitor.bind("stacked")
         self.page.on("keep", lambda _: visitor.change(State.keep))
 
     @property

@@ -12,6 +12,7 @@ from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page.html import attributes, button, group
+from beamviz.explorer.state import TABS
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import loci
 from beamviz.lessons import LESSONS, NAMES, lesson
@@ -67,9 +68,9 @@ class Lessons(Feature):
         scene = (scene or begun.scene).changed(dark=self.visitor.state.view.dark)
         keys = controls(begun.do)
         tabs = [key for key in keys if key.startswith("tab-")]
-        self.page.open([*tabs, "tab-frequencies"][0])
         self.named = tuple(key for key in keys if key not in tabs)
-        self.visitor.load(scene, lesson=name, step=0)
+        tab = tabs[0].removeprefix("tab-") if tabs else TABS[0]
+        self.visitor.load(scene, lesson=name, step=0, tab=tab)
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""

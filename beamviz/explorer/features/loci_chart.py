@@ -247,7 +247,6 @@ class LociTab(Feature):
             + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
             "<span>per-rev lines</span>"
         )
-        visitor.bind("over")
         for k in PER_REV:
             names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
             tools += button(f"{k} ×", class_="toggle", **names)

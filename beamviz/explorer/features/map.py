@@ -16,7 +16,7 @@ from beamviz.explorer.features.loci_chart import AXES
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Data, axis_data, sent
 from beamviz.explorer.page.html import button, chart_tab, colour_scale, note, select, table
-from beamviz.explorer.state import Case
+from beamviz.explorer.state import FIELDS, Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import interruption
@@ -25,15 +25,14 @@ from beamviz.sweeps.plan import Plan, make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES
 
-TAB = "tab-map"
 SIZE = (81, 41)  # columns and rows of beams in a map
 SMALL_SIZE = (41, 21)  # where beams are solved one by one
 TOLERANCE = 1e-4  # relative: below one step of colour
 ROOM = 2.0  # axes are kept up to this multiple of their usual length, if they contain the beam
 QUANTITIES = {
+    **{k: f"frequency of mode {k}" for k in FIELDS["mapped"]},
     "gap": "smallest frequency gap",
-    "1": "frequency of mode 1 (lowest)",
-    **{str(k): f"frequency of mode {k}" for k in range(2, 6)},
+    1: "frequency of mode 1 (lowest)",
 }
 GAP_NOTE = (
     "Dark: two frequencies are nearly equal, as modes cross or veer. Lines separate regions in"
@@ -115,9 +114,7 @@ class MapTab(Feature):
             + select("over", "horizontal axis", AXES, id="map-over")
             + select("across", "vertical axis", AXES)
         )
-        self.page.html(TAB, chart_tab(tools, "map-chart", "map-text"))
-        visitor.bind("across")
-        visitor.bind("mapped", choices=QUANTITIES)
+        self.page.html("tab-map", chart_tab(tools, "map-chart", "map-text"))
         self.page.on("move_beam", self.move_beam)
 
     def move_beam(self, place: Any) -> None:
@@ -132,14 +129,14 @@ class MapTab(Feature):
     @property
     def inputs(self) -> tuple[object, ...]:
         state, job = self.visitor.state, self.job
-        choices = state.over, state.across, state.mapped
-        return self.page.tab, self.visitor.chart_answer, *choices, job.answer, job.slow
+        choices = state.tab, state.over, state.across, state.mapped
+        return self.visitor.chart_answer, *choices, job.answer, job.slow
 
     def show(self) -> None:
         """Request the map while the tab is open, and show the last one."""
-        if self.page.tab != TAB:
-            return
         state, shown = self.visitor.state, self.visitor.chart_answer
+        if state.tab != "map":
+            return
         if shown:
             with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
                 over = state.over, state.across
@@ -155,7 +152,7 @@ class MapTab(Feature):
             )
             self.page.chart("map-chart", {"cursor": {"action": "move_beam", "x": x, "y": y}})
 
-    def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str) -> None:
+    def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str | int) -> None:
         shown = ShownMap(answer.result, mapped) if answer.result else None
         self.page.props("map-chart", hidden=shown is None or shown.is_empty)
         self.page.html("map-text", shown.text() if shown else note(answer.message))
@@ -169,7 +166,7 @@ class MapTab(Feature):
 class ShownMap:
     """A quantity of a map; low, high: the values at the ends of the colours."""
 
-    def __init__(self, found: BeamMap, mapped: str):
+    def __init__(self, found: BeamMap, mapped: str | int):
         self.found, self.measures, self.label = found, found.request.measures, QUANTITIES[mapped]
         self.is_gap = mapped == "gap"
         if self.is_gap:

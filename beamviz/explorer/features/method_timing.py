@@ -77,7 +77,6 @@ def rates(solution: Solution) -> np.ndarray:
 
 # The tab
 
-TAB = "tab-methods"
 ERRORS = MIN_ERROR, MAX_ERROR = 1e-12, 1.0  # those shown; smaller ones are not resolved
 STYLES = {name: f"method-{k}" for k, name in enumerate(METHODS)}
 INVITATION = (
@@ -99,20 +98,19 @@ class MethodTimingTab(Feature):
         self.job = visitor.job("method timing", time_methods)
         help = "Every method at several resolutions, while this tab is open; again for another beam"
         tools = checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
-        self.page.html(TAB, chart_tab(tools, "timing-chart", "timings"))
-        visitor.bind("time_methods")
+        self.page.html("tab-methods", chart_tab(tools, "timing-chart", "timings"))
 
     @property
     def inputs(self) -> tuple[object, ...]:
         visitor, job = self.visitor, self.job
-        open_tab, switch = self.page.tab, visitor.state.time_methods
-        return open_tab, visitor.chart_answer, switch, job.answer, job.slow
+        state = visitor.state
+        return state.tab, visitor.chart_answer, state.time_methods, job.answer, job.slow
 
     def show(self) -> None:
         """Describe the method in use; request the timings and draw the last ones. They are only
         measured while the tab is open: another one needs the processor, and would falsify them."""
         page, answer, timings = self.page, self.visitor.chart_answer, None
-        if page.tab != TAB:
+        if self.visitor.state.tab != "methods":
             self.job.withdraw()
             return
         solution = answer.solution if answer else None

@@ -176,7 +176,7 @@ def scaled_response(
 
 AMPLITUDE = Measure("tip amplification", "tip")
 START = "Run up from rest"
-FORCES = {str(k): f"{k} × per revolution" for k in PER_REV}
+FORCES = {k: f"{k} × per revolution" for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 DAMPING_HELP = "Damping ratio of every mode; 100 % is critical damping"
@@ -203,7 +203,6 @@ class RunUpTab(Feature):
             + button("", id="run-up-button", class_="main", data_do="run_up")
         )
         self.page.html("tab-run-up", chart_tab(tools, "run-up-chart", "run-up-list"))
-        visitor.bind("force_per_rev", choices=FORCES)
         visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
         self.page.on("run_up", lambda _: playback.start_or_stop())
 

@@ -2,7 +2,7 @@
 whose files are written in the background.
 
 A page opens with the scene of its address, and the address is updated with the scene. Examples:
-?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with other KEYS and the open tab.
+?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with other KEYS.
 """
 
 import tempfile
@@ -13,18 +13,25 @@ from functools import partial
 from html import escape
 from pathlib import Path
 from threading import Thread
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.beam import MAX_TOML_BYTES, check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
-from beamviz.explorer.features.comparison import SHORT
 from beamviz.explorer.features.lessons import STEPS, Lessons
 from beamviz.explorer.jobs import Job
-from beamviz.explorer.page import TABS
 from beamviz.explorer.page.html import button, select
-from beamviz.explorer.state import History, State
+from beamviz.explorer.state import (
+    ANCF,
+    CORIOLIS,
+    DOUBLE,
+    EFFECTS,
+    FILM_LENGTHS,
+    TABS,
+    History,
+    State,
+)
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
@@ -37,7 +44,8 @@ PERIOD = 0.5  # [s] between two changes of the address
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
-CASES = {short: case for case, short in SHORT.items()}
+CASES = {"ancf": ANCF, "coriolis": CORIOLIS, "mass": DOUBLE, "effects": EFFECTS}
+SHORT = {case: short for short, case in CASES.items()}
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "lesson": ("lesson", lambda name: lesson(str(name)).name),
@@ -47,6 +55,7 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
+    "tab": ("tab", lambda name: check_choice("tab", name, TABS)),
 }
 # Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
 PAGE_LIMITS = {"elements": 200, "terms": 100}
@@ -63,16 +72,9 @@ def within_limits(scene: Scene) -> Scene:
     return scene
 
 
-class Link(NamedTuple):
-    """The content of a link: a scene, other values of the state, and the tab to open."""
-
-    scene: Scene
-    values: dict[str, Any]
-    tab: str = TABS[0]
-
-
-def parse_link(query: str) -> Link | None:
-    """The content of a query; None if all its keys are RESERVED. Raises InvalidInput."""
+def parse_link(query: str) -> tuple[Scene, dict[str, Any]] | None:
+    """The scene of a query, and other values of the state by name; None if all its keys are
+    RESERVED. Raises InvalidInput."""
     keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     if not keys:
         return None
@@ -81,25 +83,24 @@ def parse_link(query: str) -> Link | None:
         for key, (name, check) in KEYS.items()
         if keys.get(key) is not None
     }
-    tab = check_choice("tab", keys.pop("tab", TABS[0]), TABS)
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
-    return Link(within_limits(Scene.from_query(keys, base)), values, tab)
+    return within_limits(Scene.from_query(keys, base)), values
 
 
 class Links:
     """The address of one visitor's page.
 
     start: the state without a query; reserved: the RESERVED parameters of the address, None before
-    the page has sent it; shown: the state and the tab in the address; due: time [s] of the next
-    change at the earliest; moved: the viewpoint has changed since; opened: the content of the
-    address, if any, is in the state.
+    the page has sent it; shown: the state in the address; due: time [s] of the next change at the
+    earliest; moved: the viewpoint has changed since; opened: the content of the address, if any, is
+    in the state.
     """
 
     def __init__(self, visitor: Visitor, lessons: Lessons):
         self.visitor, self.lessons = visitor, lessons
         self.start = visitor.state
         self.reserved: list[tuple[str, str]] | None = None
-        self.shown: tuple[State | None, str] = None, ""
+        self.shown: State | None = None
         self.due, self.moved, self.opened = 0.0, False, False
         visitor.page.on("link", self.open)
 
@@ -113,37 +114,34 @@ class Links:
             self.visitor.notify("The link is not valid", str(error))
             link = None
         if link:
-            self.visitor.background.submit(partial(self.show, link))
+            self.visitor.background.submit(partial(self.show, *link))
         self.opened = link is None
         self.visitor.wake()
 
-    def show(self, link: Link) -> None:
+    def show(self, scene: Scene, values: dict[str, Any]) -> None:
         """Show the content of a link; there is nothing to undo."""
         visitor = self.visitor
-        if "lesson" in link.values:
-            self.lessons.begin(link.values["lesson"], link.scene)
+        if "lesson" in values:
+            self.lessons.begin(values["lesson"], scene)
         else:
-            scene = link.scene.changed(dark=visitor.state.view.dark)
+            scene = scene.changed(dark=visitor.state.view.dark)
             visitor.load(scene, opened=scene)
         with visitor.lock:
-            visitor.change(lambda state: replace(state, **link.values))
+            visitor.change(lambda state: replace(state, **values))
             visitor.history = History()
-        if link.tab != TABS[0]:
-            visitor.page.open(f"tab-{link.tab}")
         self.opened = True
 
     @property
     def outdated(self) -> bool:
-        """Whether the state, the tab or the viewpoint differs from that of the address."""
-        state, tab = self.shown
-        changed = state is not self.visitor.state or tab != self.visitor.page.tab
-        return self.reserved is not None and (self.moved or changed)
+        """Whether the state or the viewpoint differs from that of the address."""
+        changed = self.moved or self.shown is not self.visitor.state
+        return self.reserved is not None and changed
 
     def update(self, now: float) -> None:
         """Update the address at the time `now` [s], at most once per PERIOD."""
         if self.reserved is None or now < self.due or not self.outdated:
             return
-        self.shown = self.visitor.state, self.visitor.page.tab
+        self.shown = self.visitor.state
         self.due, self.moved = now + PERIOD, False
         try:
             query = self.query(self.visitor.state)
@@ -158,8 +156,6 @@ class Links:
         own = {name: getattr(state.view, name) for name in OWN}
         first = replace(self.start, view=replace(self.start.view, **own))
         pairs = extra_pairs(state)
-        if (tab := self.visitor.page.tab.removeprefix("tab-")) != TABS[0]:
-            pairs["tab"] = tab
         if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
             return ""
         base = lesson(state.lesson).scene if state.lesson else Scene()
@@ -193,7 +189,6 @@ KINDS = {
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
 }
 GIF_SIZE = {"width": 480, "height": 270}
-LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 
 
 @dataclass(eq=False)
@@ -219,7 +214,6 @@ class Files:
         visitor.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
         visitor.page.on("export", self.start)
         visitor.page.on("cancel_export", lambda _: self.job.cancel())
-        visitor.bind("film_length", choices=LENGTHS)
 
     def save(self) -> None:
         try:
@@ -251,7 +245,7 @@ class Files:
             self.visitor.notify("Nothing to export", str(error))
             return
         size = GIF_SIZE if suffix == ".gif" else {}  # the largest files
-        periods = LENGTHS[self.visitor.state.film_length]
+        periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         self.job.withdraw()
         self.job.request(File(scene, f"beam{suffix}", film))
@@ -312,6 +306,7 @@ class Files:
 
 def export_tab() -> str:
     """Buttons for all file formats, and for scene files."""
+    length = select("film_length", "length of a film", tuple(FILM_LENGTHS))
     files = "".join(
         f'<div class="file">{button(name, data_do="export", data_value=suffix)}'
         f'<span class="soft">{escape(text)}</span></div>'
@@ -325,7 +320,7 @@ def export_tab() -> str:
         '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
         '<input type="file" id="scene-file" class="hidden" accept=".toml">'
         '<span class="soft">A file from Save the scene</span></div>'
-        f'<div class="file">{select("film_length", "length of a film", LENGTHS.keys())}</div></div>'
+        f'<div class="file">{length}</div></div>'
         '<div id="export-work" class="row" hidden><span id="export-state"></span>'
         '<progress id="export-progress" aria-label="Progress of the export"></progress>'
         f"{button('Cancel', data_do='cancel_export')}</div>"

@@ -186,11 +186,12 @@ class VeeringTab(Feature):
     @property
     def inputs(self) -> tuple[object, ...]:
         tab, job, answer = self.loci_tab, self.job, self.visitor.chart_answer
-        return self.page.tab, answer, tab.chosen, tab.charts.answer, job.answer, job.slow
+        is_open = self.visitor.state.tab == "veering"
+        return is_open, answer, tab.chosen, tab.charts.answer, job.answer, job.slow
 
     def show(self) -> None:
         """Request the loci around the event while the tab is open, and show the last ones."""
-        if self.page.tab != "tab-veering":
+        if self.visitor.state.tab != "veering":
             return
         charts, event, chart = self.loci_tab.charts, self.loci_tab.event, self.loci_tab.chart
         if chart and event and not charts.busy:

@@ -17,6 +17,7 @@ from viser import ClientHandle, GuiEvent, ViserServer
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import Measure
 from beamviz.explorer.page.html import attributes
+from beamviz.explorer.state import TABS
 from beamviz.files import package_text
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
@@ -24,7 +25,6 @@ from beamviz.server.viser_private import private_control, run_script
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = tuple(f"explorer/page/{name}.css" for name in ("page", "chart"))
 SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map"))
-TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 MAX_DIGITS = 15  # of an integer; one with more becomes a float
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
@@ -65,17 +65,14 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
 
 class Page:
     """Sends changes to the page, all those between two messages at once, and calls the handlers of
-    its actions.
-
-    tab: the element id of the open tab.
-    """
+    its actions."""
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
         self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
-        self.sent: dict[tuple[str, ...], Any] = {}  # content of the page, by part and name
+        # Content of the page, by part and name.
+        self.sent: dict[tuple[str, ...], Any] = {("open",): TABS[0]}
         self.waiting: dict[tuple[str, ...], Any] = {}
-        self.tab = f"tab-{TABS[0]}"
         self.bridge = client.gui.add_text("bridge", "", visible=False)
         self.bridge.on_update(self.received)
         self.send(private_control(self.bridge), "bridge")
@@ -110,9 +107,8 @@ class Page:
         self.send_changed([one.data for one in captions], "captions")
 
     def open(self, tab: str) -> None:
-        """Open a tab, by its element id."""
-        self.tab = tab
-        self.send(tab, "open")
+        """Open a tab, unless it is open."""
+        self.send_changed(tab, "open")
 
     def point(self, *keys: str) -> None:
         """Highlight controls, by their keys or ids, and open the sections that contain them."""

@@ -73,16 +73,16 @@ def checkbox(key: str, label: str, help: str = "") -> str:
     )
 
 
-def options(choices: Iterable[str] | Mapping[str, str]) -> str:
+def options(choices: Iterable[str] | Mapping[Any, str]) -> str:
     """Options of a select element; choices: the values, or labels by value."""
-    labels = choices if isinstance(choices, Mapping) else {one: one for one in choices}
+    labels = choices.items() if isinstance(choices, Mapping) else ((one, one) for one in choices)
     return "".join(
-        f"<option{attributes(value=value)}>{escape(one)}</option>" for value, one in labels.items()
+        f"<option{attributes(value=value)}>{escape(one)}</option>" for value, one in labels
     )
 
 
 def select(
-    key: str, label: str, choices: Iterable[str] | Mapping[str, str], help: str = "", id: str = ""
+    key: str, label: str, choices: Iterable[str] | Mapping[Any, str], help: str = "", id: str = ""
 ) -> str:
     """A select element with its label; choices: see `options`."""
     id = id or f"{key}-select"

@@ -67,7 +67,7 @@ const beamviz = (() => {
       sendPreferences();
       send("link", location.search.slice(0, 900));
     }
-    if (update.open) openTab(byId(update.open), false);
+    if (update.open) openTab(byId(`tab-${update.open}`), false);
     for (const key of update.point ?? []) point(key);
     if (update.point) byId("lesson").scrollIntoView({ block: "nearest" }); // it names the controls
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
@@ -193,7 +193,7 @@ const beamviz = (() => {
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
     if (!tell) return;
-    send("tab", panel.id);
+    send("tab", panel.id.slice(4));
     if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
   }
 

@@ -45,7 +45,6 @@ MODEL = {
 }
 METHOD_HINT = "The method of solution; auto is exact to the error shown. It is chosen at the top."
 PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
-BOUND = ("playing", "pace", "amplitude", "rotating_frame", "all_modes", "plane", "method")
 PICTURE = {
     "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
@@ -88,8 +87,6 @@ def build(visitor: Visitor) -> None:
     for id, content in CONTENT.items():
         page.html(id, content)
     BeamControls(visitor)
-    for key in (*BOUND, *MODEL, *PICTURE, "colouring", "dark"):
-        visitor.bind(key)
     for mode in range(MODES):
         edit = partial(State.share, mode=mode)
         visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
