@@ -23,7 +23,7 @@ from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
-from beamviz.explorer.features import MassDrag, PresenterMode
+from beamviz.explorer.features import BeamControls, MassDrag, PresenterMode
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_chart import LociTab
@@ -34,7 +34,7 @@ from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
 from beamviz.explorer.features.sharing import Files, Links
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import Solved, SolverAnswer
-from beamviz.explorer.page import html, panel
+from beamviz.explorer.page import panel
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
 
@@ -184,6 +184,7 @@ class Session:
         self.visitor, self.last_tick, self.charts_due = visitor, 0.0, 0.0
         panel.build(visitor)
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
+        BeamControls(visitor)
         RealBeamPanel(visitor)
         loci, lessons = LociTab(visitor), Lessons(visitor)
         self.features: list[Feature] = [
@@ -283,9 +284,9 @@ class Session:
         page.props("playing", disabled=bool(view.warning))
         panel.show_answer(self.visitor, view.solved, view.shown_modes)
         units = view.shapes.beam.units
-        legend = html.legend(view.state.view.colouring, view.drawn.largest, units)
+        legend = panel.legend(view.state.view.colouring, view.drawn.largest, units)
         page.html("legend", "" if view.warning else legend)
-        page.html("pace-text", html.pace(view.pace, units))
+        page.html("pace-text", panel.pace(view.pace, units))
 
     def update_features(self, now: float) -> None:
         """Update the tabs; with many visitors, charts wait until the slider is at rest."""

@@ -20,9 +20,8 @@ from beamviz.solver import CHOICES as SOLVER_CHOICES
 
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
-COMPARISONS = NO_COMPARISON, EARLIER, ANCF, CORIOLIS, DOUBLE, EFFECTS = (
-    "nothing", "the beam before", "20 ANCF elements (paper)", "Coriolis on / off",
-    "twice the mass", "all effects on",
+COMPARISONS = NO_COMPARISON, EARLIER, *_ = (
+    "nothing", "earlier", "ancf", "coriolis", "mass", "effects"
 )  # fmt: skip
 TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
@@ -33,6 +32,7 @@ VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 AXES = ("over", "across")  # of the map; no number is on both
 FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls choose from
     "tab": TABS,
+    **dict.fromkeys(AXES, tuple(PARAMETERS)),
     "mapped": ("gap", *range(1, MODES + 1)),
     "comparison": COMPARISONS,
     "film_length": FILM_LENGTHS,
@@ -162,17 +162,13 @@ class State:
             with contextlib.suppress(InvalidInput):
                 return replace(self, per_rev=check_per_rev(value))
             return self
-        if name in AXES:
-            if value not in tuple(PARAMETERS):
-                return self
-            (other,) = {*AXES} - {name}
-            axes = {name: value, other: getattr(self, other)}
-            if axes[other] == value:
-                axes[other] = getattr(self, name)
-            return replace(self, over=axes["over"], across=axes["across"])
         if name in FIELDS:
-            chosen = [one for one in FIELDS[name] if str(one) == str(value)]
-            return replace(self, **{name: chosen[0]}) if chosen else self
+            choices = {str(one): one for one in FIELDS[name]}
+            state = replace(self, **{name: choices.get(str(value), getattr(self, name))})
+            if state.over == state.across:
+                (other,) = {*AXES} - {name}
+                state = replace(state, **{other: getattr(self, name)})
+            return state
         return replace(self, case=self.case.changed(name, value), camera=camera)
 
     def share(self, value: Any, mode: int) -> Self:

@@ -17,7 +17,7 @@ from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.drawing.surroundings import MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
-from beamviz.explorer.features.comparison import ANCF, CORIOLIS, DOUBLE, EFFECTS, comparison_table
+from beamviz.explorer.features.comparison import comparison_table
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, Case, State
 from beamviz.scene import Camera, Scene, ViewOptions
 from beamviz.server import run_server
@@ -42,16 +42,16 @@ CORIOLIS_CASE = PAPER_CASE.changed("coriolis", True)
 @pytest.mark.parametrize(
     ("choice", "own", "other"),
     [
-        (ANCF, PAPER_CASE, PAPER_CASE.changed("method", "ancf")),
-        (ANCF, PAPER_CASE.changed("method", "ancf"), PAPER_CASE),
-        (CORIOLIS, PAPER_CASE, CORIOLIS_CASE),
-        (CORIOLIS, CORIOLIS_CASE, PAPER_CASE),
-        (DOUBLE, PAPER_CASE, PAPER_CASE.changed("alpha", 2.0)),
-        (EFFECTS, CORIOLIS_CASE.changed("softening", False), CORIOLIS_CASE),
-        (EFFECTS, CORIOLIS_CASE, "All effects are on already."),
-        (DOUBLE, PAPER_CASE.changed("alpha", 0.0), "no mass to double"),
+        ("ancf", PAPER_CASE, PAPER_CASE.changed("method", "ancf")),
+        ("ancf", PAPER_CASE.changed("method", "ancf"), PAPER_CASE),
+        ("coriolis", PAPER_CASE, CORIOLIS_CASE),
+        ("coriolis", CORIOLIS_CASE, PAPER_CASE),
+        ("mass", PAPER_CASE, PAPER_CASE.changed("alpha", 2.0)),
+        ("effects", CORIOLIS_CASE.changed("softening", False), CORIOLIS_CASE),
+        ("effects", CORIOLIS_CASE, "All effects are on already."),
+        ("mass", PAPER_CASE.changed("alpha", 0.0), "no mass to double"),
         (EARLIER, PAPER_CASE, "No beam is kept"),
-        (CORIOLIS, PAPER_CASE.changed("plane", "flapwise"), "to chordwise"),
+        ("coriolis", PAPER_CASE.changed("plane", "flapwise"), "to chordwise"),
     ],
 )
 def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(choice, own, other):
@@ -63,7 +63,8 @@ def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(cho
 def test_without_a_choice_there_is_no_message():
     """All choices are offered."""
     assert compared(NO_COMPARISON, PAPER_CASE) == ""
-    assert all(f">{name}</button>" in comparisons.TAB for name in COMPARISONS)
+    assert comparisons.LABELS.keys() == {*COMPARISONS}
+    assert all(f">{name}</button>" in comparisons.TAB for name in comparisons.LABELS.values())
 
 
 # The table
@@ -113,7 +114,7 @@ def test_both_beams_run_on_one_clock(stacked):
     """With twice the mass: the phase of each mode has advanced by its own frequency."""
     with run_server() as server:
         guest: Any = SynchronousVisitor(Scene(PAPER), server.scene)
-        guest.change(lambda state: replace(state, comparison=DOUBLE, stacked=stacked))
+        guest.change(lambda state: replace(state, comparison="mass", stacked=stacked))
         comparison, clock = comparisons.Comparison(guest), Clock(phases=np.linspace(0, 1, 5))
         main, double = guest.answer.shapes, solve(PAPER.replace(alpha=2))
         comparison.draw(DrawnBeam.of(main, guest.state.view), clock, driven=False)
@@ -188,7 +189,7 @@ def overlay_is(guest: Visitor, *, visible: bool) -> None:
 
 def test_an_overlay_is_visible_while_a_slider_moves(guest):
     """The last one is drawn until the answer for the new speed."""
-    guest.choose("comparison", CORIOLIS)
+    guest.choose("comparison", "coriolis")
     overlay_is(guest, visible=True)
     shown: list[Any] = []
     for gamma in (6.0, 7.0, 8.0):
@@ -204,18 +205,18 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
 
 def test_a_comparison_is_drawn_until_it_ends(guest):
     """Both frequencies are in the table; an overlay is drawn, or a second scene."""
-    guest.choose("comparison", DOUBLE)
+    guest.choose("comparison", "mass")
     guest.says(frequency(PAPER.replace(alpha=2)))
     overlay_is(guest, visible=True)
     guest.choose("stacked", True)
     guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
     overlay_is(guest, visible=False)
-    guest.choose("comparison", CORIOLIS)
+    guest.choose("comparison", "coriolis")
     guest.says(frequency(PAPER, coriolis=True))
     guest.choose("comparison", "rubber")
     guest.choose("playing", False)
     guest.wait(lambda _: guest.values["playing"] is False)
-    assert guest.values["comparison"] == CORIOLIS
+    assert guest.values["comparison"] == "coriolis"
     guest.choose("comparison", NO_COMPARISON)
     guest.wait(lambda _: guest.nodes["/other"].get("visible") is False)
     guest.says("shows the effect of one change")

@@ -9,7 +9,6 @@ from live.visitor import PAPER, Visitor, frequency_text, visitor
 
 from beamviz import explorer as server
 from beamviz.explorer import explorer, jobs
-from beamviz.explorer.features.comparison import DOUBLE
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -44,7 +43,7 @@ def test_all_visitors_see_the_page_of_the_presenter(url, frame_loops, monkeypatc
         for guest in (one, other):
             guest.says("axial strain, as drawn")
         assert solved.count(21.0) == 1  # that of a page which opens may still come
-        lead.do("comparison", DOUBLE)
+        lead.do("comparison", "mass")
         lead.do("tab", "compare")
         for guest in (one, other):
             guest.says(">twice the mass, ")

@@ -14,7 +14,6 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes, displacement
 from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
-from beamviz.explorer.features.comparison import CORIOLIS
 from beamviz.explorer.features.run_up import RunUpPlayback, with_damping
 from beamviz.explorer.state import State
 from beamviz.frequency_loci.forced_response import response
@@ -175,7 +174,7 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
         masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]
         return any(abs(one["position"][1]) > 1e-6 for one in masses if "position" in one)
 
-    guest.choose("comparison", CORIOLIS)
+    guest.choose("comparison", "coriolis")
     guest.wait(is_moving)
     guest.do("run_up")
     guest.wait(lambda _: "Forced response" in guest.texts["scene-caption"])

@@ -14,7 +14,7 @@ from beamviz import explorer as server
 from beamviz.beam import NUMBERS, Beam
 from beamviz.explorer import explorer, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
-from beamviz.explorer.features.comparison import DOUBLE, EFFECTS, number
+from beamviz.explorer.features.comparison import number
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -48,7 +48,7 @@ def test_a_field_extends_the_range_of_its_slider(guest):
 def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
     """For both beams of a comparison, from the first frame on, also while paused."""
     guest.do("preferences", "still" if still else "")
-    guest.choose("comparison", DOUBLE)
+    guest.choose("comparison", "mass")
     guest.do("stacked", True)
     guest.wait(lambda _: "/other/rotor/beam/16" in guest.nodes)
     pause(guest)
@@ -214,7 +214,7 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         assert stable in guest.text  # the last answer of this scene
         assert guest.props["mode-rows"]["class"] == "faded"
         assert guest.parts["captions"] == []  # neither its speed nor the reason, which is above
-        guest.choose("comparison", EFFECTS)
+        guest.choose("comparison", "effects")
         guest.do("tab", "methods")
         guest.do("time_methods", True)
         guest.do("export", ".csv")

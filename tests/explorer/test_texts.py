@@ -14,7 +14,7 @@ from beamviz.drawing.text import measure, measures, rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.features.real_beam import MATERIALS
-from beamviz.explorer.page import html
+from beamviz.explorer.page import panel
 from beamviz.exports.html_page import solution_table
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -146,6 +146,6 @@ def test_warnings_of_a_real_beam_are_in_its_units():
     text = solution_table(buckled, [])
     assert messages.growth(rate, units) in text
     assert f"{buckled.errors[0] / 0.01:.0e}" in text
-    assert "T*" not in html.pace(0.1, units)
-    assert "1 ms (1000 times slower)" in html.pace(0.1, units)
-    assert "2000 ms (2 times faster)" in html.pace(200.0, units)
+    assert "T*" not in panel.pace(0.1, units)
+    assert "1 ms (1000 times slower)" in panel.pace(0.1, units)
+    assert "2000 ms (2 times faster)" in panel.pace(200.0, units)

@@ -15,20 +15,9 @@ from beamviz.drawing.camera import ViewChange
 from beamviz.drawing.modes import Clock, SampledModes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
+from beamviz.explorer import page
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.page.html import button, group, table
-from beamviz.explorer.state import (
-    ANCF,
-    COMPARISONS,
-    CORIOLIS,
-    DOUBLE,
-    EARLIER,
-    EFFECTS,
-    NO_COMPARISON,
-    TERMS,
-    Case,
-    State,
-)
+from beamviz.explorer.state import EARLIER, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import identify_modes, match_modes
 from beamviz.solver.solution import Solution
@@ -41,32 +30,39 @@ class ComparisonCase(NamedTuple):
     case: Case | None = None
 
 
+LABELS = {
+    "nothing": "nothing",
+    "earlier": "the beam before",
+    "ancf": "20 ANCF elements (paper)",
+    "coriolis": "Coriolis on / off",
+    "mass": "twice the mass",
+    "effects": "all effects on",
+}
 REASONS = {  # why there is no second beam
-    NO_COMPARISON: "",
-    EARLIER: "No beam is kept yet: press the button below, then change the beam.",
-    CORIOLIS: "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
-    DOUBLE: "There is no mass to double: give the beam one first.",
-    EFFECTS: "All effects are on already.",
+    "nothing": "",
+    "earlier": "No beam is kept yet: press the button below, then change the beam.",
+    "coriolis": "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
+    "mass": "There is no mass to double: give the beam one first.",
+    "effects": "All effects are on already.",
 }
 
 
 def comparison_case(state: State, case: Case) -> ComparisonCase:
     """The case that `case` is compared with."""
     options, alpha = case.options, case.numbers["alpha"]
-    choice = title = state.comparison
-    other = None
+    choice, title, other = state.comparison, LABELS[state.comparison], None
     if choice == EARLIER:
         title, other = "before", state.kept
-    elif choice == ANCF and options["method"] == "ancf":
+    elif choice == "ancf" and options["method"] == "ancf":
         title, other = "auto", case.with_options(method="auto")
-    elif choice == ANCF:
+    elif choice == "ancf":
         title, other = "20 ANCF elements", case.with_options(method="ancf")
-    elif choice == CORIOLIS and options["plane"] == "chordwise":
+    elif choice == "coriolis" and options["plane"] == "chordwise":
         on = not options["coriolis"]
         title, other = f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on)
-    elif choice == DOUBLE and alpha:
+    elif choice == "mass" and alpha:
         other = case.changed("alpha", 2 * alpha)
-    elif choice == EFFECTS and not all(options[term] for term in TERMS):
+    elif choice == "effects" and not all(options[term] for term in TERMS):
         title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
     return ComparisonCase(title, other) if other else ComparisonCase(REASONS[choice])
 
@@ -178,17 +174,17 @@ INVITATION = (
     "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
     " the scene, the beam before the drag is shown as an overlay."
 )
-TAB = group(
+TAB = page.group(
     "Compare with",
     '<span class="soft">Compare with</span>',
-    *(button(name, data_set="comparison", data_value=name) for name in COMPARISONS),
-) + group(
+    *(page.button(label, data_set="comparison", data_value=key) for key, label in LABELS.items()),
+) + page.group(
     "How it is drawn",
     '<span class="soft">Drawn</span>',
-    button("overlaid", data_set="stacked", data_value=False),
-    button("one above the other", data_set="stacked", data_value=True),
+    page.button("overlaid", data_set="stacked", data_value=False),
+    page.button("one above the other", data_set="stacked", data_value=True),
     '<span class="space"></span>',
-    button("Keep this beam, then change it", data_do="keep"),
+    page.button("Keep this beam, then change it", data_do="keep"),
 )
 
 
@@ -228,7 +224,7 @@ def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) 
     rows = [row(this, k, other, int(j)) for k, j in enumerate(partner)]
     rows += [row(this, -1, other, j) for j in range(len(other.labels)) if j not in partner]
     notes = mixture_note(title, this) + mixture_note(other_title, other)
-    return table("comparison", heads, rows) + notes
+    return page.table("comparison", heads, rows) + notes
 
 
 def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:

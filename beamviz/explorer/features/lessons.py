@@ -10,8 +10,8 @@ import numpy as np
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError
+from beamviz.explorer import page
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.page.html import attributes, button, group
 from beamviz.explorer.state import TABS
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import loci
@@ -80,17 +80,13 @@ class Lessons(Feature):
     def turn(self, by: Any) -> None:
         """Go to the next (1) or previous (-1) step, from the last or first step to the next or
         previous lesson; without a lesson, to the first or last one."""
-        state = self.visitor.state
+        state, names = self.visitor.state, ("", *NAMES)
         if by not in (1, -1):
             return
-        here = NAMES.index(state.lesson) if state.lesson else -1 if by == 1 else len(NAMES)
-        step = state.step + by if state.lesson else -1
-        if step in range(len(STEPS)):
-            self.go(step)
-        elif here + by in range(len(NAMES)):
-            self.open(NAMES[here + by])
+        if state.lesson and state.step + by in range(len(STEPS)):
+            self.go(state.step + by)
         else:
-            self.open("")
+            self.open(names[(names.index(state.lesson) + by) % len(names)])
 
     @property
     def inputs(self) -> tuple[SolverAnswer | None, str, int, tuple[str, ...]]:
@@ -137,11 +133,11 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     return (
         f'<div class="row"><span>{len(LESSONS)} short lessons, one question each, every one a small'
         f" experiment.{done}</span>"
-        + button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
+        + page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
         + '</div><div class="cards">'
         + "".join(
             f'<button type="button" class="card"'
-            f"{attributes(data_do='lesson', data_value=one.name)}"
+            f"{page.attributes(data_do='lesson', data_value=one.name)}"
             f"{' aria-current=true' if one.name == open_lesson else ''}>{sketch(one.name)}"
             f"<b>{k}. {escape(one.title)}{' ✓' if one.name in met else ''}</b></button>"
             for k, one in enumerate(LESSONS, 1)
@@ -153,13 +149,15 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
 def lesson_html(lesson: Lesson, step: int) -> str:
     """One step of a lesson, without the verdict on its challenge."""
     steps = "".join(
-        button(
+        page.button(
             name, data_do="lesson_step", data_value=k, class_="step",
             aria_current="step" if k == step else None, data_key="b" if k == step - 1 else None,
         )
         for k, name in enumerate(STEPS)
     )  # fmt: skip
-    forward = button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
+    forward = page.button(
+        "Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main"
+    )
     leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
     body = (
         f'<p class="question">{formatted(lesson.question)}</p>'
@@ -173,9 +171,9 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     number = NAMES.index(lesson.name) + 1
     return (
         f'<div class="title"><h3>{number}. {escape(lesson.title)}</h3>'
-        f"{button('Restart', data_do='lesson_restart', class_='quiet')}"
-        f"{button('✕', class_='quiet', **leave)}</div>"
-        f"{group('Steps of the lesson', steps, forward)}{body}"
+        f"{page.button('Restart', data_do='lesson_restart', class_='quiet')}"
+        f"{page.button('✕', class_='quiet', **leave)}</div>"
+        f"{page.group('Steps of the lesson', steps, forward)}{body}"
     )
 
 

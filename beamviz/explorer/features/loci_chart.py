@@ -16,10 +16,9 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
+from beamviz.explorer import page
 from beamviz.explorer.features.comparison import comparison_case
 from beamviz.explorer.jobs import Answer, SolverAnswer
-from beamviz.explorer.page import Data, axis_data, frequency_axis, mark, sent
-from beamviz.explorer.page.html import button, chart_tab, hint, note, select, table
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
@@ -134,7 +133,7 @@ def limit_text(request: ChartRequest, limit: Limit) -> str:
 # Data for the page
 
 
-def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> Data | None:
+def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> page.Data | None:
     """The line at the beam of an answer, which sets the number along the axis."""
     if answer is None or answer.beam is None:
         return None
@@ -143,7 +142,7 @@ def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> Data | Non
 
 def loci_lines(
     found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
-) -> list[Data]:
+) -> list[page.Data]:
     """The loci, of all or some branches, interpolated at x (n,), in runs of one family with the
     name of the mode there; consecutive runs share a point, so that lines have no gaps."""
     lines = []
@@ -160,7 +159,7 @@ def loci_lines(
                 runs.append([start, min(stop, last), own, name])
         if runs:
             label = name_of(found, branch.label, float(x[runs[-1][1]]))
-            lines.append({"label": label, "y": sent(factor * y), "runs": runs})
+            lines.append({"label": label, "y": page.sent(factor * y), "runs": runs})
     return lines
 
 
@@ -169,19 +168,19 @@ def name_of(found: Loci, label: str, value: float) -> str:
     return names_of_branches(found, value).get(label, label)
 
 
-def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data:
+def axes_data(request: ChartRequest, message: str, second: Chart | None) -> page.Data:
     """A chart without loci, for the reason `message`, and the loci of a second beam."""
     along, across = request.measures
     lines = []
     if second:
         x = second.loci.values
-        own = {"second": True, "at": sent(along.factor * x)}
+        own = {"second": True, "at": page.sent(along.factor * x)}
         lines = [line | own for line in loci_lines(second.loci, x, across.factor)]
     return {
         "name": f"Frequencies over {along.label}",
         "message": message,
-        "x": axis_data(along, (request.start, request.stop)),
-        "y": frequency_axis(across, (0.0, 1.0)),
+        "x": page.axis_data(along, (request.start, request.stop)),
+        "y": page.frequency_axis(across, (0.0, 1.0)),
         "lines": lines,
         "perRev": None,
         "gaps": [],
@@ -189,7 +188,9 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
     }
 
 
-def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
+def chart_data(
+    chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None
+) -> page.Data:
     """The chart with per-rev lines, and behind it the loci of a second beam."""
     data, (along, across) = axes_data(chart.request, "", second), chart.request.measures
     x = np.union1d(chart.loci.values, [event.at for event in chart.loci.events])
@@ -197,8 +198,8 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         per_rev = {"slope": across.factor / along.factor, "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
     return data | {
-        "y": frequency_axis(across, (0.0, chart.top)),
-        "at": sent(along.factor * x),
+        "y": page.frequency_axis(across, (0.0, chart.top)),
+        "at": page.sent(along.factor * x),
         "lines": data["lines"] + loci_lines(chart.loci, x, across.factor),
         "gaps": [
             [along.factor * one.start, along.factor * one.stop, FAILURES[one.kind]]
@@ -208,7 +209,7 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
     }
 
 
-def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
+def marks(chart: Chart, multiples: Sequence[int]) -> list[page.Data]:
     """Crossings, veerings and resonances as buttons."""
     axes = along, across = chart.request.measures
     places: dict[str, Event | Resonance] = {**chart.events, **chart.resonances_at(multiples)}
@@ -219,7 +220,7 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
         name = f"{kind} of {' and '.join(event_names(chart, one))}{force}"
         text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
         action = {"action": "go_to_event", "value": key}
-        found.append(mark(key, kind, axes, (one.at, one.frequency), text, **action))
+        found.append(page.mark(key, kind, axes, (one.at, one.frequency), text, **action))
     return found
 
 
@@ -243,18 +244,18 @@ class LociTab(Feature):
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
         tools = (
-            select("over", "horizontal axis", AXES)
+            page.select("over", "horizontal axis", AXES)
             + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
             "<span>per-rev lines</span>"
         )
         for k in PER_REV:
             names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
-            tools += button(f"{k} ×", class_="toggle", **names)
+            tools += page.button(f"{k} ×", class_="toggle", **names)
             edit, shown = partial(with_line, k=k), lambda multiples, k=k: k in multiples
             visitor.bind(f"per_rev_{k}", edit, of="per_rev", shown=shown)
-        tools += f"{hint('per-rev lines', PER_REV_HELP)}</div>"
+        tools += f"{page.hint('per-rev lines', PER_REV_HELP)}</div>"
         lists = "loci-resonances", "loci-events"
-        self.page.html("tab-frequencies", chart_tab(tools, "loci-chart", *lists, hidden=False))
+        self.page.html("tab-frequencies", page.chart_tab(tools, "loci-chart", *lists, hidden=False))
         self.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
@@ -303,20 +304,20 @@ class LociTab(Feature):
 
     def draw(self, answer: Answer[ChartRequest, Chart], second: Chart | None) -> None:
         """Show a chart, or the reason why there is none, and the loci of a second beam."""
-        page, multiples = self.page, self.visitor.state.per_rev
-        chart, over_speed = answer.result, answer.request.over == "gamma"
-        page.props("per-rev", hidden=not over_speed)
-        page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
+        chart, multiples = answer.result, self.visitor.state.per_rev
+        over_speed = answer.request.over == "gamma"
+        self.page.props("per-rev", hidden=not over_speed)
+        self.page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
         if chart is None:
-            page.chart("loci-chart", axes_data(answer.request, answer.message, second))
-            page.html("loci-events", note(answer.message))
+            self.page.chart("loci-chart", axes_data(answer.request, answer.message, second))
+            self.page.html("loci-events", page.note(answer.message))
             return
-        page.chart("loci-chart", chart_data(chart, multiples, second))
-        page.html("loci-events", event_table(chart) + notes(chart))
-        page.html("loci-resonances", resonance_table(chart, multiples))
+        self.page.chart("loci-chart", chart_data(chart, multiples, second))
+        self.page.html("loci-events", event_table(chart) + notes(chart))
+        self.page.html("loci-resonances", resonance_table(chart, multiples))
 
     @property
-    def cursor(self) -> Data | None:
+    def cursor(self) -> page.Data | None:
         if self.charts.answer is None:
             return None
         request = self.charts.answer.request
@@ -359,7 +360,8 @@ def event_table(chart: Chart) -> str:
         for key, event in chart.events.items()
     ]
     return (
-        table("crossings and veerings", heads, rows, caption="Crossings ○ and veerings ●") + warning
+        page.table("crossings and veerings", heads, rows, caption="Crossings ○ and veerings ●")
+        + warning
     )
 
 
@@ -367,7 +369,7 @@ def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[st
     """A button that moves the beam to an event, with its value and its frequency."""
     along, across = chart.request.measures
     label = f"{sign} {', '.join(event_names(chart, one))}"
-    go_to = button(label, data_set="go_to_event", data_value=key, class_="quiet")
+    go_to = page.button(label, data_set="go_to_event", data_value=key, class_="quiet")
     return go_to, along.number(one.at, 4), across.number(one.frequency, 3)
 
 
@@ -383,8 +385,8 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
     for key, one in found.items():
         go_to, *place = cells(chart, key, "◆", one)
         rows.append((go_to, f"{one.per_rev} ×", *place))
-    return table("resonances", heads, rows, caption="Resonances")
+    return page.table("resonances", heads, rows, caption="Resonances")
 
 
 def notes(chart: Chart) -> str:
-    return "".join(note(limit_text(chart.request, one)) for one in chart.loci.limits)
+    return "".join(page.note(limit_text(chart.request, one)) for one in chart.loci.limits)

@@ -12,10 +12,9 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
+from beamviz.explorer import page
 from beamviz.explorer.features.loci_chart import AXES
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page import Data, axis_data, sent
-from beamviz.explorer.page.html import button, chart_tab, colour_scale, note, select, table
 from beamviz.explorer.state import FIELDS, Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
@@ -110,11 +109,11 @@ class MapTab(Feature):
         super().__init__(visitor)
         self.job = visitor.job("map", MapRequest.solve)
         tools = (
-            select("mapped", "colour", QUANTITIES)
-            + select("over", "horizontal axis", AXES, id="map-over")
-            + select("across", "vertical axis", AXES)
+            page.select("mapped", "colour", QUANTITIES)
+            + page.select("over", "horizontal axis", AXES, id="map-over")
+            + page.select("across", "vertical axis", AXES)
         )
-        self.page.html("tab-map", chart_tab(tools, "map-chart", "map-text"))
+        self.page.html("tab-map", page.chart_tab(tools, "map-chart", "map-text"))
         self.page.on("move_beam", self.move_beam)
 
     def move_beam(self, place: Any) -> None:
@@ -155,7 +154,7 @@ class MapTab(Feature):
     def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str | int) -> None:
         shown = ShownMap(answer.result, mapped) if answer.result else None
         self.page.props("map-chart", hidden=shown is None or shown.is_empty)
-        self.page.html("map-text", shown.text() if shown else note(answer.message))
+        self.page.html("map-text", shown.text() if shown else page.note(answer.message))
         if shown:
             self.page.chart("map-chart", shown.data())
 
@@ -178,17 +177,17 @@ class ShownMap:
         ends = np.array([0.0, 1.0]) if self.is_empty else known
         self.low, self.high = float(ends.min()), float(ends.max())
 
-    def data(self) -> Data:
+    def data(self) -> page.Data:
         """The data of the map (map.js)."""
         (along, up, across), found, shown = self.measures, self.found, self.shown
         low, high = (across.text(end, 3) for end in (self.low, self.high))
         x, y = along.factor * found.x, up.factor * found.y
         return {
             "name": f"Map: {self.label} over {along.label} and {up.label}, from {low} to {high}",
-            "x": axis_data(along, found.request.ranges[0]),
-            "y": axis_data(up, found.request.ranges[1]),
+            "x": page.axis_data(along, found.request.ranges[0]),
+            "y": page.axis_data(up, found.request.ranges[1]),
             "columns": len(x),
-            "values": sent(across.factor * shown.values.ravel()),
+            "values": page.sent(across.factor * shown.values.ravel()),
             "colours": colours.SEQUENTIAL,
             "range": [across.factor * end for end in (self.low, self.high)],
             "value": {"symbol": "gap" if self.is_gap else across.symbol, "unit": across.unit},
@@ -206,11 +205,11 @@ class ShownMap:
         title = f"{self.label} [{across.unit or '1/T*'}]"
         shares = {code: 100 * float((self.found.status == code).mean()) for code in (2, 3, 4)}
         return (
-            f'<div class="scale">{colour_scale(title, colours.SEQUENTIAL, *ends)}</div>'
+            f'<div class="scale">{page.colour_scale(title, colours.SEQUENTIAL, *ends)}</div>'
             f"<p>{GAP_NOTE if self.is_gap else MODE_NOTE} {CLICK}</p>"
             + ("" if self.is_empty else self.extremes())
             + "".join(
-                note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
+                page.note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
                 for code, share in shares.items()
                 if share
             )
@@ -224,13 +223,13 @@ class ShownMap:
             row, column = np.argwhere(shown.values == value)[0]
             x, y = float(found.x[column]), float(found.y[row])
             place = f"{along.factor * x!r} {up.factor * y!r}"
-            go_to = button(name, data_do="move_beam", data_value=place, class_="quiet")
+            go_to = page.button(name, data_do="move_beam", data_value=place, class_="quiet")
             numbers = along.number(x, 3), up.number(y, 3), significant(across.factor * value, 3)
             rows.append((go_to, *numbers, escape(shown.names[int(shown.kinds[row, column])])))
         mapped = f"gap [{across.unit or '1/T*'}]" if self.is_gap else across.label
         heads = ("go to", along.head, up.head, mapped, "there")
         caption = f"Among the {len(found.x)} × {len(found.y)} beams of the map"
-        return table("smallest and largest of the map", heads, rows, caption=caption)
+        return page.table("smallest and largest of the map", heads, rows, caption=caption)
 
 
 def borders(shown: Quantity, x: np.ndarray, y: np.ndarray) -> list[list[list[float | None]]]:
@@ -238,4 +237,4 @@ def borders(shown: Quantity, x: np.ndarray, y: np.ndarray) -> list[list[list[flo
     from contourpy import contour_generator
 
     lines = (line for z in shown.borders for line in contour_generator(x, y, z).lines(0.5))
-    return [[sent(ends) for ends in np.transpose(line)] for line in lines]  # type: ignore[arg-type]
+    return [[page.sent(ends) for ends in np.transpose(line)] for line in lines]  # type: ignore[arg-type]

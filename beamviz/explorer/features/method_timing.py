@@ -9,8 +9,7 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.explorer.page import Data, axis_data, mark, sent
-from beamviz.explorer.page.html import button, chart_tab, checkbox, note, table
+from beamviz.explorer import page
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import match_modes
@@ -97,8 +96,8 @@ class MethodTimingTab(Feature):
         super().__init__(visitor)
         self.job = visitor.job("method timing", time_methods)
         help = "Every method at several resolutions, while this tab is open; again for another beam"
-        tools = checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
-        self.page.html("tab-methods", chart_tab(tools, "timing-chart", "timings"))
+        tools = page.checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
+        self.page.html("tab-methods", page.chart_tab(tools, "timing-chart", "timings"))
 
     @property
     def inputs(self) -> tuple[object, ...]:
@@ -109,7 +108,7 @@ class MethodTimingTab(Feature):
     def show(self) -> None:
         """Describe the method in use; request the timings and draw the last ones. They are only
         measured while the tab is open: another one needs the processor, and would falsify them."""
-        page, answer, timings = self.page, self.visitor.chart_answer, None
+        answer, timings = self.visitor.chart_answer, None
         if self.visitor.state.tab != "methods":
             self.job.withdraw()
             return
@@ -118,15 +117,15 @@ class MethodTimingTab(Feature):
             self.job.request(answer.request.with_options(method="auto"))
             timings = self.job.answer
         self.fade(self.job, "timing-chart", "timings")
-        page.html("method", summary(solution) if solution else "")
-        page.props("timing-chart", hidden=not (timings and timings.result))
+        self.page.html("method", summary(solution) if solution else "")
+        self.page.props("timing-chart", hidden=not (timings and timings.result))
         if timings and timings.result:
-            page.html("timings", timing_table(timings.result) + NOTE)
-            page.chart("timing-chart", timing_data(timings.result, solution))
+            self.page.html("timings", timing_table(timings.result) + NOTE)
+            self.page.chart("timing-chart", timing_data(timings.result, solution))
         elif timings and answer and isinstance(timings.error, NoEquilibrium):
-            page.html("timings", note(error_summary(timings.error, answer.beam)))
+            self.page.html("timings", page.note(error_summary(timings.error, answer.beam)))
         else:
-            page.html("timings", note(timings.message) if timings else INVITATION)
+            self.page.html("timings", page.note(timings.message) if timings else INVITATION)
 
 
 def summary(solution: Solution) -> str:
@@ -159,7 +158,7 @@ def relative_error(solution: Solution) -> float:
     return float(np.max(solution.errors / np.maximum(rates(solution), 1e-300)))
 
 
-def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
+def timing_data(timings: Sequence[Timing], solution: Solution | None) -> page.Data:
     """The chart: time and error of all methods, on logarithmic axes, and those of the scene."""
     good = [timing for timing in timings if math.isfinite(timing.error)]
     times = [math.log10(1000 * timing.seconds) for timing in good]
@@ -172,19 +171,19 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> Data:
         for one, place in zip(own, places, strict=True):
             key = f"{name}, {one.resolution}"
             text = f"{key}: {milliseconds(one.seconds)}, relative error {one.error:.0e}"
-            marks.append(mark(key, "point", axes, place, text))
+            marks.append(page.mark(key, "point", axes, place, text))
         if own:
-            at, y = map(sent, np.transpose(places))
+            at, y = map(page.sent, np.transpose(places))
             runs = [[0, len(own) - 1, style, name]]
             lines.append({"label": name, "at": at, "y": y, "runs": runs, "dots": True})
     if solution:
         x = float(np.clip(1000 * solution.stats.seconds, *span))
         place = x, float(np.clip(relative_error(solution), *ERRORS))
-        marks.append(mark("this scene", "here", axes, place, f"this scene: {cost(solution)}"))
+        marks.append(page.mark("this scene", "here", axes, place, f"this scene: {cost(solution)}"))
     return {
         "name": "Time against error of every method",
-        "x": axis_data(axes[0], span, log=True),
-        "y": axis_data(axes[1], ERRORS, log=True),
+        "x": page.axis_data(axes[0], span, log=True),
+        "y": page.axis_data(axes[1], ERRORS, log=True),
         "lines": lines,
         "marks": marks,
     }
@@ -196,11 +195,13 @@ def timing_table(timings: Sequence[Timing]) -> str:
     for name in STYLES:
         own = [timing for timing in timings if timing.method == name]
         good = [timing for timing in own if math.isfinite(timing.error)]
-        choose = button(name, data_set="method", data_value=name, class_=f"quiet {STYLES[name]}")
+        choose = page.button(
+            name, data_set="method", data_value=name, class_=f"quiet {STYLES[name]}"
+        )
         if good:
             best = min(good, key=lambda timing: timing.error)
             result = milliseconds(best.seconds), f"{best.error:.0e}", best.resolution
         else:
             result = "–", "–", f'<span class="reason">{escape(own[0].reason)}</span>'
         rows.append((choose, *result))
-    return table("methods", ("use", "time", "error", "at"), rows)
+    return page.table("methods", ("use", "time", "error", "at"), rows)

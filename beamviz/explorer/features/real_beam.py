@@ -8,10 +8,10 @@ from functools import partial
 from html import escape
 from typing import Any, NamedTuple
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, SI_REQUIRED, Beam, check_float
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Beam, check_float
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
-from beamviz.explorer.page.html import button, options
+from beamviz.explorer import page
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
@@ -21,16 +21,10 @@ MAX_VALUE = 1e12  # in the unit of a field
 DIGITS = 8
 ROUNDING = 1e-9
 PERCENT = "mass_percent"
-OPTIONAL = ("hub_radius", "rotation_speed", "mass")
+OPTIONAL = ("hub_radius", "rotation_speed", "angular_acceleration", "mass")
+SIGNED = ("hub_radius", "angular_acceleration")
 
 Pair = tuple[float, float]
-
-
-class Field(NamedTuple):
-    """A field of the panel: its name with the unit, and the SI value of the unit."""
-
-    name: str
-    factor: float
 
 
 class Section(NamedTuple):
@@ -73,24 +67,22 @@ SECTIONS = {
     "tube": Section(("diameter", "wall"), tube, tube_sizes),
     "own": Section(("area", "second_moment"), lambda *own: own, lambda *own: own),
 }
-FIELDS = {
-    "length": Field("length L [mm]", 1e-3),
-    "youngs_modulus": Field("Young's modulus E [GPa]", 1e9),
-    "density": Field("density ρ [kg/m³]", 1.0),
-    "hub_radius": Field("hub radius a [mm]", 1e-3),
-    "rotation_speed": Field("rotation speed Ω [rpm]", RPM),
-    "mass": Field("mass m [kg]", 1.0),
-    PERCENT: Field("mass at [% of L]", 0.01),
+FIELDS = {  # their labels, and the SI values of their units
+    "length": ("length L [mm]", 1e-3),
+    "youngs_modulus": ("Young's modulus E [GPa]", 1e9),
+    "density": ("density ρ [kg/m³]", 1.0),
+    "hub_radius": ("hub radius a [mm]", 1e-3),
+    "rotation_speed": ("rotation speed Ω [rpm]", RPM),
+    "angular_acceleration": ("spin-up [rad/s²]", 1.0),
+    "mass": ("mass m [kg]", 1.0),
+    PERCENT: ("mass at [% of L]", 0.01),
+    "width": ("width b [mm]", 1e-3),
+    "thickness": ("thickness h [mm]", 1e-3),
+    "diameter": ("outer diameter D [mm]", 1e-3),
+    "wall": ("wall t [mm]", 1e-3),
+    "area": ("area A [mm²]", 1e-6),
+    "second_moment": ("second moment I [mm⁴]", 1e-12),
 }
-SIZES = {
-    "width": Field("width b [mm]", 1e-3),
-    "thickness": Field("thickness h [mm]", 1e-3),
-    "diameter": Field("outer diameter D [mm]", 1e-3),
-    "wall": Field("wall t [mm]", 1e-3),
-    "area": Field("area A [mm²]", 1e-6),
-    "second_moment": Field("second moment I [mm⁴]", 1e-12),
-}
-ALL_FIELDS = FIELDS | SIZES
 SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}
 
 # Materials and presets
@@ -184,7 +176,7 @@ def entries(beam: Beam) -> dict[str, float]:
     sections with the area and second moment of the beam; {} for a beam without units."""
     if not (si := beam.si):
         return {}
-    values = {name: si.get(name, beam.beta) for name in FIELDS}  # PERCENT is not in SI
+    values = {name: si[name] for name in FIELDS if name in si} | {PERCENT: beam.beta}
     for section in SECTIONS.values():
         with contextlib.suppress(ValueError):  # no tube has this area and second moment
             sizes = section.of(si["area"], si["second_moment"])
@@ -195,14 +187,14 @@ def entries(beam: Beam) -> dict[str, float]:
 def edited(beam: Beam, name: str, value: Any) -> Beam:
     """The beam with one field set, in the unit of the field; the others keep their values. Raises
     InvalidInput, which names the field, the value and the values allowed in its unit."""
-    field, values = ALL_FIELDS[name], entries(beam)
-    low = -MAX_VALUE if name == "hub_radius" else 0.0
-    number = check_float(field.name, value, low, 100.0 if name == PERCENT else MAX_VALUE)
+    (label, factor), values = FIELDS[name], entries(beam)
+    low = -MAX_VALUE if name in SIGNED else 0.0
+    number = check_float(label, value, low, 100.0 if name == PERCENT else MAX_VALUE)
     if number == 0 and name not in (*OPTIONAL, PERCENT):
-        raise InvalidInput(f"{field.name} = 0: must be above 0")
-    values[name] = number * field.factor
+        raise InvalidInput(f"{label} = 0: must be above 0")
+    values[name] = number * factor
     if "wall" in values and values["wall"] > (1 + ROUNDING) * values["diameter"] / 2:
-        raise InvalidInput(f"{field.name} = {value:g}: the wall is at most half the diameter")
+        raise InvalidInput(f"{label} = {value:g}: the wall is at most half the diameter")
     for section in SECTIONS.values():
         if name in section.sizes:
             sizes = (values[one] for one in section.sizes)
@@ -224,6 +216,7 @@ def built(values: dict[str, float]) -> Beam:
     for name, unit, limits in (
         ("hub_radius", units.length, PARAMETERS["delta"].limits),
         ("rotation_speed", 1 / units.time, (0.0, max_gamma)),
+        ("angular_acceleration", 1 / units.time**2, NUMBERS["spin_up"].limits),
         ("mass", units.mass, PARAMETERS["alpha"].limits),
     ):
         label, factor = FIELDS[name]
@@ -259,7 +252,7 @@ class RealBeamPanel:
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
-        for name in ALL_FIELDS:
+        for name in FIELDS:
             self.page.on(f"real.{name}", partial(self.edit, name))
         self.page.on("real.preset", self.choose)
         self.page.on("real.material", self.choose_material)
@@ -274,8 +267,7 @@ class RealBeamPanel:
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
         if real := PRESETS.get(name):
-            self.visitor.change(partial(replace, section=real.section))
-            self.load(lambda _: real.beam)
+            self.load(lambda _: real.beam, section=real.section)
 
     def choose_material(self, name: Any) -> None:
         """Set the material; "own" keeps the values."""
@@ -284,11 +276,11 @@ class RealBeamPanel:
 
     def choose_section(self, kind: Any) -> None:
         if kind in SECTIONS:
-            self.visitor.change(partial(replace, section=kind))
-            self.load(lambda beam: with_section(beam, kind))
+            self.load(lambda beam: with_section(beam, kind), section=kind)
 
-    def load(self, edit: Callable[[Beam], Beam]) -> None:
-        """Show another beam in the same scene, or the message of its InvalidInput."""
+    def load(self, edit: Callable[[Beam], Beam], **values: Any) -> None:
+        """Show another beam in the same scene, with other values of the state by field name; or
+        the message of its InvalidInput."""
         try:
             scene = self.visitor.to_scene()
         except InvalidInput:  # a number is out of range
@@ -296,8 +288,10 @@ class RealBeamPanel:
         message = ""
         try:
             beam = edit(scene.beam)
-            if beam != scene.beam:
-                self.visitor.load(replace(scene, beam=beam, camera=None))
+            if beam == scene.beam:
+                self.visitor.change(lambda state: replace(state, **values))
+            else:
+                self.visitor.load(replace(scene, beam=beam, camera=None), **values)
         except InvalidInput as error:
             message = str(error)
         self.page.html("real-error", escape(message))
@@ -313,11 +307,11 @@ class RealBeamPanel:
         if beam.si:
             self.page.value("real.material", material(beam))
         for name, value in entries(beam).items():
-            self.page.value(f"real.{name}", float(f"{value / ALL_FIELDS[name].factor:.{DIGITS}g}"))
+            self.page.value(f"real.{name}", float(f"{value / FIELDS[name][1]:.{DIGITS}g}"))
 
 
 def preset_button(name: str) -> str:
-    return button(name, data_do="real.preset", data_value=name, title=PRESETS[name].source)
+    return page.button(name, data_do="real.preset", data_value=name, title=PRESETS[name].source)
 
 
 INVITATION = (
@@ -328,12 +322,7 @@ INVITATION = (
 
 
 def number(name: str) -> str:
-    label = escape(ALL_FIELDS[name].name)
-    return f'<label>{label} <input type="number" step="any" data-set="real.{name}"></label>'
-
-
-def choice(name: str, choices: dict[str, str]) -> str:
-    return f'<label>{name} <select data-set="real.{name}">{options(choices)}</select></label>'
+    return page.number_field(f"real.{name}", FIELDS[name][0])
 
 
 def panel(kind: str, beam: Beam) -> str:
@@ -342,18 +331,18 @@ def panel(kind: str, beam: Beam) -> str:
     assert units
     assert units.mass
     vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
-    plane = button("in plane", data_set="plane", data_value="chordwise")
-    plane += button("out of plane", data_set="plane", data_value="flapwise")
+    plane = page.button("in plane", data_set="plane", data_value="chordwise")
+    plane += page.button("out of plane", data_set="plane", data_value="flapwise")
     others = ("youngs_modulus", "density", "rotation_speed", "hub_radius", "mass", PERCENT)
     return (
-        '<details class="real" open><summary>Real beam</summary><div class="fields">'
-        f"{number('length')}{choice('section', SECTION_NAMES)}"
-        f"{''.join(map(number, SECTIONS[kind].sizes))}{choice('material', MATERIAL_NAMES)}"
-        f"{''.join(map(number, others))}</div>"
-        f'<div role="group" aria-label="{vibration}"><span>{vibration}</span>{plane}</div>'
+        '<details class="real" open><summary>Real beam</summary>'
+        f"{number('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
+        f"{''.join(map(number, SECTIONS[kind].sizes))}"
+        f"{page.select('real.material', 'material', MATERIAL_NAMES)}{''.join(map(number, others))}"
+        f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
         '<p id="real-error" role="alert"></p>'
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {significant(units.mass, 4)} kg</p>"
         f'<div class="choices">{"".join(map(preset_button, PRESETS))}'
-        f"{button('dimensionless', data_do='dimensionless')}</div></details>"
+        f"{page.button('dimensionless', data_do='dimensionless')}</div></details>"
     )

@@ -12,10 +12,9 @@ from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
+from beamviz.explorer import page
 from beamviz.explorer.features.loci_chart import cursor
 from beamviz.explorer.jobs import Answer, Job
-from beamviz.explorer.page import Data, axis_data, mark, sent
-from beamviz.explorer.page.html import button, chart_tab, note, select, slider, table
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
@@ -198,11 +197,11 @@ class RunUpTab(Feature):
         self.playback, self.captioned = playback, False
         low, high = (100 * end for end in DAMPING)
         tools = (
-            select("force_per_rev", "force", FORCES)
-            + slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
-            + button("", id="run-up-button", class_="main", data_do="run_up")
+            page.select("force_per_rev", "force", FORCES)
+            + page.slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
+            + page.button("", id="run-up-button", class_="main", data_do="run_up")
         )
-        self.page.html("tab-run-up", chart_tab(tools, "run-up-chart", "run-up-list"))
+        self.page.html("tab-run-up", page.chart_tab(tools, "run-up-chart", "run-up-list"))
         visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
         self.page.on("run_up", lambda _: playback.start_or_stop())
 
@@ -212,19 +211,19 @@ class RunUpTab(Feature):
 
     def show(self) -> None:
         """Show the run-up with the speed of the beam, or the reason why there is none."""
-        playback, run, page = self.playback, self.playback.run, self.page
+        playback, run = self.playback, self.playback.run
         if self.captioned is not playback.driven:
             self.captioned = playback.driven
-            page.html("scene-caption", RESPONSE if self.captioned else "")
-        page.html("run-up-button", "Stop" if playback.running else START)
-        page.props("run-up-chart", hidden=run is None)
+            self.page.html("scene-caption", RESPONSE if self.captioned else "")
+        self.page.html("run-up-button", "Stop" if playback.running else START)
+        self.page.props("run-up-chart", hidden=run is None)
         if run:
             line = cursor(self.visitor.answer, "gamma", measure("gamma", run.beam.units))
-            page.chart("run-up-chart", {**run_data(run), "cursor": line})
-            page.html("run-up-list", resonance_table(run) + NOTE)
+            self.page.chart("run-up-chart", {**run_data(run), "cursor": line})
+            self.page.html("run-up-list", resonance_table(run) + NOTE)
         else:
-            reason = note(playback.answer.message) if playback.answer else ""
-            page.html("run-up-list", reason or NOTE)
+            reason = page.note(playback.answer.message) if playback.answer else ""
+            self.page.html("run-up-list", reason or NOTE)
 
 
 def with_damping(state: State, percent: object) -> State:
@@ -232,7 +231,7 @@ def with_damping(state: State, percent: object) -> State:
     return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
 
 
-def run_data(run: RunUp) -> Data:
+def run_data(run: RunUp) -> page.Data:
     """The chart: amplitudes over the speed, and the resonances."""
     axes = along, _ = measure("gamma", run.beam.units), AMPLITUDE
     known = run.amplitudes[np.isfinite(run.amplitudes)]
@@ -244,13 +243,15 @@ def run_data(run: RunUp) -> Data:
         text = f"resonance of {one.branch}: {along.text(one.at, 4)}, {times}"
         place = (one.at, run.peak(one))
         action = {"action": "gamma", "value": along.factor * one.at}
-        marks.append(mark(f"{one.branch} {one.at:.4g}", "resonance", axes, place, text, **action))
+        marks.append(
+            page.mark(f"{one.branch} {one.at:.4g}", "resonance", axes, place, text, **action)
+        )
     return {
         "name": "Response of the tip over the speed",
-        "x": axis_data(along, (0.0, float(run.speeds[-1]))),
-        "y": axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True),
-        "at": sent(along.factor * run.speeds),
-        "lines": [{"label": "tip", "y": sent(run.amplitudes), "runs": runs}],
+        "x": page.axis_data(along, (0.0, float(run.speeds[-1]))),
+        "y": page.axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True),
+        "at": page.sent(along.factor * run.speeds),
+        "lines": [{"label": "tip", "y": page.sent(run.amplitudes), "runs": runs}],
         "marks": marks,
     }
 
@@ -264,7 +265,7 @@ def resonance_table(run: RunUp) -> str:
     rows = []
     for one in run.resonances:
         speed = {"data_set": "gamma", "data_value": along.factor * one.at}
-        go_to = button(f"◆ {one.branch}", class_="quiet", **speed)
+        go_to = page.button(f"◆ {one.branch}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
-    return table("resonances of the run-up", heads, rows)
+    return page.table("resonances of the run-up", heads, rows)

@@ -19,19 +19,10 @@ from urllib.parse import parse_qsl, urlencode
 from beamviz.beam import MAX_TOML_BYTES, check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
+from beamviz.explorer import page
 from beamviz.explorer.features.lessons import STEPS, Lessons
 from beamviz.explorer.jobs import Job
-from beamviz.explorer.page.html import button, select
-from beamviz.explorer.state import (
-    ANCF,
-    CORIOLIS,
-    DOUBLE,
-    EFFECTS,
-    FILM_LENGTHS,
-    TABS,
-    History,
-    State,
-)
+from beamviz.explorer.state import COMPARISONS, EARLIER, FILM_LENGTHS, TABS, History, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
@@ -44,13 +35,11 @@ PERIOD = 0.5  # [s] between two changes of the address
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
-CASES = {"ancf": ANCF, "coriolis": CORIOLIS, "mass": DOUBLE, "effects": EFFECTS}
-SHORT = {case: short for short, case in CASES.items()}
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "lesson": ("lesson", lambda name: lesson(str(name)).name),
     "step": ("step", lambda step: check_int("step", step, 1, len(STEPS)) - 1),
-    "compare": ("comparison", lambda case: CASES[check_choice("compare", case, CASES)]),
+    "compare": ("comparison", lambda case: check_choice("compare", case, COMPARISONS[2:])),
     "stacked": ("stacked", partial(check_bool, "stacked")),
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
@@ -169,9 +158,9 @@ def extra_pairs(state: State) -> dict[str, Any]:
     values = {key: one for key, one in values.items() if one != getattr(State, KEYS[key][0])}
     if "step" in values:
         values["step"] += 1
-    if "compare" in values:
-        values["compare"] = SHORT.get(values["compare"], "")
-    return {key: "true" if one is True else one for key, one in values.items() if one != ""}
+    if state.comparison == EARLIER:  # a link has no case that is kept
+        del values["compare"]
+    return {key: "true" if one is True else one for key, one in values.items()}
 
 
 # Files
@@ -306,16 +295,16 @@ class Files:
 
 def export_tab() -> str:
     """Buttons for all file formats, and for scene files."""
-    length = select("film_length", "length of a film", tuple(FILM_LENGTHS))
+    length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))
     files = "".join(
-        f'<div class="file">{button(name, data_do="export", data_value=suffix)}'
+        f'<div class="file">{page.button(name, data_do="export", data_value=suffix)}'
         f'<span class="soft">{escape(text)}</span></div>'
         for suffix, (name, text) in KINDS.items()
     )
     return (
-        f'<div class="files"><div class="file">{button("Picture (PNG)", id="save-picture")}'
+        f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'
         f'<span class="soft">The scene as you see it</span></div>{files}'
-        f'<div class="file">{button("Save the scene", data_do="save")}'
+        f'<div class="file">{page.button("Save the scene", data_do="save")}'
         '<span class="soft">All settings, as a small text file (TOML)</span></div>'
         '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
         '<input type="file" id="scene-file" class="hidden" accept=".toml">'
@@ -323,5 +312,5 @@ def export_tab() -> str:
         f'<div class="file">{length}</div></div>'
         '<div id="export-work" class="row" hidden><span id="export-state"></span>'
         '<progress id="export-progress" aria-label="Progress of the export"></progress>'
-        f"{button('Cancel', data_do='cancel_export')}</div>"
+        f"{page.button('Cancel', data_do='cancel_export')}</div>"
     )

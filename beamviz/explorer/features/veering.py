@@ -10,6 +10,7 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS
 from beamviz.drawing.text import Measure
+from beamviz.explorer import page
 from beamviz.explorer.features.loci_chart import (
     Chart,
     ChartRequest,
@@ -18,8 +19,6 @@ from beamviz.explorer.features.loci_chart import (
     loci_lines,
 )
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page import Data, axis_data, frequency_axis, mark, sent
-from beamviz.explorer.page.html import button, group, note, table
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import identify_modes
@@ -204,17 +203,17 @@ class VeeringTab(Feature):
 
     def draw(self, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None) -> None:
         """Show the last event, or the reason why there is none, and buttons for all events."""
-        page, pairs = self.page, answer.result if answer else None
-        buttons = choices(chart) if chart and chart.events else ""
-        page.props("veering-chart", hidden=not pairs)
+        pairs = answer.result if answer else None
+        text = choices(chart) if chart and chart.events else f"<p>{INVITATION}</p>"
+        self.page.props("veering-chart", hidden=not pairs)
         if answer and pairs:
             request = answer.request.chart
             captions = (sentence(pair, *request.measures) for pair in pairs)
-            page.chart("veering-chart", pairs_data(pairs, request))
-            page.html("veering-shapes", "".join(map(shape_table, pairs, captions)) + buttons + KEY)
-        else:
-            invitation = "" if buttons else f"<p>{INVITATION}</p>"
-            page.html("veering-shapes", (note(answer.message) if answer else invitation) + buttons)
+            self.page.chart("veering-chart", pairs_data(pairs, request))
+            text = "".join(map(shape_table, pairs, captions)) + text + KEY
+        elif answer:
+            text = page.note(answer.message) + text
+        self.page.html("veering-shapes", text)
 
 
 def choices(chart: Chart) -> str:
@@ -222,11 +221,11 @@ def choices(chart: Chart) -> str:
     along, buttons = chart.request.measures[0], ""
     for key, event in chart.events.items():
         label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
-        buttons += button(label, data_set="go_to_event", data_value=key)
-    return group("go to", buttons)
+        buttons += page.button(label, data_set="go_to_event", data_value=key)
+    return page.group("go to", buttons)
 
 
-def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
+def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
     """The chart: the loci without (dashed) and with Coriolis forces, the smallest gap as a vertical
     line, and the crossings."""
     along, across = request.measures
@@ -242,19 +241,19 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> Data:
         if pair.kind == "veering":
             k = int(np.searchsorted(values, pair.at))
             y = across.factor * np.array([one.frequency[k] for one in pair.branches])
-            ends = {"at": sent(np.full(2, along.factor * pair.at)), "y": sent(y)}
+            ends = {"at": page.sent(np.full(2, along.factor * pair.at)), "y": page.sent(y)}
             gap = [{"label": "", **ends, "runs": [[0, 1, "measure", ""]]}]
         elif pair.event and pair.kind == "crossing":
             place, text = (pair.at, pair.event.frequency), f"crossing: {along.text(pair.at, 5)}"
-            marks.append(mark("crossing", "crossing", request.measures, place, text))
+            marks.append(page.mark("crossing", "crossing", request.measures, place, text))
     frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
     margin = 0.06 * (high - low)
     return {
         "name": "Veering, magnified",
-        "x": axis_data(along, (values[0], values[-1])),
-        "y": frequency_axis(across, (low - margin, high + margin)),
-        "at": sent(along.factor * values),
+        "x": page.axis_data(along, (values[0], values[-1])),
+        "y": page.frequency_axis(across, (low - margin, high + margin)),
+        "at": page.sent(along.factor * values),
         "lines": lines + gap,
         "marks": marks,
     }
@@ -285,7 +284,7 @@ def shape_table(pair: LociPair, caption: str) -> str:
     order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.branches[k].frequency[0])))
     rows = [map(drawing, pair.shapes[k]) for k in order]
     name = f"shapes, Coriolis {'on' if pair.coriolis else 'off'}"
-    return table(name, ("before", "at", "after"), rows, caption, class_="shapes")
+    return page.table(name, ("before", "at", "after"), rows, caption, class_="shapes")
 
 
 def drawing(shape: ModeShape) -> str:

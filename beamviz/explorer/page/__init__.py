@@ -1,4 +1,4 @@
-"""The page of one visitor: updates to it, and actions from it.
+"""The page of one visitor: updates to it, actions from it, and the HTML of its controls and tables.
 
 The page is HTML of our own around viser's scene (page.html, page.css, page.js). The server sends
 scripts `beamviz.apply({...})` with the changes; the page sends actions as JSON [number, action,
@@ -8,15 +8,16 @@ value] through one hidden text control of viser, the bridge.
 import json
 import math
 import threading
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
 from viser import ClientHandle, GuiEvent, ViserServer
 
+from beamviz.drawing import colours
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import Measure
-from beamviz.explorer.page.html import attributes
 from beamviz.explorer.state import TABS
 from beamviz.files import package_text
 from beamviz.server.log import RateLimitedLog
@@ -203,3 +204,129 @@ def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **
     """A mark of a chart at a point; action=, value=: what a click on it sends."""
     x, y = (measure.factor * place for measure, place in zip(axes, at, strict=True))
     return {"key": key, "kind": kind, "text": text, "x": x, "y": y, **to}
+
+
+# HTML of controls
+
+
+def attributes(**values: Any) -> str:
+    """Attributes as HTML: aria_label= becomes aria-label, disabled=True has no value, None and
+    False are left out, data_value= and values other than strings become JSON."""
+    parts = []
+    for name, value in values.items():
+        name = name.strip("_").replace("_", "-")
+        is_state = name.startswith(("aria-", "data-"))
+        if value is None or (value is False and not is_state):
+            continue
+        if value is True and not is_state:
+            parts.append(f" {name}")
+        else:
+            text = value if isinstance(value, str) and name != "data-value" else json.dumps(value)
+            parts.append(f' {name}="{escape(text)}"')
+    return "".join(parts)
+
+
+def button(label: str, **values: Any) -> str:
+    """A button: data_do= names its action or data_set= the value that it sets, to data_value=."""
+    return f'<button type="button"{attributes(**values)}>{escape(label)}</button>'
+
+
+def hint(name: str, text: str) -> str:
+    """A question mark that opens an explanation of `name`; "" without one."""
+    if not text:
+        return ""
+    key = "hint-" + "".join(c if c.isalnum() else "-" for c in name)
+    mark = button("?", class_="hint", popovertarget=key, aria_label=f"About {name}")
+    return f'{mark}<span popover id="{key}">{escape(text)}</span>'
+
+
+def number_field(key: str, label: str) -> str:
+    """A number field with its label."""
+    return (
+        f'<div class="field"><label for="{key}-field">{escape(label)}</label>'
+        f'<input type="number" step="any" id="{key}-field" data-set="{key}"></div>'
+    )
+
+
+def slider(key: str, label: str, help: str = "", **values: Any) -> str:
+    """A slider with its label and a number field; values: min=, max=, step= of the slider."""
+    box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
+    return (
+        f'<div class="field" id="{key}-row"><span class="name">'
+        f'<label for="{key}-slider" id="{key}-label">'
+        f"{escape(label)}</label>{hint(label, help)}</span>"
+        f'<input type="number"{box}><input type="range" id="{key}-slider"'
+        f"{attributes(data_set=key, **values)}></div>"
+    )
+
+
+def checkbox(key: str, label: str, help: str = "") -> str:
+    return (
+        f'<div class="row"><label class="check"><input type="checkbox"{attributes(data_set=key)}>'
+        f"{escape(label)}</label>{hint(label, help)}</div>"
+    )
+
+
+def options(choices: Iterable[str] | Mapping[Any, str]) -> str:
+    """Options of a select element; choices: the values, or labels by value."""
+    labels = choices.items() if isinstance(choices, Mapping) else ((one, one) for one in choices)
+    return "".join(
+        f"<option{attributes(value=value)}>{escape(one)}</option>" for value, one in labels
+    )
+
+
+def select(
+    key: str, label: str, choices: Iterable[str] | Mapping[Any, str], help: str = "", id: str = ""
+) -> str:
+    """A select element with its label; choices: see `options`."""
+    id = id or f"{key}-select"
+    return (
+        f'<div class="field"><span class="name"><label for="{id}">{escape(label)}</label>'
+        f"{hint(label, help)}</span>"
+        f'<select id="{id}" data-set="{key}">{options(choices)}</select></div>'
+    )
+
+
+def group(name: str, *parts: str) -> str:
+    """A row of controls (HTML) with the accessible name `name`."""
+    return f'<div class="row" role="group"{attributes(aria_label=name)}>{"".join(parts)}</div>'
+
+
+# HTML of texts
+
+
+def note(text: str) -> str:
+    """A paragraph about a missing or incomplete result; "" for no text."""
+    return f'<p class="note">{escape(text)}</p>' if text else ""
+
+
+def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
+    """The skeleton of a tab: its controls (HTML), and by their ids its chart and its lists."""
+    parts = "".join(f'<div id="{id}"></div>' for id in lists)
+    return (
+        f'<div class="chart-tab"><div class="tools">{tools}</div>'
+        f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
+        f'<div class="lists">{parts}</div></div>'
+    )
+
+
+def table(
+    name: str, heads: Iterable[str], rows: Iterable[Iterable[str]], caption: str = "", **values: str
+) -> str:
+    """A table of cells (HTML) with the accessible name `name` and a caption (HTML)."""
+    title = f"<caption>{caption}</caption>" if caption else ""
+    head = "".join(f'<th scope="col">{one}</th>' for one in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+    return (
+        f"<table{attributes(aria_label=name, **values)}>{title}<thead><tr>{head}</tr></thead>"
+        f"<tbody>{body}</tbody></table>"
+    )
+
+
+def colour_scale(title: str, anchors: tuple[colours.RGB, ...], *ends: str) -> str:
+    """A colour map with its title and the values at its ends."""
+    values = "".join(f"<span>{end}</span>" for end in ends)
+    return (
+        f'<span>{escape(title)}</span><div class="colours"'
+        f' style="background:{colours.gradient(anchors)}"></div><div class="ends">{values}</div>'
+    )

@@ -19,7 +19,7 @@ const beamviz = (() => {
   /* Sends a value, in place of an earlier one that waits. */
   function send(action, value) {
     if (!bridge) return;
-    if (waiting[action]) waiting[action].value = null;
+    if (waiting[action]) waiting[action] = {};
     const text = JSON.stringify([++count, action, value]);
     if (text.length > 130000) return;
     const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
@@ -28,16 +28,14 @@ const beamviz = (() => {
 
   /* Sends immediately, and after that the latest value every PERIOD. */
   function sendOften(action, value) {
-    const timer = waiting[action];
-    if (timer) return void (timer.value = { value });
+    if (waiting[action]) return void (waiting[action] = { value });
     send(action, value);
-    waiting[action] = { value: null, id: setInterval(() => {
-      const { value, id } = waiting[action];
-      waiting[action].value = null;
-      if (value) return send(action, value.value);
-      clearInterval(id);
+    waiting[action] = {};
+    setTimeout(() => {
+      const { value } = waiting[action];
       delete waiting[action];
-    }, PERIOD) };
+      if (value !== undefined) sendOften(action, value);
+    }, PERIOD);
   }
 
   function sendPreferences() {

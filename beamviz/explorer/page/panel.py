@@ -2,39 +2,25 @@
 
 import math
 import time
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Collection, Sequence
+from functools import lru_cache, partial
 from html import escape
 from typing import Any
 
-from beamviz.beam import NUMBERS, PARAMETERS, Units
-from beamviz.drawing.text import Measure, measures
-from beamviz.explorer.jobs import Job, Solved
-from beamviz.explorer.page import html
-from beamviz.explorer.page.html import button, checkbox, hint, select, slider
-from beamviz.explorer.state import CHOICES, TERMS, Case, State
-from beamviz.explorer.visitor import Visitor
-from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
+import numpy as np
 
-SWITCHES = {
-    "stiffening": (
-        "stiffening",
-        "Tension by the centrifugal force, as in a taut string: it raises bending frequencies",
-    ),
-    "softening": (
-        "spin softening",
-        "The centrifugal force grows with a displacement in the plane of rotation: it lowers the"
-        " frequencies of motion in this plane",
-    ),
-    "coriolis": (
-        "Coriolis",
-        "Forces on parts that move within the rotating frame: they couple bending and stretching",
-    ),
-    "mass": ("mass", "The concentrated mass; switched on again it has its last value"),
-}
-RESET_HINT = "Back to the scene as the page, a link, a file or the lesson opened it (R)"
-DIGITS = 8  # of a number in its field
-FIRST_MASS = 1.0  # for a beam that never had one
+from beamviz.beam import Units
+from beamviz.drawing import colours
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import duration, frequencies, mode_value, significant
+from beamviz.explorer import page
+from beamviz.explorer.jobs import Job, Solved, SolverAnswer
+from beamviz.explorer.state import CHOICES, Case, State
+from beamviz.explorer.visitor import Visitor
+from beamviz.frequency_loci.identity import identify_modes
+from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
+from beamviz.solver import Solution
+
 PACE_HINT = "Speed of rotation and vibration on the screen, relative to a suitable one"
 AMPLITUDE_HINT = "Largest displacement drawn, over the length of the beam"
 MODEL = {
@@ -50,56 +36,70 @@ PICTURE = {
     "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
     "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
 }
-
+STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
+NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
+STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
+MODES_HINT = (
+    "The shapes of free vibration, each with its own frequency. Click one to see it alone; the"
+    " sliders mix several. B: bending, S: stretching. The errors are estimates of the numerical"
+    " error."
+)
+HEADING = (
+    f'<div class="row"><h2>Natural modes</h2>{page.hint("natural modes", MODES_HINT)}'
+    '<span class="space"></span>'
+    f"{page.button('All', data_set='all_modes', aria_label='All modes, one above the other')}</div>"
+    '<div id="mode-rows"></div>'
+)
+NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
+UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 # The fixed content of the page by element id: what Python's tables of choices and limits determine.
 CONTENT = {
     "status": (
         '<select class="quiet" data-set="plane" aria-label="Plane of vibration">'
-        f"{html.options(PLANES)}</select>"
+        f"{page.options(PLANES)}</select>"
         '<button type="button" class="quiet switch" data-set="coriolis" data-key="c"'
         ' title="Coriolis forces (C)">Coriolis</button>'
         '<select class="quiet" data-set="method" aria-label="Method">'
-        f"{html.options(CHOICES['method'])}</select>"
+        f"{page.options(CHOICES['method'])}</select>"
         '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
     ),
-    "modes": html.HEADING,
+    "modes": HEADING,
     "motion": (
-        slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
+        page.slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
         + '<div id="pace-text" class="soft"></div>'
-        + slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
+        + page.slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
     ),
     "picture": (
-        select("colouring", "colour", COLOURINGS)
-        + "".join(checkbox(key, label, text) for key, (label, text) in PICTURE.items())
-        + button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
+        page.select("colouring", "colour", COLOURINGS)
+        + "".join(page.checkbox(key, label, text) for key, (label, text) in PICTURE.items())
+        + page.button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
     ),
     "model": (
-        "".join(select(name, name, CHOICES[name], text) for name, text in MODEL.items())
-        + f'<p class="soft">Method {hint("the method", METHOD_HINT)}</p>'
+        "".join(page.select(name, name, CHOICES[name], text) for name, text in MODEL.items())
+        + f'<p class="soft">Method {page.hint("the method", METHOD_HINT)}</p>'
     ),
 }
 
 
 def build(visitor: Visitor) -> None:
     """Fill the page of a visitor, except the tabs, and handle its actions."""
-    page = visitor.page
+    own = visitor.page
     for id, content in CONTENT.items():
-        page.html(id, content)
-    BeamControls(visitor)
+        own.html(id, content)
     for mode in range(MODES):
         edit = partial(State.share, mode=mode)
         visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
     first = visitor.state.case
-    visitor.render("case", lambda case: page.html("scene-caption", invitation(case, first)))
-    visitor.render("dark", lambda dark: page.theme(dark=dark))
-    page.on("only", partial(show_alone, visitor))
-    page.on("undo", lambda _: visitor.restore(visitor.history.undo))
-    page.on("redo", lambda _: visitor.restore(visitor.history.redo))
-    page.on("reset", lambda _: visitor.reset())
-    page.on("reset_view", lambda _: visitor.reset_view())
-    page.on("cancel_jobs", lambda _: visitor.cancel_jobs())
-    page.on("retry_jobs", lambda _: visitor.retry_jobs())
+    visitor.render("case", lambda case: own.html("scene-caption", invitation(case, first)))
+    visitor.render("dark", lambda dark: own.theme(dark=dark))
+    own.on("only", partial(show_alone, visitor))
+    own.on("undo", lambda _: visitor.restore(visitor.history.undo))
+    own.on("redo", lambda _: visitor.restore(visitor.history.redo))
+    own.on("reset", lambda _: visitor.reset())
+    own.on("reset_view", lambda _: visitor.reset_view())
+    own.on("cancel_jobs", lambda _: visitor.cancel_jobs())
+    own.on("retry_jobs", lambda _: visitor.retry_jobs())
 
 
 def show_alone(visitor: Visitor, mode: Any) -> None:
@@ -126,11 +126,11 @@ def add_commands(visitor: Visitor) -> None:
 
 def show_answer(visitor: Visitor, solved: Solved | None, shown: list[int]) -> None:
     """Show the answer; if it has no solution, the faded modes of the last one."""
-    page, answer = visitor.page, visitor.answer
+    own, answer = visitor.page, visitor.answer
     if answer:
-        page.html("equilibrium", html.equilibrium_state(answer))
-        page.html("mode-rows", html.mode_table(*solved, shown) if solved else html.NO_MODES)
-        page.props("mode-rows", class_="faded" if solved and not answer.solution else None)
+        own.html("equilibrium", equilibrium_state(answer))
+        own.html("mode-rows", mode_table(*solved, shown) if solved else NO_MODES)
+        own.props("mode-rows", class_="faded" if solved and not answer.solution else None)
 
 
 def work(jobs: Sequence[Job]) -> str:
@@ -142,8 +142,10 @@ def work(jobs: Sequence[Job]) -> str:
         seconds = int(time.monotonic() - min(job.started for job in slow))
         percent = f" {100 * slow[0].done:.0f} %" if slow[0].done else ""
         state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
-        return state + button("Cancel", data_do="cancel_jobs")
-    return f"cancelled: {names}" + button("Compute again", data_do="retry_jobs") if names else ""
+        return state + page.button("Cancel", data_do="cancel_jobs")
+    return (
+        f"cancelled: {names}" + page.button("Compute again", data_do="retry_jobs") if names else ""
+    )
 
 
 def invitation(case: Case, first: Case) -> str:
@@ -162,95 +164,130 @@ def toggled(name: str, state: State) -> State:
     return state.changed(name, not state.values[name])
 
 
-# The beam
+# The scene: its legend and its pace
 
 
-class BeamControls:
-    """The numbers of the beam, each with a slider for its usual range and a field for its full
-    range, in the units of the beam; and a switch for each term of the equations and for the mass.
-
-    ranges: of the sliders, in the units shown; alpha: the mass that is restored.
-    """
-
-    def __init__(self, visitor: Visitor):
-        self.visitor, self.page, self.alpha = visitor, visitor.page, FIRST_MASS
-        self.ranges: dict[str, tuple[float, float]] = {}
-        reset = button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
-        more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
-        self.page.html("beam", "".join(map(number_slider, PARAMETERS)) + more + reset)
-        switches = (checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
-        self.page.html("effects", "".join(switches))
-        self.measures = measures(visitor.state.case.units)
-        visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
-        for name in NUMBERS:
-            visitor.page.on(name, partial(self.edit, name))
-            visitor.render(name, partial(self.show, name))
-        for name in TERMS:
-            visitor.bind(name, partial(switched, name))
-        visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
-
-    def edit(self, name: str, value: Any) -> None:
-        number = self.measures[name].plain(value)
-        self.visitor.change(lambda state: state.changed(name, number))
-
-    def show(self, name: str, number: Any) -> None:
-        """Show a number; a slider whose range does not contain it gets the full range."""
-        if not is_finite(number):
-            return
-        if name == "alpha" and number > 0:
-            self.alpha = number
-        measure, (low, high) = self.measures[name], self.ranges[name]
-        shown = float(f"{measure.factor * number:.{DIGITS}g}")
-        if not low <= shown <= high:
-            low, high = (measure.factor * limit for limit in NUMBERS[name].limits)
-            self.page.props(f"{name}-slider", min=low, max=high)
-        self.page.value(name, shown)
-
-    def choose_ranges(self, state: State) -> None:
-        """Choose labels and ranges for a scene that was loaded, and show its numbers."""
-        units = state.case.units
-        self.measures = measures(units)
-        for name, number in state.case.numbers.items():
-            measure, known = self.measures[name], number if is_finite(number) else 0.0
-            low, high, step = slider_range(name, known, measure, units)
-            self.ranges[name] = low, high
-            values = {"min": low, "max": high, "step": step, "data_unit": measure.unit}
-            self.page.props(f"{name}-slider", **values)
-            self.page.props(f"{name}-field", aria_label=measure.label)
-            self.page.html(f"{name}-label", escape(measure.label))
-            self.show(name, number)
-        self.page.props("mu-row", hidden=units is not None)
-        self.page.html("units", "SI units" if units else "Real beam…")
-
-    def switch_mass(self, state: State, on: Any) -> State:
-        """Remove the mass, or restore its last value."""
-        return switched("alpha", state, self.alpha if on else 0.0)
+def legend(colouring: str, largest: float, units: Units | None) -> str:
+    """The colours of the beam, up to the strain or displacement `largest`."""
+    if colouring == "axial strain":
+        ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
+        return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
+    far = f"{significant(1000 * largest * units.length, 2)} mm" if units else f"{largest:.2g} L"
+    ends = ("0 at rest", "", far if largest > NOTHING else "")
+    return page.colour_scale("displacement, as drawn", colours.SEQUENTIAL, *ends)
 
 
-def slider_range(
-    name: str, number: float, measure: Measure, units: Units | None
-) -> tuple[float, float, float]:
-    """The range of a slider and its step as displayed: up to four times the value of a real beam,
-    or the full range if the usual one does not contain the value."""
-    parameter = NUMBERS[name]
-    low, high, step = parameter.slider
-    if units and number > 0 and name in ("alpha", "gamma"):
-        low, high, step = 0.0, 4 * number, number / 100
-    if not low <= number <= high:
-        low, high = parameter.limits
-    return measure.range(low, high, step, parameter.limits)
+def pace(rate: float, units: Units | None) -> str:
+    """The time [T*] that passes in one second on the screen, `rate`, in the units of the beam."""
+    ratio = ""
+    if units:
+        faster = rate * units.time
+        times = significant(1 / faster if 0 < faster < 1 else faster, 3)
+        ratio = f" ({times} times {'slower' if faster < 1 else 'faster'})"
+    return f"one second on screen = {duration(rate, units)}{ratio}"
 
 
-def is_finite(number: Any) -> bool:
-    return isinstance(number, int | float) and math.isfinite(number)
+# The equilibrium
 
 
-def number_slider(name: str) -> str:
-    parameter = NUMBERS[name]
-    low, high, step = parameter.slider
-    return slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
+def equilibrium_state(answer: SolverAnswer) -> str:
+    """The state of the equilibrium in up to three lines: stable, with a caution if no real beam has
+    it; or the warning."""
+    if answer.shapes and not answer.warning:
+        title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
+        text = answer.caution or stretch_text(answer.shapes)
+    else:
+        title, _, text = answer.warning.partition("\n")
+        text = text if answer.message == answer.warning else answer.message
+        kind = "bad"
+    line = f"<br>{escape(text)}" if text else ""
+    return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
 
 
-def switched(name: str, state: State, value: Any) -> State:
-    """With a term switched, or another mass; the case before is kept for comparison."""
-    return state.keep_for_comparison().changed(name, value)
+def state_switch(answer: SolverAnswer) -> str:
+    """A button that replaces an unstable straight state by the stable one, or a bent one."""
+    options, solution = answer.request.options, answer.solution
+    if solution is None or solution.beam.spin_up:
+        return ""
+    if options["state"] == "straight" and solution.equilibrium.status == "unstable":
+        return page.button("Show the stable state", data_set="state", data_value="stable")
+    if solution.equilibrium.shape == "bent":
+        return page.button("Show the straight state", data_set="state", data_value="straight")
+    return ""
+
+
+def stretch_text(shapes: SampledModes) -> str:
+    """The elongation of the beam by rotation; for a bent beam the position of its tip."""
+    beam, (x, y) = shapes.beam, shapes.centreline[-1]
+    if shapes.centreline[:, 1].any():
+        return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
+    change = 100 * (x - 1)
+    if beam.gamma == 0:
+        return "at rest: no rotation"
+    if abs(change) < STRETCH_ROUNDING:
+        return "in this model the rotation does not stretch the beam"
+    speed = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
+    longer = "longer" if change > 0 else "shorter"
+    length = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
+    return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
+
+
+# The table of modes: a click on a row shows one mode alone, its slider mixes it with others
+
+
+def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int]) -> str:
+    """The table of the modes of a solution; those `shown` (0-based) are marked."""
+    units, modes = solution.beam.units, identify_modes(solution)
+    unit = "" if units else UNIT_HINT
+    heads = ("mode", f"{frequencies(units).label} {unit}", "± error", "nodes", "amount")
+    rows = "".join(
+        f'<tr data-do="only" data-value="{k}"{" class=shown" if k in shown else ""}>'
+        f"<td>{mode_button(k, label, solution.families[k], k in shown)}</td>"
+        f"{numbers(solution, k, strip(shapes.nodes[k]))}<td>{amount(k, label)}</td></tr>"
+        for k, label in enumerate(modes.labels)
+    )
+    return (
+        '<table aria-label="modes"><thead><tr>'
+        + "".join(f"<th>{head}</th>" for head in heads)
+        + f'</tr></thead><tbody>{rows}</tbody></table><p class="soft">{escape(modes.summary)}</p>'
+    )
+
+
+@lru_cache(256)
+def mode_button(k: int, label: str, family: str, shown: bool) -> str:
+    """The button that shows mode k (0-based) alone, in the colour of its family."""
+    return page.button(
+        label, data_do="only", data_value=k, data_key=str(k + 1) if k < 9 else None,
+        class_=f"mode {family}", aria_label=f"{label}, {family}", aria_pressed=shown,
+    )  # fmt: skip
+
+
+def numbers(solution: Solution, k: int, nodes: str) -> str:
+    """The cells of a mode's frequency, its estimated error and its nodes, or of its growth rate."""
+    value, error = mode_value(solution, k)
+    if not math.isfinite(solution.frequencies[k]):
+        return f'<td colspan="3">{escape(value)}</td>'
+    digits = f"{error:.0e}".replace("e-0", "e-")
+    return f"<td>{value}</td><td>{digits}</td><td>{nodes}</td>"
+
+
+def strip(nodes: np.ndarray) -> str:
+    """A drawing of the beam as a line with its nodes."""
+    places = ", ".join(significant(float(x), 3) for x in nodes)
+    dots = "".join(
+        f'<circle cx="{INSET + (STRIP - 2 * INSET) * x:.1f}" cy="8" r="3"/>' for x in nodes
+    )
+    name = f"nodes at {places}" if places else "no nodes"
+    return (
+        f'<svg class="strip" role="img" width="{STRIP}" height="16" aria-label="{name}">'
+        f"<title>{name}</title>"
+        f'<path d="M{INSET} 3v10M{INSET} 8H{STRIP - INSET}"/>{dots}</svg>'
+    )
+
+
+@lru_cache(256)
+def amount(k: int, label: str) -> str:
+    """The slider of a mode's contribution to the motion."""
+    key, name = f"share-{k}", f"Amount of {label}"
+    values = page.attributes(data_set=key, id=key, min=0, max=1, step=0.05, aria_label=name)
+    return f'<input type="range"{values}>'
