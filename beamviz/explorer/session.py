@@ -30,7 +30,7 @@ from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
-from beamviz.explorer.features.run_up import RunUpPlayback, RunUpTab
+from beamviz.explorer.features.run_up import RESPONSE, RunUpPlayback, RunUpTab
 from beamviz.explorer.features.sharing import Files, Links
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import Solved, SolverAnswer
@@ -277,8 +277,9 @@ class Session:
         self.update_features(now)
 
     def draw(self) -> None:
-        """Draw the latest answer and state; the colours have no scale where the beam is grey."""
-        page, view = self.visitor.page, self.view
+        """Draw the latest answer and state; the colours have no scale where the beam is grey. The
+        caption is an invitation until the first edit."""
+        page, view, case = self.visitor.page, self.view, self.visitor.state.case
         view.update()
         page.captions(view.captions)
         page.props("playing", disabled=bool(view.warning))
@@ -287,6 +288,8 @@ class Session:
         legend = panel.legend(view.state.view.colouring, view.drawn.largest, units)
         page.html("legend", "" if view.warning else legend)
         page.html("pace-text", panel.pace(view.pace, units))
+        invitation = panel.invitation(case) if case is self.links.start.case else ""
+        page.html("scene-caption", RESPONSE if self.run_up.driven else invitation)
 
     def update_features(self, now: float) -> None:
         """Update the tabs; with many visitors, charts wait until the slider is at rest."""

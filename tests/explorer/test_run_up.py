@@ -168,7 +168,8 @@ def test_a_run_up_in_the_page(guest):
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
-    """The force drives the first beam only; the scene says so until a mode is chosen."""
+    """The force drives the first beam only; the scene says so until a mode is chosen, also at
+    another speed."""
 
     def is_moving(messages: list[dict[str, Any]]) -> bool:
         masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]
@@ -181,6 +182,9 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
     frames = [messages for _ in range(30) if beam_moved(messages := guest.receive(TIMEOUT))]
     assert len(frames) > 10
     assert not any(map(is_moving, frames))
+    guest.do("gamma", 4.0)
+    guest.wait(lambda _: guest.charts["run-up-chart"]["cursor"]["x"] == 4.0)
+    assert "Forced response" in guest.texts["scene-caption"]
     guest.do("only", 1)
     guest.wait(is_moving)
     guest.wait(lambda _: guest.texts["scene-caption"] == "")

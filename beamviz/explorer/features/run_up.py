@@ -189,12 +189,11 @@ NOTE = (
 
 
 class RunUpTab(Feature):
-    """The force, the chart of amplitudes and the resonances; captioned: the caption of the scene
-    says that it shows the response."""
+    """The force, the chart of amplitudes and the resonances."""
 
     def __init__(self, visitor: Visitor, playback: RunUpPlayback):
         super().__init__(visitor)
-        self.playback, self.captioned = playback, False
+        self.playback = playback
         low, high = (100 * end for end in DAMPING)
         tools = (
             page.select("force_per_rev", "force", FORCES)
@@ -212,9 +211,6 @@ class RunUpTab(Feature):
     def show(self) -> None:
         """Show the run-up with the speed of the beam, or the reason why there is none."""
         playback, run = self.playback, self.playback.run
-        if self.captioned is not playback.driven:
-            self.captioned = playback.driven
-            self.page.html("scene-caption", RESPONSE if self.captioned else "")
         self.page.html("run-up-button", "Stop" if playback.running else START)
         self.page.props("run-up-chart", hidden=run is None)
         if run:

@@ -292,9 +292,8 @@ const beamviz = (() => {
       canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
       canvas.tabIndex = 0;
     }
-    const offline = bridge && /not connected/.test(window.__viserMutable?.sendMessage);
-    if (offline && !byId("offline").open) byId("offline").show();
-    if (!offline && byId("offline").open) byId("offline").close();
+    const offline = Boolean(bridge) && /not connected/.test(window.__viserMutable?.sendMessage);
+    if (offline !== byId("offline").open) byId("offline")[offline ? "show" : "close"]();
   }
 
   function start() {
@@ -322,5 +321,5 @@ const beamviz = (() => {
   }
 
   start();
-  return { apply, send, sendOften, openTab, values, drawn };
+  return { apply, send, sendOften, drawn };
 })();

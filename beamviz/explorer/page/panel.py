@@ -90,8 +90,6 @@ def build(visitor: Visitor) -> None:
     for mode in range(MODES):
         edit = partial(State.share, mode=mode)
         visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
-    first = visitor.state.case
-    visitor.render("case", lambda case: own.html("scene-caption", invitation(case, first)))
     visitor.render("dark", lambda dark: own.theme(dark=dark))
     own.on("only", partial(show_alone, visitor))
     own.on("undo", lambda _: visitor.restore(visitor.history.undo))
@@ -148,10 +146,10 @@ def work(jobs: Sequence[Job]) -> str:
     )
 
 
-def invitation(case: Case, first: Case) -> str:
-    """What can be dragged, the mass if there is one, and the speed; "" after the first edit."""
+def invitation(case: Case) -> str:
+    """What can be dragged: the mass if there is one, and the speed."""
     mass = "the mass along the beam, or " if case.numbers["alpha"] else ""
-    return f"Drag {mass}the line of the speed in the chart below." if case is first else ""
+    return f"Drag {mass}the line of the speed in the chart below."
 
 
 def share_of(mode: int, shares: Sequence[float]) -> float:
