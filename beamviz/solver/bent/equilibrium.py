@@ -26,9 +26,11 @@ LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio o
 CELLS = 40  # of the beam, for an estimate of its tension
 MOST_STRETCH = 30.0  # of that estimate
 SETTLED = 0.05  # relative change of its stretch after which it is good enough
-DESCENT_STEPS, NEWTON_STEPS, STRAIGHT_STEPS = 120, 12, 40
+DESCENT_TRIALS, NEWTON_STEPS, STRAIGHT_STEPS = 500, 12, 40
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
-QUADRATIC = 0.05  # a Newton step below this size needs no line search
+QUADRATIC = 0.05  # a Newton step below this size needs no check of the energy
+LARGER, SMALLER = 4.0, 16.0  # ratios of successive shifts: after a failure, after a success
+FALL = 1e-4  # of the energy in a step, as a share of what its slope promises
 CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding error
 RESOLVED = 1e-4  # relative change of the energy of a resolved state on a finer mesh
 ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is rounding error
@@ -141,76 +143,48 @@ def straight_state(beam: BentBeam) -> State | None:
 
 
 def descend(beam: BentBeam, q: np.ndarray) -> State | None:
-    """The stable state that descent of the energy leads to; None where it finds none. Newton's
-    method where the stiffness is positive definite and the step small; elsewhere a bounded step of
-    descent, which leaves saddle points."""
+    """The stable state that descent of the energy leads to; None where it finds none.
+
+    Newton's steps with a shift of the stiffness, which leaves saddle points: it grows until the
+    step is bounded and the energy falls, and is 0 near the state.
+    """
     low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
     high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
-    state, last, shift = State(beam, q), math.inf, 1.0
-    for iteration in range(1, DESCENT_STEPS + 1):
-        step, size = _newton_step(state)
-        rounding = ENERGY_ROUNDING * sum(state.energies)
-        # A fall of the energy that is below its rounding cannot be seen by a line search.
-        unseen = size < 1 and -state.residual @ step < rounding
-        near = size < QUADRATIC and (size <= last / 2 or unseen)
-        if not near:
-            if size > 1:
-                step, shift = _bounded_step(state, shift)
-            shortened = _line_search(state, step, rounding)
-            if shortened is None:
-                return None
-            step = shortened
-        state = State(beam, state.q + step, iteration)
-        if near and (size < CONVERGED or ROUNDED > size > last / 2):
-            return None if state.collapses else state
-        last = size
-        if not low < state.f.min() <= state.f.max() < high:
+    state, shift, last_shift, last_size = State(beam, q), 0.0, 1.0, math.inf
+    for _ in range(DESCENT_TRIALS):
+        step, size = _newton_step(state, shift)
+        trial = State(beam, state.q + step, state.iterations + 1)
+        near = not shift and size < min(QUADRATIC, last_size / 2)
+        if not (near or (size <= 1 and _falls(state, trial, step))):
+            shift = LARGER * shift or last_shift
+            continue
+        if not low < trial.f.min() <= trial.f.max() < high:
             return None
+        state = trial
+        if not shift and (size < CONVERGED or ROUNDED > size > last_size / 2):
+            return None if state.collapses else state
+        last_size, last_shift = size, max(shift, SMALLEST_SHIFT)
+        shift = shift / SMALLER if shift > SMALLER * SMALLEST_SHIFT else 0.0
     return None
 
 
-def _newton_step(state: State) -> tuple[np.ndarray, float]:
-    """Newton's step and its size, infinite where the stiffness is not positive definite."""
-    scale = state.beam.scale
-    L, info = lapack.dpotrf(state.scaled_stiffness, lower=1)
+def _falls(state: State, trial: State, step: np.ndarray) -> bool:
+    """Whether the energy falls as it should in a step, or by less than its rounding."""
+    allowed = state.energy + ENERGY_ROUNDING * sum(state.energies)
+    return trial.energy <= allowed + FALL * (state.residual @ step)
+
+
+def _newton_step(state: State, shift: float = 0.0) -> tuple[np.ndarray, float]:
+    """Newton's step and its size, infinite where the stiffness is not positive definite. shift:
+    added to the stiffness, in units of the present rigidities."""
+    bent, K = state.beam, state.scaled_stiffness
+    if shift:
+        K = K + np.diag(shift * state.rigidities * bent.scale**2)
+    L, info = lapack.dpotrf(K, lower=1)
     if info:
-        return np.zeros_like(scale), math.inf
-    step = -scale * lapack.dpotrs(L, scale * state.residual, lower=1)[0]
+        return np.zeros_like(bent.scale), math.inf
+    step = -bent.scale * lapack.dpotrs(L, bent.scale * state.residual, lower=1)[0]
     return step, state.step_size(step)
-
-
-def _bounded_step(state: State, shift: float) -> tuple[np.ndarray, float]:
-    """A step of descent of size 1 at most: Newton's with a shift of the stiffness, in units of the
-    present rigidities, that makes it positive definite and the step small enough; and that shift,
-    a power of 4. shift: where to look for it."""
-    scale = 1 / np.sqrt(state.rigidities)
-    K, i = scale[:, None] * state.stiffness * scale, np.arange(len(scale))
-    found, lower = None, False
-    for _ in range(60):
-        A = K.copy()
-        A[i, i] += shift
-        L, info = lapack.dpotrf(A, lower=1, overwrite_a=1)
-        step = None if info else -scale * lapack.dpotrs(L, scale * state.residual, lower=1)[0]
-        if step is not None and state.step_size(step) <= 1:
-            found = step, shift
-            if lower or shift <= SMALLEST_SHIFT:
-                break
-            shift /= 4
-        elif found:
-            break
-        else:
-            lower, shift = True, 4 * shift
-    return found or (np.zeros_like(scale), shift)
-
-
-def _line_search(state: State, step: np.ndarray, rounding: float) -> np.ndarray | None:
-    """The step, halved until the energy falls as it should; None where it does not."""
-    for _ in range(40):
-        allowed = state.energy + rounding + 1e-4 * (state.residual @ step)
-        if State(state.beam, state.q + step).energy <= allowed:
-            return step
-        step = step / 2
-    return None
 
 
 def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> State | None:
