@@ -208,6 +208,15 @@ def test_few_solves(beam, over, stop, modes, coriolis, most):
     assert found.solves < most
 
 
+@pytest.mark.parametrize("over", ["gamma", "delta", "beta"])
+def test_errors_meet_the_tolerance_with_coriolis_forces(over):
+    """Those of the lowest modes do not contain those of extra modes, which are less accurate."""
+    stop = 10 if over == "gamma" else 1
+    found = loci(Beam(alpha=1, gamma=5), over, np.linspace(0, stop, 21), 6, coriolis=True)
+    for branch in found.branches:
+        assert np.nanmax(branch.error / branch.frequency) <= 1e-6
+
+
 def test_solutions_are_solved_for_when_asked(monkeypatch):
     """A chart takes fewer solves than values; then a solution takes one, and all are one batch."""
     solve_many, batches = sweep.solve_many, []

@@ -201,13 +201,12 @@ def by_block(nodes: Nodes) -> Fit | None:
     tail, rates = tail_and_rates(
         abs(np.tensordot(chebyshev.coefficients, matrices[:, 0], 1)), order
     )
-    solver_errors = np.matvec(Q**2, solved.errors[:, 0, :m])
-    block = Block(matrices, shift, solver_errors[own], tail, np.zeros(m))
+    block = Block(matrices, shift, tail, np.zeros(m))
     tails, middles = (
         block._replace(tail=terms).tails(f[own], Q.mT[own]).max(axis=0)
         for terms in (tail, tail / rates)
     )
-    found, _, bending, _ = block.at(chebyshev.checks, np.ones(len(chebyshev.checks), int))
+    found, bending, _ = block.at(chebyshev.checks)
     block = block._replace(misfit=abs(found - squares[order + 1 :]).max(axis=0))
     off = abs(bending - solved.bending[order + 1 :, 0, :m]).max(axis=0)
     errors = np.where(off > BENDING_ERROR, np.inf, estimated_error(tails, block.misfit))

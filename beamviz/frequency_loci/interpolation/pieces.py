@@ -30,7 +30,6 @@ class Block(NamedTuple):
 
     matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
     shift: float  # of omega^2, which may be negative
-    solver_errors: np.ndarray  # (n, m) of omega^2 at the nodes
     tail: np.ndarray  # (m, m) of the logarithm: sum of the truncated coefficients
     misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
 
@@ -38,20 +37,15 @@ class Block(NamedTuple):
         """omega^2 (n, m) by interpolation `rows`."""
         return np.exp(np.linalg.eigvalsh(interpolated(rows, self.matrices[:, 0]))) - self.shift
 
-    def at(self, rows: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """omega^2, its solver error, bending fraction, interpolation error of omega^2: (4, n, m).
-
-        rows: (n, nodes) of the interpolation. after: indices (n,) of the next nodes."""
+    def at(self, rows: np.ndarray) -> np.ndarray:
+        """omega^2, bending fraction and interpolation error of omega^2 by interpolation `rows`:
+        (3, n, m)."""
         logarithm, across, kinetic = np.moveaxis(interpolated(rows, self.matrices), 1, 0)
         f, y = np.linalg.eigh(logarithm)
         bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
-        own = np.maximum(self.solver_errors[after - 1], self.solver_errors[after])
-        solver_error = np.matvec((y**2).mT, own)
         error = estimated_error(self.tails(f, y), self.misfit)
         shifted = np.exp(f)
-        return np.array(
-            [shifted - self.shift, solver_error, bending / whole, error + EPS * shifted]
-        )
+        return np.array([shifted - self.shift, bending / whole, error + EPS * shifted])
 
     def tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Change of omega^2 = exp(f) - shift by the tail, to first order."""
@@ -91,16 +85,16 @@ class Piece:
         rows = points.rows(x)
         after = np.clip(np.searchsorted(points.nodes, x), 1, self.order)
         found = np.full((4, len(t), *self.needed.shape), np.nan)
-        if self.block:
-            found[:, :, 0, : len(self.block.misfit)] = self.block.at(rows, after)
-            found[:, :, ~self.needed] = np.nan
-            return found
         squares, solver_error, bending, error = found
         _, solved, fractions = self.spectra
         kept = np.where(self.needed, 1.0, np.nan)
+        solver_error[:] = np.maximum(solved[after - 1], solved[after]) * kept
+        if self.block:
+            found[[0, 2, 3], :, 0, : len(self.block.misfit)] = self.block.at(rows)
+            found[:, :, ~self.needed] = np.nan
+            return found
         scale = self._scale(t)
         squares[:] = self._squares(rows, scale)
-        solver_error[:] = np.maximum(solved[after - 1], solved[after]) * kept
         error[:] = self.errors[0] * scale * kept
         if len(self.needed) == 2:
             bending[:] = fractions[0] * kept
