@@ -125,13 +125,15 @@ def test_resonances_are_listed_in_order_of_speed():
 # Messages and names
 
 
-def test_gaps_are_explained_by_their_limit():
-    """biot at mu = 10 has no equilibrium beyond 8.603, where the lines end."""
-    chart = chart_of(TIP.replace(mu=10), strain="biot")
-    (limit,) = chart.loci.limits
-    sentence = f"No equilibrium above γ = {limit.start:.4g} with this material law."
+@pytest.mark.parametrize(("delta", "law"), [(0, " with this material law"), (-0.5, "")])
+def test_gaps_are_explained_by_their_limit(delta, law):
+    """biot at mu = 10 has no equilibrium beyond 8.603, where the lines end; inward, thrust is the
+    limit with any law."""
+    chart = chart_of(TIP.replace(mu=10, delta=delta), strain="biot")
+    limit = chart.loci.limits[-1]
+    sentence = f"No equilibrium above γ = {limit.start:.4g}{law}."
     assert sentence in notes(chart)
-    assert chart_data(chart)["gaps"] == [[limit.start, limit.stop, "No equilibrium"]]
+    assert chart_data(chart)["gaps"][-1] == [limit.start, limit.stop, "No equilibrium"]
     ends = [chart.loci.values[np.isfinite(one.frequency)].max() for one in chart.loci.branches]
     assert limit.start - 0.5 < max(ends) <= limit.start
 

@@ -126,7 +126,8 @@ def limit_text(request: ChartRequest, limit: Limit) -> str:
         place = f"above {first}"
     elif limit.start == request.start:
         place = f"below {last}"
-    law = " with this material law" if limit.kind == "no-equilibrium" else ""
+    stretched = limit.kind == "no-equilibrium" and request.beam.delta >= 0  # else compressed
+    law = " with this material law" if stretched else ""
     return f"{FAILURES[limit.kind]} {place}{law}."
 
 
