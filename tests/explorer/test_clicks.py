@@ -128,8 +128,10 @@ def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):
     shown.wait(f"{SHOWN}.join() === 'B2,B3'")
 
 
-def test_a_command_is_run_by_its_name(shown):
-    """Ctrl+K opens the list; after it is closed the pointer works as before."""
+@pytest.mark.parametrize("focus", ["document.body", by_id("share-2")])
+def test_a_command_is_run_by_its_name(shown, focus):
+    """Ctrl+K opens the list, also from a slider; after it is closed the pointer works as before."""
+    shown.evaluate(f"{focus}.focus()")
     shown.key("k", modifiers=2)
     shown.wait("!!document.activeElement.closest('[role=dialog]')")
     shown.call("Input.insertText", text="mode 3")

@@ -275,6 +275,10 @@ const beamviz = (() => {
       event.preventDefault();
       send(event.shiftKey ? "redo" : "undo", null);
     }
+    if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input[type=range]")) {
+      event.preventDefault();
+      document.body.dispatchEvent(new KeyboardEvent("keydown", event));  // ignored by viser in inputs
+    }
     if (event.ctrlKey || event.metaKey || event.altKey || isTyped(e) || inViser) return;
     const letter = key.length === 1 && key !== " ";
     const arrow = key.startsWith("arrow");
