@@ -208,13 +208,31 @@ def test_few_solves(beam, over, stop, modes, coriolis, most):
     assert found.solves < most
 
 
-@pytest.mark.parametrize("over", ["gamma", "delta", "beta"])
-def test_errors_meet_the_tolerance_with_coriolis_forces(over):
-    """Those of the lowest modes do not contain those of extra modes, which are less accurate."""
-    stop = 10 if over == "gamma" else 1
-    found = loci(Beam(alpha=1, gamma=5), over, np.linspace(0, stop, 21), 6, coriolis=True)
+@pytest.mark.parametrize(
+    ("beam", "over", "stop"),
+    [
+        (Beam(alpha=1, gamma=5), "gamma", 10),
+        (Beam(alpha=1, gamma=5), "beta", 1),
+        (Beam(alpha=0.1, delta=0.8, mu=51), "gamma", 20),
+        (Beam(alpha=2.9, beta=0.8, delta=1.1, mu=23), "gamma", 19),
+        (Beam(alpha=0.2, beta=0.7, gamma=11, mu=118), "delta", 2),
+    ],
+)
+def test_errors_with_coriolis_forces(beam, over, stop):
+    """They meet the tolerance, without those of the extra modes, which are less accurate, and
+    contain those of the interpolation."""
+    found = loci(beam, over, np.linspace(0, stop, 21), 6, coriolis=True)
+    beams = [beam.replace(**{over: float(value)}) for value in found.values]
+    exact = solve_many(beams, modes=6, coriolis=True, tolerance=1e-10)
+    frequencies, errors = (
+        np.array([getattr(one, key) for one in exact]) for key in ("frequencies", "errors")
+    )
     for branch in found.branches:
-        assert np.nanmax(branch.error / branch.frequency) <= 1e-6
+        at = np.flatnonzero((branch.mode_index >= 0) & (branch.mode_index < 6))
+        index = at, branch.mode_index[at]
+        off = abs(branch.frequency[at] - frequencies[index])
+        assert (off <= branch.error[at] + errors[index]).all()
+        assert (branch.error[at] <= 1.1e-6 * branch.frequency[at]).all()
 
 
 def test_solutions_are_solved_for_when_asked(monkeypatch):
