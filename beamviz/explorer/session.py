@@ -23,12 +23,14 @@ from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
-from beamviz.explorer.features import BeamControls, MassDrag, PresenterMode
+from beamviz.explorer.features.beam_controls import BeamControls
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
+from beamviz.explorer.features.mass_drag import MassDrag
 from beamviz.explorer.features.method_timing import MethodTimingTab
+from beamviz.explorer.features.presenter_mode import PresenterMode
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RESPONSE, RunUpPlayback, RunUpTab
 from beamviz.explorer.features.sharing import Files, Links

@@ -20,9 +20,8 @@ from beamviz.solver import CHOICES as SOLVER_CHOICES
 
 TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
 CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
-COMPARISONS = NO_COMPARISON, EARLIER, *_ = (
-    "nothing", "earlier", "ancf", "coriolis", "mass", "effects"
-)  # fmt: skip
+NO_COMPARISON, EARLIER = "nothing", "earlier"
+COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
 TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged

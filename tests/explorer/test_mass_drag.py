@@ -16,8 +16,8 @@ from beamviz.beam import Beam
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import SampledModes
-from beamviz.explorer.features import MassDrag, nearest
 from beamviz.explorer.features.comparison import number
+from beamviz.explorer.features.mass_drag import MassDrag, nearest
 from beamviz.scene import Scene, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve

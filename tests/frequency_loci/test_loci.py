@@ -181,60 +181,6 @@ def test_veerings_of_random_beams(seed):
                 assert not near, (k, dense[i], share)
 
 
-@pytest.mark.parametrize(
-    ("beam", "over", "stop", "modes", "coriolis", "most"),
-    [
-        *(
-            (Beam(alpha=alpha, gamma=gamma), "beta", 1, modes, False, 100)
-            for alpha, gamma in ((0.38, 12), (1, 5), (3, 0))
-            for modes in (3, 5)  # of odd and even orders of the interpolation
-        ),
-        (Beam(alpha=0.5, gamma=5), "beta", 1, 15, False, 150),  # many half-waves in an element
-        # stretching converges first
-        (Beam(alpha=1.8, gamma=10.4, delta=0.2, mu=183), "beta", 1, 10, False, 150),
-        (Beam(alpha=8, gamma=2.5, delta=0.8, mu=42), "beta", 1, 3, True, 100),  # bending fractions
-        (Beam(alpha=9, gamma=2.5, delta=0.5, mu=77), "beta", 1, 4, True, 100),
-        (Beam(alpha=5, gamma=20), "beta", 1, 6, False, 120),  # a layer in an element of its own
-        (Beam(alpha=1, gamma=2, delta=-0.5), "beta", 1, 6, True, 120),  # unstable, with Coriolis
-        (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, 6, True, 120),
-        (Beam(alpha=1, beta=0.5, delta=1), "gamma", 150, 6, False, 120),  # omega^2 grows by 1000
-    ],
-)
-def test_few_solves(beam, over, stop, modes, coriolis, most):
-    """Over the place of the mass a characteristic function replaces loci that all veer, with
-    hundreds of solves fewer. All beams of a chart have meshes of the same orders, and rounding
-    takes no solves."""
-    found = loci(beam, over, np.linspace(0, stop, 11), modes, coriolis=coriolis)
-    assert found.solves < most
-
-
-@pytest.mark.parametrize(
-    ("beam", "over", "stop"),
-    [
-        (Beam(alpha=1, gamma=5), "gamma", 10),
-        (Beam(alpha=1, gamma=5), "beta", 1),
-        (Beam(alpha=0.1, delta=0.8, mu=51), "gamma", 20),
-        (Beam(alpha=2.9, beta=0.8, delta=1.1, mu=23), "gamma", 19),
-        (Beam(alpha=0.2, beta=0.7, gamma=11, mu=118), "delta", 2),
-    ],
-)
-def test_errors_with_coriolis_forces(beam, over, stop):
-    """They meet the tolerance, without those of the extra modes, which are less accurate, and
-    contain those of the interpolation."""
-    found = loci(beam, over, np.linspace(0, stop, 21), 6, coriolis=True)
-    beams = [beam.replace(**{over: float(value)}) for value in found.values]
-    exact = solve_many(beams, modes=6, coriolis=True, tolerance=1e-10)
-    frequencies, errors = (
-        np.array([getattr(one, key) for one in exact]) for key in ("frequencies", "errors")
-    )
-    for branch in found.branches:
-        at = np.flatnonzero((branch.mode_index >= 0) & (branch.mode_index < 6))
-        index = at, branch.mode_index[at]
-        off = abs(branch.frequency[at] - frequencies[index])
-        assert (off <= branch.error[at] + errors[index]).all()
-        assert (branch.error[at] <= 1.1e-6 * branch.frequency[at]).all()
-
-
 def test_solutions_are_solved_for_when_asked(monkeypatch):
     """A chart takes fewer solves than values; then a solution takes one, and all are one batch."""
     solve_many, batches = sweep.solve_many, []

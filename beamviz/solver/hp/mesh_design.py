@@ -158,7 +158,8 @@ def choose_mesh(
 ) -> BreaksAndOrders:
     """Breaks and orders for the lowest `modes` modes to a number of digits: of the meshes with thin
     elements for layers above each order of `thin_above`, the one with the fewest unknowns, which
-    may exceed MAX_UNKNOWNS. With an infinite order layers get no elements of their own."""
+    may exceed MAX_UNKNOWNS. With an infinite order layers get no elements of their own, and long
+    elements are not divided: the breaks are the same for all positions of the mass."""
     power = 2 * curvature_power - 3
     waves, compression = float(half_waves(mu, modes)), 0.0
     layers = _layers(spans, power, digits)
