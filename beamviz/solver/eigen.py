@@ -182,7 +182,7 @@ def _definite_gyroscopic(
     """
     (La, Lb), (Fa, Fb) = L, F
     na, nb, m = La.shape[-1], Lb.shape[-1], Fa.shape[-2]
-    Ya, Yb = np.linalg.solve(La, Fa.mT), np.linalg.solve(Lb, Fb.mT).mT
+    Ya, Yb = _solve_lower(La, Fa.mT), _solve_lower(Lb, Fb.mT).mT
     Z = np.zeros((len(La), na + m, nb + m))
     Z[:, :na, :nb] = -2 * gamma * (Ya @ Yb)
     Z[:, :na, nb:], Z[:, na:, :nb] = Ya, Yb
@@ -201,8 +201,14 @@ def _definite_gyroscopic(
         condition = omega_squared / omega_squared[:, :1]
         condition = np.sqrt(condition) + (EPS * condition**2 if few else 0)  # values, vectors
     X = Z @ Y * np.sqrt(omega_squared)[:, None]
-    a, b = np.linalg.solve(La.mT, X[:, :na]), np.linalg.solve(Lb.mT, Y[:, :nb])
+    a, b = _solve_lower(La, X[:, :na], 1), _solve_lower(Lb, Y[:, :nb], 1)
     return GyroscopicModes(omega_squared, a.astype(complex), 1j * b, condition, spectrum, True)
+
+
+def _solve_lower(L: np.ndarray, B: np.ndarray, transposed: int = 0) -> np.ndarray:
+    """L^-1 B, or L^-T B if `transposed`, of stacks of lower triangles L and matrices B."""
+    one_by_one = zip(L, B, strict=True)
+    return np.array([blas.dtrsm(1, l.T, b, trans_a=1 - transposed) for l, b in one_by_one])
 
 
 def _indefinite(

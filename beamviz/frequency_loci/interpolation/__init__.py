@@ -23,7 +23,7 @@ from beamviz.solver import is_small_strain
 
 FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
 STRETCHED_ORDERS = 24, 32  # over gamma, up to a large strain; the second with an inner mass
-PER_MODE = 4, 6  # over beta, per mode; the second where all modes couple
+PER_MODE = (4, 6), (6, 8)  # over beta, and in addition; the second where all modes couple
 COUPLED_ORDERS = {"gamma": 20, "alpha": 16, "delta": 20, "mu": 32}  # where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
 FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
@@ -114,7 +114,8 @@ def _first(sweep: Sweep, axis: Axis) -> _Attempt:
     modes, whose waves the mass passes."""
     start, stop = axis.t_ends
     orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
-    order = orders.get(axis.over, PER_MODE[axis.coupled] * sweep.modes + 8)
+    each, more = PER_MODE[axis.coupled]
+    order = orders.get(axis.over, each * sweep.modes + more)
     if axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
         order = max(order, STRETCHED_ORDERS[sweep.beam.alpha > 0 and sweep.beam.beta < 1])
     return _Attempt(start, stop, order)

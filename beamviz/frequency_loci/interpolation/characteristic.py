@@ -14,18 +14,18 @@ import numpy as np
 
 from beamviz.frequency_loci.interpolation.chebyshev import (
     EPS,
-    LEAST,
     Lobatto,
     lobatto,
     tail_and_rates,
 )
 
-PER_MODE = 4  # order of the interpolation in lambda per mode, in addition to LEAST
+PER_MODE, MORE = 3, 18  # order of the interpolation in lambda: per mode, and in addition
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 STEPS = 12  # of Halley's method for roots, and of Newton's for extrema
 SMOOTH = 3  # number of coefficients of the logarithm of the unit of lambda
 WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
-SETTLED = 1e-8  # step below which iteration ends: the next is of its cube or square
+SETTLED = 1e-8  # step of Newton's method below which iteration ends: the next is of its square
+ROOT_ERROR = 1e-12  # expected error of a root below which iteration ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,26 +76,29 @@ class Characteristic:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The root (n,) in each bracket by Halley's method, its change by the tail of the function
         (as a simple or as a double root, the lesser), and the interpolation rows (n, k) there."""
-        (low, high, at, below), (value, slope, bend) = brackets, functions
+        low, high, at, below = brackets
         points, order = self.points, len(self.tail) - 1
         touching = np.where(low == high, abs(below), 0.0)
-        local, left = np.empty(value.shape), np.arange(len(at))
+        local, left = np.empty(functions[0].shape), np.arange(len(at))
+        rates = np.empty((2, len(at)))  # first and second derivatives
         with np.errstate(divide="ignore", invalid="ignore"):
             for _ in range(STEPS):
                 x = at[left]
                 local[left] = rows = points.rows(x)
                 step, rate, curve = (np.vecdot(rows, f[left]) for f in functions)
+                rates[:, left] = rate, curve
                 same = (step < 0) == (below[left] < 0)  # as at the lower end: the root is above
                 low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
                 step = step / (rate - step * curve / (2 * rate))  # Halley's
                 inside = (x - step >= low[left]) & (x - step <= high[left])
                 step = np.where(inside, step, x - (low[left] + high[left]) / 2)
                 at[left] = x - step
-                left = left[~(abs(step) <= SETTLED)]
+                expected = abs(step) * step**2 * (order**2 + (curve / rate) ** 2)
+                left = left[~(expected <= ROOT_ERROR)]
                 if not len(left):
                     break
             error = 2 * self.tail[np.rint(np.arccos(-at) * order / np.pi).astype(int)]
-            slope, bend = (abs(np.vecdot(local, f)) for f in (slope, bend))
+            slope, bend = abs(rates)
             double = np.sqrt(2 * (error + touching) / bend)
             return at, np.fmin(error / slope, double), local
 
@@ -110,8 +113,10 @@ def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.nda
     changes = negative[:, 1:] != negative[:, :-1]
     least = (size[:, 1:-1] < size[:, :-2]) & (size[:, 1:-1] <= size[:, 2:])
     i, cell = changes.nonzero()
-    low, high, below, above = x[cell], x[cell + 1], f[i, cell], f[i, cell + 1]
-    brackets = [(i, low, high, low - below * (high - low) / (above - below), below)]
+    low, high, below = x[cell], x[cell + 1], f[i, cell]
+    slopes = functions[1] @ points.dense[::2].T
+    guess = _inverse_cubic(high - low, below, f[i, cell + 1], slopes[i, cell], slopes[i, cell + 1])
+    brackets = [(i, low, high, low + guess, below)]
     i, cell = (least & ~changes[:, 1:] & ~changes[:, :-1]).nonzero()
     if len(i):
         low, high, extremum = x[cell], x[cell + 2], x[cell + 1]
@@ -135,6 +140,20 @@ def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.nda
     columns = [np.concatenate(column) for column in zip(*brackets, strict=True)]
     order = np.lexsort((columns[3], columns[1], columns[0]))
     return [column[order] for column in columns]
+
+
+def _inverse_cubic(
+    length: np.ndarray, below: np.ndarray, above: np.ndarray, first: np.ndarray, last: np.ndarray
+) -> np.ndarray:
+    """Guesses (n,) of roots in intervals 0 .. length with values below and above at the ends, of
+    opposite sign, and derivatives first and last there: x as a cubic polynomial of the function,
+    or as a linear one where that is outside."""
+    rise = above - below
+    t = -below / rise
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (rise / (length * slope) - 1 for slope in (first, last))
+        x = t + t * (1 - t) * ((1 - t) * a - t * b)
+    return length * np.where((x > 0) & (x < 1), x, t)
 
 
 @lru_cache
@@ -169,7 +188,7 @@ def fit(
     low, high = scaled[:, 0].min() ** 0.25, scaled[:, modes - 1].max() ** 0.25
     margin = MARGIN * high
     low, high = max(low - margin, 0.0), high + margin
-    s = low + (high - low) / 2 * (lobatto(PER_MODE * modes + LEAST).nodes + 1)
+    s = low + (high - low) / 2 * (lobatto(PER_MODE * modes + MORE).nodes + 1)
     values, fourth = np.ones((len(spectra), len(s))), s**4
     for ratio in 1 / scaled.T:
         values *= 1 - fourth * ratio[:, None]
