@@ -10,6 +10,7 @@ Fb' Fb) and G = [[0, -Fa' Fb], [Fb' Fa, 0]]. The rows of Fa and Fb are displacem
 points times the root of the mass there.
 """
 
+from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -80,8 +81,7 @@ def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         reflectors, d, e, tau, _ = lapack.dsytrd(A.T, lower=1, lwork=BLOCK * n)
         nu, failed = lapack.dsterf(d, e)
         if not failed:
-            one_block = np.ones(n, np.int32), np.full(n, n, np.int32)
-            V, failed = lapack.dstein(d, e, nu[n - count :], *one_block)
+            V, failed = lapack.dstein(d, e, nu[n - count :], *_one_block(n))
         if not failed:
             V[1:] = lapack.dormqr("L", "N", reflectors[1:, :-1], tau, V[1:], BLOCK * n)[0]
             return nu[::-1], V.T[count - 1 :: -1]
@@ -89,6 +89,12 @@ def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     if info:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
     return nu[::-1], V.T[: -count - 1 : -1]
+
+
+@lru_cache
+def _one_block(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers and ends (n,) of the blocks of a tridiagonal matrix of one block."""
+    return np.ones(n, np.int32), np.full(n, n, np.int32)
 
 
 def _largest(

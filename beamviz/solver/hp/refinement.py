@@ -165,12 +165,12 @@ class Refinement:
             ends = beta <= AT_END, beta >= 1 - AT_END
             for where, order in zip(ends, (second, first), strict=True):
                 stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), (order,))))
-            inner = own[~ends[0] & ~ends[1]].tolist()
-            if len(inner) == 1:
-                stacks.append((inner, make_mesh((0.0, beta.item(), 1.0), (first, second))))
-            else:
-                breaks = np.pad(self.numbers[inner, 1:2], ((0, 0), (1, 1)), constant_values=(0, 1))
-                stacks.append((inner, make_meshes(breaks, (first, second))))
+            inner = ~ends[0] & ~ends[1]
+            breaks = [(0.0, position, 1.0) for position in beta[inner].tolist()]
+            if len(breaks) == 1:
+                stacks.append((own[inner].tolist(), make_mesh(*breaks, (first, second))))
+            elif breaks:
+                stacks.append((own[inner].tolist(), make_meshes(np.array(breaks), (first, second))))
         return [stack for stack in stacks if stack[0]]
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
