@@ -205,9 +205,9 @@ def test_solutions_are_solved_for_when_asked(monkeypatch):
 
 def test_the_solutions_of_one_mass_inside_and_one_at_the_tip():
     """A batch with a single inner mass has a mesh with a break there."""
-    inner, tip = loci(TIP, "beta", [0.5, 1])["B1"].solutions
-    assert inner.frequencies == pytest.approx(solve(inner.beam).frequencies, rel=1e-5)
-    assert tip.frequencies == pytest.approx(solve(tip.beam).frequencies, rel=1e-5)
+    for solution in loci(TIP, "beta", [0.5, 1])["B1"].solutions:
+        alone = solve(solution.beam, modes=len(solution.frequencies))
+        assert solution.frequencies == pytest.approx(alone.frequencies, rel=1e-5)
 
 
 @pytest.mark.parametrize(
