@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 SHORT_OF = 1e-4  # of an axis: distance from a limit of equilibrium at which the loci end
-SHIFTS = {"alpha": 0.07, "mu": 10.0}  # see Axis
+SHIFTS = {"alpha": 0.07, "mu": 5.0}  # see Axis
 GAMMA_SHIFTS = 24.0, 16.0  # of gamma^2 moment; the second where all modes couple
 
 
@@ -15,7 +15,7 @@ GAMMA_SHIFTS = 24.0, 16.0  # of gamma^2 moment; the second where all modes coupl
 class Axis:
     """A range of the parameter, and the variable t of the interpolation on it, in which
     singularities of the loci are far away: log(alpha + 0.07), log(gamma^2 + 24 / moment),
-    log(mu + 10), log(delta + 1) or beta itself.
+    log(mu + 5), log(delta + 1) or beta itself.
 
     moment: tension at the clamp over gamma^2; the nearest singularities are at a tension of -24.
     coupled: whether Coriolis forces, proportional to gamma, couple all modes: over gamma

@@ -18,7 +18,7 @@ from beamviz import Beam, loci, solve_many
         # stretching converges first
         (Beam(alpha=1.8, gamma=10.4, delta=0.2, mu=183), "beta", 1, 10, False, 150),
         (Beam(alpha=8, gamma=2.5, delta=0.8, mu=42), "beta", 1, 3, True, 100),  # bending fractions
-        (Beam(alpha=9, gamma=2.5, delta=0.5, mu=77), "beta", 1, 4, True, 100),
+        (Beam(alpha=9, gamma=2.5, delta=0.5, mu=77), "beta", 1, 4, True, 150),
         (Beam(alpha=5, gamma=20), "beta", 1, 6, False, 120),  # a layer in an element of its own
         (Beam(alpha=1, gamma=2, delta=-0.5), "beta", 1, 6, True, 120),  # unstable, with Coriolis
         (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, 6, True, 120),

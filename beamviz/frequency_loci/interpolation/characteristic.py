@@ -16,13 +16,16 @@ from beamviz.frequency_loci.interpolation.chebyshev import (
     EPS,
     Lobatto,
     lobatto,
+    on_piece,
     tail_and_rates,
 )
 
-PER_MODE, MORE = 3, 18  # order of the interpolation in lambda: per mode, and in addition
+PER_MODE, MORE = 5, 24  # greatest order of the interpolation in lambda: per mode, and in addition
+TRUNCATED = 1e-14  # relative: terms of this interpolation below which it ends
+FURTHER = 4  # number of terms after the last above that, which are still used
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 STEPS = 12  # of Halley's method for roots, and of Newton's for extrema
-SMOOTH = 3  # number of coefficients of the logarithm of the unit of lambda
+SMOOTH = 3  # number of coefficients of the logarithms of the unit of lambda and of the size
 WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 SETTLED = 1e-8  # step of Newton's method below which iteration ends: the next is of its square
 ROOT_ERROR = 1e-12  # expected error of a root below which iteration ends
@@ -37,7 +40,7 @@ class Characteristic:
     shift: float  # of lambda, so that all are positive
     low: float  # range of s
     high: float
-    values: np.ndarray  # (nodes, k) at the points, divided by their growth exp(c s)
+    values: np.ndarray  # (nodes, k) at the points, divided by their size as a smooth function
     tail: np.ndarray  # (k,) of them, sum of the truncated coefficients of both variables
     misfit: np.ndarray  # (modes,) largest error of lambda at the check points
     scale: np.ndarray  # (nodes,) logarithm of the unit of lambda + shift, about its highest value
@@ -57,7 +60,7 @@ class Characteristic:
         place = np.arange(len(i)) - np.searchsorted(i, i)
         kept = place < self.modes
         i, place = i[kept], place[kept]
-        at, change, local = self.refined([one[kept] for one in brackets], [f[i] for f in functions])
+        at, change = self.refined([one[kept] for one in brackets], [f[i] for f in functions])
         half = (self.high - self.low) / 2
         s, scale = self.low + half * (at + 1), np.exp(rows @ self.scale)[i]
         square = s * s  # powers above 2 are slow
@@ -66,25 +69,25 @@ class Characteristic:
         found[1, i, place] = scale * (4 * square * s * half * change)
         if self.energies is not None:
             energies = np.tensordot(rows, self.energies, 1)[i]
-            across, whole = np.matvec(energies, local).T
+            across, whole = np.matvec(energies, self.points.rows(at)).T
             across, along = abs(across), abs(whole - across)
             found[2, i, place] = across / (across + along)
         return found
 
     def refined(
         self, brackets: list[np.ndarray], functions: list[np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The root (n,) in each bracket by Halley's method, its change by the tail of the function
-        (as a simple or as a double root, the lesser), and the interpolation rows (n, k) there."""
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The root (n,) in each bracket by Halley's method, and its change by the tail of the
+        function, as a simple or as a double root, the lesser, and by the end of the iteration."""
         low, high, at, below = brackets
         points, order = self.points, len(self.tail) - 1
         touching = np.where(low == high, abs(below), 0.0)
-        local, left = np.empty(functions[0].shape), np.arange(len(at))
-        rates = np.empty((2, len(at)))  # first and second derivatives
+        left = np.arange(len(at))
+        rates, expected = np.empty((2, len(at))), np.empty(len(at))  # derivatives; error of roots
         with np.errstate(divide="ignore", invalid="ignore"):
             for _ in range(STEPS):
                 x = at[left]
-                local[left] = rows = points.rows(x)
+                rows = points.rows(x)
                 step, rate, curve = (np.vecdot(rows, f[left]) for f in functions)
                 rates[:, left] = rate, curve
                 same = (step < 0) == (below[left] < 0)  # as at the lower end: the root is above
@@ -93,14 +96,14 @@ class Characteristic:
                 inside = (x - step >= low[left]) & (x - step <= high[left])
                 step = np.where(inside, step, x - (low[left] + high[left]) / 2)
                 at[left] = x - step
-                expected = abs(step) * step**2 * (order**2 + (curve / rate) ** 2)
-                left = left[~(expected <= ROOT_ERROR)]
+                expected[left] = abs(step) * step**2 * (order**2 + (curve / rate) ** 2)
+                left = left[~(expected[left] <= ROOT_ERROR)]
                 if not len(left):
                     break
             error = 2 * self.tail[np.rint(np.arccos(-at) * order / np.pi).astype(int)]
             slope, bend = abs(rates)
             double = np.sqrt(2 * (error + touching) / bend)
-            return at, np.fmin(error / slope, double), local
+            return at, np.fmin(error / slope, double) + np.fmin(expected, ROOT_ERROR)
 
 
 def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.ndarray]:
@@ -182,27 +185,51 @@ def fit(
     which these fall when the order grows by a half.
     """
     points = lobatto(len(spectra) - 1)
-    smooth = np.cos(np.outer(np.arccos(points.nodes), range(SMOOTH))) @ points.coefficients[:SMOOTH]
+    smooth = _smoothing(points, SMOOTH)
     scale = smooth @ np.log(spectra[:, modes - 1] + shift)
     scaled = (spectra + shift) / np.exp(scale)[:, None]
     low, high = scaled[:, 0].min() ** 0.25, scaled[:, modes - 1].max() ** 0.25
     margin = MARGIN * high
     low, high = max(low - margin, 0.0), high + margin
-    s = low + (high - low) / 2 * (lobatto(PER_MODE * modes + MORE).nodes + 1)
-    values, fourth = np.ones((len(spectra), len(s))), s**4
-    for ratio in 1 / scaled.T:
-        values *= 1 - fourth * ratio[:, None]
-    values *= np.exp(-np.polyfit(s, np.log(abs(values).max(axis=0)), 1)[0] * s)  # about level
+    values, fourth, truncated = _sampled(scaled, low, high, PER_MODE * modes + MORE, smooth)
     energies = None if kinetic is None else _energies(values, fourth, scaled, kinetic)
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
-    of_lambda = lobatto(len(s) - 1).coefficients @ values.T
-    tail = tail + abs(of_lambda[-2:]).max()  # these converge fast, down to rounding
+    tail = tail + truncated
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
     checks = len(known)
     eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, points.dense[2::4])))
     found = replace(found, misfit=abs(eigenvalues[:checks] - known).max(axis=0))
     falls = float((tail * rates).max() / tail.max())
     return found, bending[:checks], changes[checks:].max(axis=0), falls
+
+
+def _sampled(
+    known: np.ndarray, low: float, high: float, most: int, smooth: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """The characteristic function (nodes, k) of eigenvalues known (nodes, n) at the points of the
+    order it needs, at most `most`, on the range of s; lambda (k,) there; and its truncated terms.
+
+    It is divided by its size, a smooth function of both variables, as it varies by orders of
+    magnitude with the parameter, but the error of the interpolation does not."""
+    points = lobatto(most)
+    values = np.ones((len(known), most + 1))
+    lambdas = on_piece(low, high, points.nodes) ** 4
+    for ratio in 1 / known.T:
+        values *= 1 - lambdas * ratio[:, None]
+    size = abs(values)
+    size[:, 1:-1] += size[:, 2:] + size[:, :-2]  # nowhere zero
+    values *= np.exp(-smooth @ np.log(size) @ _smoothing(points, 2).T)
+    terms = abs(points.coefficients @ values.T).max(axis=1)
+    order = int(np.flatnonzero(terms > TRUNCATED * terms.max())[-1]) + FURTHER
+    order = min(order + order % 2, most)
+    fewer = lobatto(order)
+    values = values @ points.rows(fewer.nodes).T
+    return values, on_piece(low, high, fewer.nodes) ** 4, terms[order - 1 :].max()
+
+
+def _smoothing(points: Lobatto, count: int) -> np.ndarray:
+    """Matrix: values at the points -> the first `count` terms of their Chebyshev series there."""
+    return np.cos(np.outer(np.arccos(points.nodes), range(count))) @ points.coefficients[:count]
 
 
 def _energies(

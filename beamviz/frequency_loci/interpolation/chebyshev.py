@@ -38,7 +38,7 @@ def _extrema(j: np.ndarray, order: int) -> np.ndarray:
     return np.sin(np.pi * (2 * j - order) / (2 * order))
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=32)
 def lobatto(order: int) -> Lobatto:
     """The order + 1 points of an order."""
     j = np.arange(order + 1)
