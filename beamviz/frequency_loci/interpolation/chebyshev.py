@@ -55,13 +55,16 @@ def lobatto(order: int) -> Lobatto:
 
 def tail_and_rates(coefficients: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
     """The sums of the truncated coefficients, extrapolated from coefficients (n, ...) as geometric
-    series of at most `order` terms, and the factors by which these fall over half the order."""
+    series of at most `order` terms, and the factors by which these fall over half the order.
+
+    Near a branch point the coefficients oscillate: the more slowly they fall, the more are used."""
+    last = np.arange(max(3, order // 24))[::-1]
     tail = coefficients[-3:].max(axis=0)
     middle = coefficients[order // 2 - 1 : order // 2 + 2].max(axis=0)
     rates = np.clip(tail / np.maximum(middle, np.finfo(float).tiny), EPS, 1.0)
     ratios = rates ** (2 / order)
-    powers = np.array([2, 1, 0]).reshape(-1, *[1] * ratios.ndim)
-    tail = (coefficients[-3:] * ratios**powers).max(axis=0)
+    powers = last.reshape(-1, *[1] * ratios.ndim)
+    tail = (coefficients[-len(last) :] * ratios**powers).max(axis=0)
     return tail * ratios / np.maximum(1 - ratios, 1 / order), rates
 
 
