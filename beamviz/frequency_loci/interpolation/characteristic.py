@@ -111,38 +111,51 @@ def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.nda
     function, ends of an interval, first guess, value at the lower end. Two roots between samples
     are separated by an extremum, or coincide with it."""
     x = points.dense_nodes[::2]
-    f = functions[0] @ points.dense[::2].T
+    f, slopes = (one @ points.dense[::2].T for one in functions[:2])
     size, negative = abs(f), f < 0
     changes = negative[:, 1:] != negative[:, :-1]
     least = (size[:, 1:-1] < size[:, :-2]) & (size[:, 1:-1] <= size[:, 2:])
     i, cell = changes.nonzero()
     low, high, below = x[cell], x[cell + 1], f[i, cell]
-    slopes = functions[1] @ points.dense[::2].T
     guess = _inverse_cubic(high - low, below, f[i, cell + 1], slopes[i, cell], slopes[i, cell + 1])
-    brackets = [(i, low, high, low + guess, below)]
+    single = [i, low, high, low + guess, below]
     i, cell = (least & ~changes[:, 1:] & ~changes[:, :-1]).nonzero()
-    if len(i):
-        low, high, extremum = x[cell], x[cell + 2], x[cell + 1]
-        value, slope, bend = (one[i] for one in functions)
-        for _ in range(STEPS):
-            local = points.rows(extremum)
-            curve = np.vecdot(local, bend)
-            step = np.vecdot(local, slope) / curve
-            extremum = np.clip(extremum - step, low, high)
-            if (abs(step) <= SETTLED).all():
-                break
-        value = np.vecdot(points.rows(extremum), value)
-        apart = (value < 0) != negative[i, cell]
-        low, high = np.where(apart, low, extremum), np.where(apart, high, extremum)
-        away = np.where(apart, np.sqrt(abs(2 * value / curve)), 0.0)
-        left = np.where(apart, f[i, cell], value)
-        brackets += [
-            (i, low, extremum, np.maximum(extremum - away, low), left),
-            (i, extremum, high, np.minimum(extremum + away, high), value),
-        ]
-    columns = [np.concatenate(column) for column in zip(*brackets, strict=True)]
+    if not len(i):
+        return single
+    own, before = [one[i] for one in functions], f[i, cell]
+    close = _close_roots(points, own, x[cell], x[cell + 1], x[cell + 2], before)
+    pairs = zip(single, (np.append(i, i), *close), strict=True)
+    columns = [np.concatenate(pair) for pair in pairs]
     order = np.lexsort((columns[3], columns[1], columns[0]))
     return [column[order] for column in columns]
+
+
+def _close_roots(
+    points: Lobatto,
+    functions: list[np.ndarray],
+    low: np.ndarray,
+    extremum: np.ndarray,
+    high: np.ndarray,
+    below: np.ndarray,
+) -> tuple[np.ndarray, ...]:
+    """The two roots, or none, on either side of an extremum of each function (n, k): ends (2 n,) of
+    an interval, first guess, value at the lower end. extremum: its first guess between low and
+    high. below: the value at low."""
+    value, slope, bend = functions
+    for _ in range(STEPS):
+        local = points.rows(extremum)
+        curve = np.vecdot(local, bend)
+        step = np.vecdot(local, slope) / curve
+        extremum = np.clip(extremum - step, low, high)
+        if (abs(step) <= SETTLED).all():
+            break
+    least = np.vecdot(points.rows(extremum), value)
+    apart = (least < 0) != (below < 0)
+    low, high = np.where(apart, low, extremum), np.where(apart, high, extremum)
+    away = np.where(apart, np.sqrt(abs(2 * least / curve)), 0.0)
+    lows, highs = np.append(low, extremum), np.append(extremum, high)
+    guesses = np.append(np.maximum(extremum - away, low), np.minimum(extremum + away, high))
+    return lows, highs, guesses, np.append(np.where(apart, below, least), least)
 
 
 def _inverse_cubic(
