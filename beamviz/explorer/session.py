@@ -129,7 +129,7 @@ class SceneView(Feature):
         self.drawn, self.shown_modes = response or DrawnBeam.of(shapes, view, scale), []
         self.driven = response is not None
         if self.driven:
-            return np.array([self.run_up.per_rev * shapes.beam.gamma])
+            return np.array([self.state.force_per_rev * shapes.beam.gamma])
         self.shown_modes = list(range(len(shapes.modes))) if view.all_modes else self.drawn.shown
         return shapes.frequencies[self.shown_modes]
 
@@ -153,7 +153,7 @@ class SceneView(Feature):
         if change:
             angle = change.angle
             self.scene.choose_frame(change.rotating_share)
-        force = np.array([self.run_up.per_rev * self.clock.angle])
+        force = np.array([self.state.force_per_rev * self.clock.angle])
         self.scene.move(force if self.driven else self.clock.phases, angle)
         self.comparison.move(time, change)
 

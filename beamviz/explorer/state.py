@@ -150,7 +150,7 @@ class State:
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. A fixed viewpoint is dropped where the
-        beam would leave the picture."""
+        beam would leave the picture; a switched term keeps the case before for comparison."""
         camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
         if name in VIEW_KEYS:
             view = self.view.changed(name, value)
@@ -168,7 +168,8 @@ class State:
                 (other,) = {*AXES} - {name}
                 state = replace(state, **{other: getattr(self, name)})
             return state
-        return replace(self, case=self.case.changed(name, value), camera=camera)
+        kept = self.keep_for_comparison() if name in TERMS else self
+        return replace(kept, case=self.case.changed(name, value), camera=camera)
 
     def share(self, value: Any, mode: int) -> Self:
         return replace(self, view=self.view.share(mode, value), forced_response=False)

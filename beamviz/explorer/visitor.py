@@ -17,7 +17,7 @@ from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import Clock
 from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
 from beamviz.explorer.page import Page
-from beamviz.explorer.state import CHOICES, FIELDS, VIEW_KEYS, History, State
+from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
 
@@ -52,7 +52,7 @@ class Visitor:
         self.solver.request(state.case)
         self.page.on("tab", self.open_tab)
         self.render("tab", self.page.open)
-        for key in (*VIEW_KEYS, *CHOICES, *FIELDS.keys() - {"tab", "following"}):
+        for key in (*VIEW_KEYS, *CHOICES, *TERMS, *FIELDS.keys() - {"tab", "following"}):
             self.bind(key)
 
     # State

@@ -8,7 +8,7 @@ from typing import Any
 from beamviz.beam import NUMBERS, PARAMETERS, Units
 from beamviz.drawing.text import Measure, measures
 from beamviz.explorer import page
-from beamviz.explorer.state import TERMS, State
+from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 
 SWITCHES = {
@@ -48,13 +48,10 @@ class BeamControls:
         self.page.html("beam", sliders + more + reset)
         switches = (page.checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
         self.page.html("effects", "".join(switches))
-        self.measures = measures(visitor.state.case.units)
         visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
         for name in NUMBERS:
             visitor.page.on(name, partial(self.edit, name))
             visitor.render(name, partial(self.show, name))
-        for name in TERMS:
-            visitor.bind(name, partial(switched, name))
         visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
 
     def edit(self, name: str, value: Any) -> None:
@@ -92,7 +89,7 @@ class BeamControls:
 
     def switch_mass(self, state: State, on: Any) -> State:
         """Remove the mass, or restore its last value."""
-        return switched("alpha", state, self.alpha if on else 0.0)
+        return state.keep_for_comparison().changed("alpha", self.alpha if on else 0.0)
 
 
 def slider_range(
@@ -117,8 +114,3 @@ def number_slider(name: str) -> str:
     parameter = NUMBERS[name]
     low, high, step = parameter.slider
     return page.slider(name, parameter.slider_label, parameter.hint, min=low, max=high, step=step)
-
-
-def switched(name: str, state: State, value: Any) -> State:
-    """With a term switched, or another mass; the case before is kept for comparison."""
-    return state.keep_for_comparison().changed(name, value)

@@ -19,7 +19,6 @@ from beamviz.lessons import LESSONS, NAMES, lesson
 from beamviz.lessons.model import Lesson
 from beamviz.scene import Scene
 from beamviz.solver import solve
-from beamviz.solver.solution import MIXED
 
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
@@ -273,14 +272,14 @@ def chart(shown: Lesson) -> str:
     x = MARGIN + (WIDTH - 2 * MARGIN) * (values - start) / (stop - start)
     parts = [f'<path class="rest" d="M{MARGIN} {MARGIN}V{HEIGHT - MARGIN}H{WIDTH - MARGIN}"/>']
     multiples = (height(k * values) for k in scene.per_rev)
-    parts += [path(x[y >= MARGIN], y[y >= MARGIN], "hub") for y in multiples]
+    parts += [page.polyline(x[y >= MARGIN], y[y >= MARGIN], "hub") for y in multiples]
     for branch, row in zip(found.branches, height(frequency), strict=True):
-        family = np.array([one or MIXED for one in branch.family])
+        family = np.array(branch.family, str)
         for name in np.unique(family):
             here = (family == name) & np.isfinite(row)
             here |= np.r_[False, here[:-1]] & np.isfinite(row)  # without a gap to the next colour
             runs = np.split(np.arange(POINTS), np.flatnonzero(np.diff(here)) + 1)
-            parts += [path(x[run], row[run], str(name)) for run in runs if here[run[0]]]
+            parts += [page.polyline(x[run], row[run], name) for run in runs if here[run[0]]]
     return "".join(parts)
 
 
@@ -291,11 +290,4 @@ def place(points: np.ndarray) -> np.ndarray:
 
 def line(points: np.ndarray, name: str) -> str:
     """A line through points (n, 2) in lengths of the beam."""
-    x, y = place(points)
-    return path(x, y, name)
-
-
-def path(x: np.ndarray, y: np.ndarray, name: str) -> str:
-    """A line of a CSS class through points [px]."""
-    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
-    return f'<polyline class="{name}" points="{points}"/>'
+    return page.polyline(*place(points), name)

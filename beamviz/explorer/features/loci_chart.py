@@ -261,7 +261,7 @@ class LociTab(Feature):
 
     def go_to(self, key: Any) -> None:
         """Move the beam to a crossing, a veering or a resonance."""
-        if chart := self.chart:
+        if chart := self.charts.result:
             events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
             if event := events.get(key):
                 self.chosen, self.choice = key, self.choice + 1
@@ -270,17 +270,12 @@ class LociTab(Feature):
     @property
     def event(self) -> Event | None:
         """The crossing or veering to magnify: the chosen one, or that nearest to the beam."""
-        chart, answer = self.chart, self.visitor.chart_answer
+        chart, answer = self.charts.result, self.visitor.chart_answer
         if chart is None or not chart.events or answer is None or answer.beam is None:
             return None
         value = getattr(answer.beam, chart.request.over)
         nearest = min(chart.events.values(), key=lambda event: abs(event.at - value))
         return chart.events.get(self.chosen, nearest)
-
-    @property
-    def chart(self) -> Chart | None:
-        """The last chart; None if it could not be computed."""
-        return self.charts.result
 
     @property
     def inputs(self) -> tuple[object, ...]:

@@ -30,24 +30,29 @@ Pair = tuple[float, float]
 class Section(NamedTuple):
     """A kind of cross-section with two dimensions, `sizes`.
 
-    area_and_moment: A [m^2] and I [m^4] of the dimensions in SI; of: the inverse, raises ValueError
-    if there is no such section.
+    values: the keywords of `Beam.from_si` for dimensions in SI; of: the dimensions of an area and a
+    second moment, raises ValueError if there is no such section.
     """
 
     sizes: tuple[str, str]
-    area_and_moment: Callable[[float, float], Pair]
+    values: Callable[[float, float], dict[str, float]]
     of: Callable[[float, float], Pair]
 
 
-def rectangle(width: float, thickness: float) -> Pair:
-    """A and I of a rectangle."""
-    return width * thickness, width * thickness**3 / 12
+def own_section(area: float, second_moment: float) -> dict[str, float]:
+    """A section given by its area and second moment."""
+    return {"area": area, "second_moment": second_moment}
 
 
-def tube(diameter: float, wall: float) -> Pair:
-    """A and I of a tube; a rod for a wall of half the diameter."""
+def rectangle(width: float, thickness: float) -> dict[str, float]:
+    """Area and second moment of a rectangle."""
+    return own_section(width * thickness, width * thickness**3 / 12)
+
+
+def tube(diameter: float, wall: float) -> dict[str, float]:
+    """Area and second moment of a tube; a rod for a wall of half the diameter."""
     area = math.pi * wall * (diameter - wall)
-    return area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16
+    return own_section(area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16)
 
 
 def tube_sizes(area: float, moment: float) -> Pair:
@@ -65,7 +70,7 @@ SECTIONS = {
         lambda area, moment: (area / math.sqrt(12 * moment / area), math.sqrt(12 * moment / area)),
     ),
     "tube": Section(("diameter", "wall"), tube, tube_sizes),
-    "own": Section(("area", "second_moment"), lambda *own: own, lambda *own: own),
+    "own": Section(("area", "second_moment"), own_section, lambda *own: own),
 }
 FIELDS = {  # their labels, and the SI values of their units
     "length": ("length L [mm]", 1e-3),
@@ -110,16 +115,11 @@ class RealBeam(NamedTuple):
         return Beam.from_si(**self.values)
 
 
-def rectangular(*sizes: float) -> dict[str, float]:
-    """Area and second moment of a rectangular section, from its sides [m]."""
-    return dict(zip(SECTIONS["own"].sizes, rectangle(*sizes), strict=True))
-
-
 STEEL_BEAM = RealBeam(
     "steel beam",
     "A bar of rectangular section, 1000 x 30 x 5 mm, without a mass, on a shaft at 300 rpm. Steel"
     " as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
-    {**MATERIALS["steel"], **rectangular(30e-3, 5e-3), "length": 1.0, "rotation_speed": 300 * RPM},
+    {**MATERIALS["steel"], **rectangle(30e-3, 5e-3), "length": 1.0, "rotation_speed": 300 * RPM},
     "rectangle",
 )
 RULER = RealBeam(
@@ -128,7 +128,7 @@ RULER = RealBeam(
     " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
     {
         **MATERIALS["steel"],
-        **rectangular(25e-3, 1e-3),
+        **rectangle(25e-3, 1e-3),
         "length": 0.3,
         "rotation_speed": 300 * RPM,
         "mass": 0.01,
@@ -197,8 +197,7 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
         raise InvalidInput(f"{label} = {value:g}: the wall is at most half the diameter")
     for section in SECTIONS.values():
         if name in section.sizes:
-            sizes = (values[one] for one in section.sizes)
-            values["area"], values["second_moment"] = section.area_and_moment(*sizes)
+            values |= section.values(*(values[one] for one in section.sizes))
     return built(values)
 
 
@@ -231,9 +230,7 @@ def with_section(beam: Beam, kind: str) -> Beam:
     values, section = entries(beam), SECTIONS[kind]
     if not values or set(section.sizes) <= values.keys():
         return beam
-    sizes = values["thickness"], values["thickness"] / 10
-    values["area"], values["second_moment"] = section.area_and_moment(*sizes)
-    return built(values)
+    return built(values | section.values(values["thickness"], values["thickness"] / 10))
 
 
 def material(beam: Beam) -> str:

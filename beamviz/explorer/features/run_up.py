@@ -133,11 +133,6 @@ class RunUpPlayback:
         speed = float(np.interp(position, np.arange(len(run.speeds)), run.speeds))
         self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
 
-    @property
-    def per_rev(self) -> int:
-        """Periods of the force per revolution."""
-        return self.run.per_rev if self.run else 0
-
     def drawn(self, shapes: SampledModes, scale: float) -> DrawnBeam | None:
         """The response as the scene draws it, at `scale` [pixels per beam length]: as the only mode
         of the beam, with the phase of the force. None unless the scene shows it."""

@@ -192,7 +192,8 @@ class VeeringTab(Feature):
         """Request the loci around the event while the tab is open, and show the last ones."""
         if self.visitor.state.tab != "veering":
             return
-        charts, event, chart = self.loci_tab.charts, self.loci_tab.event, self.loci_tab.chart
+        charts, event = self.loci_tab.charts, self.loci_tab.event
+        chart = charts.result
         if chart and event and not charts.busy:
             self.job.request(VeeringRequest(chart.request, event))
         self.fade(self.job, "veering-chart", "veering-shapes")
@@ -294,10 +295,9 @@ def drawing(shape: ModeShape) -> str:
     family = BENDING if shape.bending_fraction >= 0.5 else STRETCHING
     lines = ""
     for own, part in zip((STRETCHING, BENDING), shape.displacement.T, strict=True):
-        places = zip(WIDTH * X, TALL / 2 * (1 - 0.9 * part), strict=True)
-        points = " ".join(f"{x:.1f},{y:.1f}" for x, y in places)
-        weight = ' stroke-width="2.5"' if own == family else ""
-        lines += f'<polyline points="{points}" class="{own}"{weight}/>'
+        weight = "2.5" if own == family else None
+        y = TALL / 2 * (1 - 0.9 * part)
+        lines += page.polyline(WIDTH * X, y, own, stroke_width=weight)
     return (
         f'<svg viewBox="0 0 {WIDTH} {TALL}" role="img" aria-label="{escape(shape.name)}">'
         f'<path d="M0 {TALL / 2}H{WIDTH}"/>{lines}</svg>{escape(shape.name)}'

@@ -323,6 +323,12 @@ def table(
     )
 
 
+def polyline(x: np.ndarray, y: np.ndarray, kind: str, **values: Any) -> str:
+    """A line (SVG) of a CSS class through points [px]."""
+    points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))
+    return f"<polyline{attributes(class_=kind, points=points, **values)}/>"
+
+
 def colour_scale(title: str, anchors: tuple[colours.RGB, ...], *ends: str) -> str:
     """A colour map with its title and the values at its ends."""
     values = "".join(f"<span>{end}</span>" for end in ends)

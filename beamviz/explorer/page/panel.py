@@ -157,8 +157,7 @@ def share_of(mode: int, shares: Sequence[float]) -> float:
 
 
 def toggled(name: str, state: State) -> State:
-    """With a switch toggled; a change of the equations keeps the case before for comparison."""
-    state = state.keep_for_comparison() if name == "coriolis" else state
+    """With a switch toggled."""
     return state.changed(name, not state.values[name])
 
 
