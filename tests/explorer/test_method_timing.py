@@ -1,6 +1,5 @@
 """Time and error of every method for the beam shown."""
 
-import contextlib
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import PAPER, Visitor, final_text, pause, visitor
+from live.visitor import PAPER, final_text, pause
 
 from beamviz.beam import Beam
 from beamviz.explorer.features import method_timing
@@ -116,11 +115,10 @@ def test_methods_are_timed_when_that_is_switched_on(guest, monkeypatch):
     assert "unexpected" not in guest.text
 
 
-@contextlib.contextmanager
-def slow_timing(
-    url: str, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[tuple[Visitor, threading.Event, list[Any]]]:
-    """A visitor whose timing waits in its first solve for an event; and a list of its solves."""
+@pytest.mark.parametrize("cancelled", [False, True])
+def test_methods_are_timed_only_while_their_tab_is_open(guest, monkeypatch, cancelled):
+    """A slow timing is shown with its name, also while paused; cancelled, it times no method.
+    Another tab stops it, or forgets its cancellation; back, the beam shown is timed."""
     release, solves = threading.Event(), []
 
     def slow_solve(*args: Any, **options: Any) -> Solution:
@@ -130,44 +128,22 @@ def slow_timing(
 
     monkeypatch.setattr(method_timing, "solve", slow_solve)
     monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
-    with visitor(url) as guest:
-        pause(guest)
-        guest.do("tab", "methods")
-        guest.choose("time_methods", True)
-        guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
-        yield guest, release, solves
-
-
-def test_a_slow_job_is_shown_and_can_be_cancelled(url, monkeypatch):
-    """With its name, also while paused; then no method is timed until it is restarted."""
-    with slow_timing(url, monkeypatch) as (guest, release, solves):
-        guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] == "")
+    pause(guest)
+    guest.do("tab", "methods")
+    guest.choose("time_methods", True)
+    guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+    guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] == "")
+    if cancelled:
         guest.do("cancel_jobs")
         guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
         guest.wait(lambda _: "was cancelled" in guest.texts["timings"])
-        assert len(solves) == 1
-        release.set()
-        final_text(guest)
-        assert len(solves) == 1  # of the reference; no method is tried
-        guest.do("retry_jobs")
-        guest.wait(lambda _: "<table" in guest.texts["timings"])
-        assert guest.texts["work"] == ""
-        assert guest.props["timing-chart"]["data-outdated"] is None
-
-
-@pytest.mark.parametrize("cancelled", [False, True])
-def test_methods_are_timed_only_while_their_tab_is_open(url, monkeypatch, cancelled):
-    """Another tab stops the timing, or forgets its cancellation; back, the beam shown is timed."""
-    with slow_timing(url, monkeypatch) as (guest, release, solves):
-        if cancelled:
-            guest.do("cancel_jobs")
-            guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
-        guest.do("tab", "map")
-        guest.wait(lambda _: guest.texts["work"] == "")
-        release.set()
-        guest.show_speed(3.0)
-        final_text(guest)
-        assert len(solves) == 1
-        guest.do("tab", "methods")
-        guest.wait(lambda _: "<table" in guest.texts["timings"])
-        assert {beam.gamma for (beam,) in solves[1:]} == {3.0}
+    guest.do("tab", "map")
+    guest.wait(lambda _: guest.texts["work"] == "")
+    release.set()
+    guest.show_speed(3.0)
+    final_text(guest)
+    assert len(solves) == 1  # of the reference; no method is tried
+    guest.do("tab", "methods")
+    guest.wait(lambda _: "<table" in guest.texts["timings"])
+    guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] is None)
+    assert {beam.gamma for (beam,) in solves[1:]} == {3.0}

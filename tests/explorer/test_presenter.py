@@ -7,7 +7,6 @@ import pytest
 from live.server import wait_until
 from live.visitor import PAPER, Visitor, frequency_text, visitor
 
-from beamviz import explorer as server
 from beamviz.explorer import explorer, jobs
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
@@ -105,14 +104,3 @@ def test_a_presenter_may_leave_and_return(url, frame_loops):
         with visitor(f"{url}/?token={PRESENTER}") as lead:
             lead.choose("gamma", 5.0)
             shows(one, gamma=5)
-
-
-def test_the_presenters_link_is_printed_too(capsys, monkeypatch):
-    """Two links with two keys."""
-    monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
-    server.serve(Scene(PAPER), port=0, follow=True, public="https://beams.example.org")
-    first, second = capsys.readouterr().out.splitlines()
-    keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]
-    assert "presenter" in second
-    assert "https://beams.example.org/?token=" in second
-    assert keys[0] != keys[1]

@@ -214,16 +214,19 @@ def test_keys_are_compared_in_constant_time():
 
 @pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
 def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
-    """Of 128 bits; on loopback there is none."""
+    """Of 128 bits, and another for the presenter of a lecture; on loopback there is none."""
     monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
-    for _ in range(2):
-        server.serve(SCENE, host=host, port=0, public=public, processes=1)
+    server.serve(SCENE, host=host, port=0, public=public, processes=1)
+    server.serve(SCENE, host=host, port=0, public=public, follow=True)
     server.serve(SCENE, port=0)
-    first, second, local = capsys.readouterr().out.splitlines()
-    keys = [line.partition("?token=")[2].split()[0] for line in (first, second)]
-    assert keys[0] != keys[1]
+    first, second, presenter, local = capsys.readouterr().out.splitlines()
+    links = [line.partition("?token=") for line in (first, second, presenter)]
+    keys = {key.split()[0] for _, _, key in links}
+    assert len(keys) == 3
     assert min(map(len, keys)) >= 22
     assert "whoever has this link can use it" in first
+    assert presenter.startswith("the presenter's link")
+    assert f"{public}/?token=" in presenter
     assert "token" not in local
 
 

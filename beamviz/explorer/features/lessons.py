@@ -290,4 +290,5 @@ def place(points: np.ndarray) -> np.ndarray:
 
 def line(points: np.ndarray, name: str) -> str:
     """A line through points (n, 2) in lengths of the beam."""
-    return page.polyline(*place(points), name)
+    x, y = place(points)
+    return page.polyline(x, y, name)
