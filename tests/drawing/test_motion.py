@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drawing.shapes import BEAMS, BENT, PAPER, sampled, single_mode
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
@@ -139,6 +139,7 @@ def test_a_bent_beam_is_drawn_along_its_bent_axis():
 @pytest.mark.parametrize("coriolis", [False, True])
 @settings(max_examples=30)
 @given(beam=BEAMS)
+@example(beam=Beam(alpha=1, beta=1, gamma=4.65))  # at a veering axial and transverse motion mix
 def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
     """To the three digits of a label, also in a layer at the mass as thin as two stations."""
     solution = solve(beam, coriolis=coriolis)

@@ -254,12 +254,3 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     (crossing,) = data["marks"]
     assert crossing["x"] == pytest.approx(4.4641, abs=1e-4)
     assert len(data["at"]) == len(data["lines"][0]["y"])
-
-
-def test_nodes_are_marked_in_the_middle_of_a_veering():
-    """The axial displacement of the tip is larger there, out of phase with that across."""
-    solution = solve(TIP.replace(gamma=4.65), coriolis=True)
-    for k in (2, 3):
-        marked = SampledModes.sampled(solution).nodes[k]
-        assert marked == pytest.approx(solution.nodes[k], abs=2e-5)
-        assert len(marked) == 2
