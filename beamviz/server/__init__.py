@@ -16,7 +16,7 @@ from beamviz.errors import Unavailable
 from beamviz.server import connection
 from beamviz.server.access import Access
 from beamviz.server.processes import listening_sockets
-from beamviz.server.viser_private import PROTOCOL, message_types, opens_tunnel, viser_server
+from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
 
 TIMEOUT = 30.0  # [s] for an answer in the self-test
 COUNT_TIMEOUT = 1.0  # [s] for its connections to be closed
@@ -43,8 +43,7 @@ def run_server(
         with listening_sockets(access.host, access.port) as (first, *_):
             port = first.getsockname()[1]
     logging.getLogger("websockets.server").setLevel(logging.CRITICAL)  # browsers may disconnect
-    types = message_types(*connection.MESSAGES)
-    guard = connection.Guard(replace(access, port=port), insert, types)
+    guard = connection.Guard(replace(access, port=port), insert)
     with viser_server(access.host, port, guard.serve) as server:
         if server.get_port() != port:
             raise Unavailable(f"port {port} was taken a moment ago: choose another with --port")

@@ -7,7 +7,7 @@ import html
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import msgspec
@@ -19,20 +19,13 @@ from websockets.protocol import OPEN
 
 from beamviz.server.access import Access, Refusal, header, without_key
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import PROTOCOL
+from beamviz.server.viser_private import PROTOCOL, message_type
 
 POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013  # WebSocket close codes
 TIMEOUT = 10.0  # [s] for a request, and for the answer to a ping
 RETRY = 10  # [s] after which a page refused for lack of capacity tries again
 
 CONTROL = "GuiUpdateMessage"
-MESSAGES = (  # that the page sends
-    CONTROL,
-    "ViewerCameraMessage",
-    "CommandTriggerMessage",
-    "SceneNodeClickMessage",
-    "SceneNodeDragMessage",
-)
 MAX_BYTES = 150_000  # of a message: the largest has the text of a scene file
 MAX_ITEMS = 64  # of a list
 MAX_TEXT = 1000  # characters of a field
@@ -100,15 +93,17 @@ class ControlUpdate(msgspec.Struct, forbid_unknown_fields=True):
     updates: ControlValue
 
 
-def validate(raw: bytes | str, types: dict[str, type]) -> Key:
-    """Check a message and return its key; `types` maps the allowed names to viser's classes.
+def validate(raw: bytes | str) -> Key:
+    """Check a message and return its key.
 
-    Raises InvalidMessage for anything else, for unknown fields and for values out of range.
+    Raises InvalidMessage for one that the page does not send, for unknown fields and for values out
+    of range.
     """
     try:
         message = msgspec.msgpack.decode(raw if isinstance(raw, bytes) else b"")
         kind = message.pop("type")
-        fields: Any = msgspec.convert(message, ControlUpdate if kind == CONTROL else types[kind])
+        expected = ControlUpdate if kind == CONTROL else message_type(kind)
+        fields: Any = msgspec.convert(message, expected)
     except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InvalidMessage(f"{type(error).__name__} {str(error)[:80]}".strip()) from None
     if kind == CONTROL:
@@ -137,9 +132,8 @@ class Connection(ServerConnection):
     """A visitor's connection: an invalid message closes it; messages above the rate limit are
     coalesced into the last one of each key."""
 
-    def __init__(self, types: dict[str, type], *args: Any, **options: Any):
+    def __init__(self, *args: Any, **options: Any):
         super().__init__(*args, **options)
-        self.types = types  # of the allowed messages
         self.coalesced: dict[Key, bytes] = {}
         self.credit, self.updated = float(BURST), time.monotonic()
 
@@ -168,7 +162,7 @@ class Connection(ServerConnection):
 
     async def receive_valid(self) -> tuple[Key, Any]:
         raw = await super().recv()
-        return validate(raw, self.types), raw
+        return validate(raw), raw
 
     async def coalesce(self, key: Key, raw: bytes) -> None:
         """Receive for PAUSE seconds, keeping the last message of each key in order of arrival."""
@@ -197,13 +191,11 @@ class Connection(ServerConnection):
 class Guard:
     """Checks every request and message before viser's server handles it.
 
-    access: the rules; insert: changes the HTML of viser's page; types: the messages that are
-    allowed.
+    access: the rules; insert: changes the HTML of viser's page.
     """
 
     access: Access
     insert: Insert
-    types: dict[str, type]
 
     def serve(self, handler: Handler, *address: Any, **options: Any) -> Any:
         """Replacement for `websockets.asyncio.server.serve`."""
@@ -211,7 +203,7 @@ class Guard:
         options |= {
             "process_request": lambda connection, request: self.answer(connection, request, page),
             "process_response": self.add_headers,
-            "create_connection": partial(Connection, self.types),
+            "create_connection": Connection,
             "max_size": MAX_BYTES,
             "server_header": None,
             "open_timeout": TIMEOUT,

@@ -14,7 +14,7 @@ import operator
 import pkgutil
 import threading
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from types import SimpleNamespace
 from typing import Any, NamedTuple
 
@@ -35,6 +35,13 @@ PAUSE = 0.08  # [s] between two groups of messages, except those of frames
 INTERNAL_ERROR = 1011  # WebSocket close code
 PACKED = {np.dtype(float): np.float32, np.dtype(int): np.uint32}  # types of arrays in messages
 
+MESSAGES = (  # that the page sends
+    "GuiUpdateMessage",
+    "ViewerCameraMessage",
+    "CommandTriggerMessage",
+    "SceneNodeClickMessage",
+    "SceneNodeDragMessage",
+)
 ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     "websockets.asyncio.server:serve": (
         "create_connection",
@@ -50,7 +57,7 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     "viser._scene_api:SceneApi": ("_queue_scene_message",),
     "viser._scene_handles:_SceneNodeHandleState": ("api", "position", "props", "wxyz"),
     "viser._messages": (
-        "GuiUpdateMessage",
+        *MESSAGES,
         "RunJavascriptMessage",
         "SceneNodeUpdateMessage",
         "SetOrientationMessage",
@@ -72,9 +79,9 @@ building = threading.Lock()  # one server at a time: a module is changed for all
 # Attributes
 
 
-def check_attributes(attributes: Mapping[str, Sequence[str]] = ATTRIBUTES) -> None:
+def check_attributes() -> None:
     """Raise Unavailable if viser or websockets lack an attribute used here."""
-    for owner, names in attributes.items():
+    for owner, names in ATTRIBUTES.items():
         try:
             found: Any = pkgutil.resolve_name(owner)
         except (ImportError, AttributeError):
@@ -83,12 +90,6 @@ def check_attributes(attributes: Mapping[str, Sequence[str]] = ATTRIBUTES) -> No
         for name in names:
             if name not in known:
                 raise unsupported(f"{owner}.{name}")
-
-
-def message_types(*names: str) -> dict[str, type]:
-    """Classes of viser's messages by name. Raises Unavailable for one that does not exist."""
-    check_attributes({"viser._messages": names})
-    return {name: getattr(messages, name) for name in names}
 
 
 def unsupported(attribute: str) -> Unavailable:
@@ -236,6 +237,13 @@ def group_messages(client: viser.ClientHandle) -> None:
     """Send the messages between two frames as one group, which costs little more than one."""
     buffer: Any = client.gui._websock_interface.get_message_buffer()
     buffer.window_duration_sec, buffer.event_loop = PAUSE, OwnLoop(buffer.event_loop)
+
+
+def message_type(name: Any) -> Any:
+    """The class of a message that the page sends. Raises KeyError for another name."""
+    if name not in MESSAGES:
+        raise KeyError(name)
+    return getattr(messages, name)
 
 
 # Properties, without viser's checks, copies and callbacks

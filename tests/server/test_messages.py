@@ -20,8 +20,7 @@ from live.visitor import BEAM, Visitor, beam_moved, final_text, pause, visitor
 from websockets.sync.connection import Connection
 
 from beamviz.server import connection, run_server
-from beamviz.server.connection import MAX_BYTES, MESSAGES, POLICY_VIOLATION
-from beamviz.server.viser_private import message_types
+from beamviz.server.connection import MAX_BYTES, POLICY_VIOLATION
 
 TOO_BIG = 1009
 
@@ -137,7 +136,7 @@ def test_messages_have_a_maximum_size(line, url):
 )
 def test_an_invalid_message_is_rejected(message):
     with pytest.raises(connection.InvalidMessage):
-        connection.validate(message, message_types(*MESSAGES))
+        connection.validate(message)
 
 
 def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import NUMBERS, Beam
+from beamviz.drawing.modes import rotated
 from beamviz.errors import BeamvizError
 from beamviz.explorer import page
 from beamviz.explorer.jobs import SolverAnswer
@@ -230,15 +231,14 @@ def mode(shown: Lesson) -> str:
     scene = shown.scene
     beam, solution = scene.beam, solve(scene.beam, **scene.solver_options)
     k = int(np.argmax(scene.view.shares))
-    shape = solution.shape(k, X).real
-    c, s = np.cos(angle := solution.equilibrium.angle(X)), np.sin(angle)
-    moved = np.column_stack([c * shape[:, 0] - s * shape[:, 1], s * shape[:, 0] + c * shape[:, 1]])
+    angle = solution.equilibrium.angle(X)
+    moved = rotated(solution.shape(k, X).real, angle)
     rest = solution.equilibrium.position(X)
     points = rest + AMPLITUDE * moved / np.linalg.norm(moved, axis=1).max()
     family = solution.families[k]
     parts = [hub(beam.delta), line(rest, "rest"), line(points, family)]
     if family != "bending":
-        normal = 0.05 * np.column_stack([-s, c])
+        normal = 0.05 * rotated(np.array([0.0, 1.0]), angle)
         ticks = np.stack([points - normal, points + normal], axis=1)[TICKS]
         parts += [line(tick, family) for tick in ticks]
     if beam.alpha > 0:
