@@ -19,6 +19,7 @@ from beamviz.frequency_loci.mode_vectors import (
     mode_points,
 )
 from beamviz.solver import (
+    CommonMesh,
     Problem,
     family_spectrum,
     greatest_force,
@@ -114,7 +115,7 @@ class Sweep:
     problem: Problem
     outcomes: dict[float, Outcome] = field(default_factory=dict)
     has_extra_modes: bool = True  # False where the method has no more
-    designed: tuple[Beam, ...] = ()  # beams whose meshes determine the common one
+    common_mesh: CommonMesh | None = None
 
     @property
     def modes(self) -> int:
@@ -144,7 +145,9 @@ class Sweep:
 
     def axis(self, low: float, high: float) -> Axis:
         """A range of the free parameter."""
-        self.designed = tuple(map(self.at, np.linspace(low, high, DESIGNED)))
+        beams = tuple(map(self.at, np.linspace(low, high, DESIGNED)))
+        if not (self.common_mesh and self.common_mesh.beams == beams):
+            self.common_mesh = CommonMesh(beams)
         return Axis(self.over, low, high, greatest_force(self.beam, load=1.0), self.coupled)
 
     def at(self, value: float) -> Beam:
@@ -156,7 +159,12 @@ class Sweep:
         before are solved in one batch, with extra modes if the method has them."""
         new = np.array(sorted(set(values.tolist()) - self.outcomes.keys()))
         if len(new):
-            self.outcomes.update(zip(new.tolist(), self._solve(new), strict=True))
+            digits = self.common_mesh and self.common_mesh.digits
+            found = self._solve(new)
+            if self.outcomes and digits != (self.common_mesh and self.common_mesh.digits):
+                new = np.array(sorted([*self.outcomes, *new.tolist()]))
+                found = self._solve(new)
+            self.outcomes.update(zip(new.tolist(), found, strict=True))
         return [self.outcomes[value] for value in values.tolist()]
 
     def _solve(self, values: np.ndarray) -> list[Outcome]:
@@ -174,7 +182,7 @@ class Sweep:
     def _solve_many(self, beams: list[Beam]) -> list[Outcome]:
         options: dict[str, Any] = self.problem.options
         if self.straight and (self.coupled or self.over in ("beta", "mu")):
-            options["mesh_of"] = self.designed
+            options["common_mesh"] = self.common_mesh
         if self.has_extra_modes:
             try:
                 return solve_many(beams, extra_modes=self.extra_modes, **options)

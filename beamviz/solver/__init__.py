@@ -1,7 +1,7 @@
 """Public entry point: validates the options and dispatches to the chosen method and state."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import lru_cache
 from importlib import import_module
@@ -13,7 +13,13 @@ import numpy as np
 from beamviz.beam import Beam, check_choice, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, unknown_keyword
 from beamviz.solver.families import gauss, quadrature  # noqa: F401
-from beamviz.solver.hp import displacements, family_spectrum, mesh_spectrum, solve_hp  # noqa: F401
+from beamviz.solver.hp import (  # noqa: F401
+    CommonMesh,
+    displacements,
+    family_spectrum,
+    mesh_spectrum,
+    solve_hp,
+)
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
 from beamviz.solver.problem import CHOICES, FEATURES, METHODS, OPTIONS, Problem, interruption
@@ -61,28 +67,31 @@ def solve(
     start = time.perf_counter()
     del options["beam"]
     problem = parse_keywords(**options.pop("unknown"), **options)
-    answer = _solve([beam], problem, start, 0, ())[0]
+    answer = _solve([beam], problem, start, 0, None)[0]
     if isinstance(answer, BeamvizError):
         raise answer
     return answer
 
 
 def solve_many(
-    beams: Iterable[Beam], extra_modes: int = 0, mesh_of: Sequence[Beam] = (), **options: Any
+    beams: Iterable[Beam],
+    extra_modes: int = 0,
+    common_mesh: CommonMesh | None = None,
+    **options: Any,
 ) -> list[Answer]:
     """`solve` for many beams with the same options, in batches where the method allows it.
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
     extra_modes: number of modes beyond those asked for, 0 to 20, whose errors may exceed the
-    tolerance. mesh_of: beams of a line in parameter space that encloses `beams`: those with their
-    mass at the same position then share a mesh, in this call and in others with the same mesh_of.
+    tolerance. common_mesh: of a line in parameter space that contains `beams`: those with their
+    mass at the same position then share a mesh, in this call and in others with the same argument.
     Raises InvalidInput for wrong options.
     """
     start = time.perf_counter()
     beams = list(beams)
     problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    return _solve(beams, problem, start, extra_modes, mesh_of)
+    return _solve(beams, problem, start, extra_modes, common_mesh)
 
 
 def __getattr__(name: str) -> Any:
@@ -129,7 +138,11 @@ def _validated(*options: Any) -> Problem:
 
 
 def _solve(
-    beams: list[Beam], problem: Problem, start: float, extra_modes: int, mesh_of: Sequence[Beam]
+    beams: list[Beam],
+    problem: Problem,
+    start: float,
+    extra_modes: int,
+    common_mesh: CommonMesh | None,
 ) -> list[Answer]:
     """Dispatch to the package of the method; those other than `hp` are imported on first use."""
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
@@ -137,7 +150,7 @@ def _solve(
     package = METHODS[problem.method].package
     if package == "hp":
         interruption.get()()
-        return solve_hp(beams, problem, start, extra_modes, mesh_of)
+        return solve_hp(beams, problem, start, extra_modes, common_mesh)
     solve_one = import_module(f"beamviz.solver.{package}").solve
     more = replace(problem, modes=problem.modes + extra_modes)
     return [_attempt(solve_one, beam, more, start) for beam in beams]
@@ -163,7 +176,7 @@ def _solve_states(
     if problem.state == "stable":
         where = [k for k, beam in enumerate(beams) if not beam.spin_up]
         first = replace(problem, state="straight")
-        found = _solve([beams[k] for k in where], first, start, extra_modes, ())
+        found = _solve([beams[k] for k in where], first, start, extra_modes, None)
         straight = dict(zip(where, found, strict=True))
     answers: list[Answer] = []
     near: Any = None  # the last bent state

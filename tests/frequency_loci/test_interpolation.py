@@ -15,6 +15,9 @@ from beamviz import Beam, loci, solve_many
             for modes in (3, 5)  # of odd and even orders of the interpolation
         ),
         (Beam(alpha=0.5, gamma=5), "beta", 1, 15, False, 150),  # many half-waves in an element
+        # a beam misses the tolerance on the common mesh, which is refined for all
+        (Beam(alpha=1, gamma=10, mu=50), "beta", 1, 15, False, 200),
+        (Beam(alpha=2.3, beta=0.38, delta=0.15, mu=180), "gamma", 20, 4, True, 100),
         # stretching converges first
         (Beam(alpha=1.8, gamma=10.4, delta=0.2, mu=183), "beta", 1, 10, False, 150),
         (Beam(alpha=8, gamma=2.5, delta=0.8, mu=42), "beta", 1, 3, True, 100),  # bending fractions

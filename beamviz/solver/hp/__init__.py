@@ -14,7 +14,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes
-from beamviz.solver.hp.refinement import Refinement
+from beamviz.solver.hp.refinement import CommonMesh, Refinement
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only, straight
 
@@ -24,13 +24,16 @@ def solve_hp(
     problem: Problem,
     start: float,
     extra_modes: int = 0,
-    mesh_of: Sequence[Beam] = (),
+    common_mesh: CommonMesh | None = None,
 ) -> list[Solution | BeamvizError]:
     """The solution of each beam, or its error. start: the clock at the call. See `solve_many`."""
-    refinement = Refinement(beams, problem, problem.modes + extra_modes, mesh_of)
+    count = problem.modes + extra_modes
+    refinement = Refinement(beams, problem, count, common_mesh)
     while refinement.waiting:
         for indices, mesh in refinement.next_stacks():
             refinement.solve_stack(indices, mesh)
+        if common_mesh and refinement.refines(common_mesh):
+            refinement = Refinement(beams, problem, count, common_mesh)
     answers: list[Solution | BeamvizError] = []
     for beam, found in zip(beams, refinement.answers, strict=True):
         failed = isinstance(found, BeamvizError)

@@ -7,6 +7,7 @@ by one.
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count, groupby
 from operator import attrgetter
@@ -53,8 +54,8 @@ MIN_COARSER = 6  # least number of beams that get a coarser mesh
 MIN_SAVING = 1.5e5  # least saving by a coarser mesh, in unknowns^3: the cost of another stack
 FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
 MUCH_FINER = 2.0  # ratio of the greatest to the median number of unknowns
-COMMON_DIGITS = 0.5  # added for a common mesh, so that no beam needs another
-COMMON = -1  # key of the design for all beams between those of mesh_of
+COMMON_DIGITS = 0.5, 4.0  # added for a common mesh, so that no beam needs another: first and most
+COMMON = -1  # key of the design of a common mesh
 MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
 STRETCH_SHARE = 1e-3  # accepted error of the stretch, relative to the tolerance
@@ -73,26 +74,39 @@ class Design(NamedTuple):
     start: State | None  # of Newton's method
 
 
+@dataclass
+class CommonMesh:
+    """Orders of the meshes that all beams of a line in parameter space share, in several calls.
+
+    beams: some of the line, from end to end. digits: added to what these need; more once a beam
+    between them has missed the tolerance."""
+
+    beams: tuple[Beam, ...]
+    digits: float = COMMON_DIGITS[0]
+
+
 Answer = StraightModes | BeamvizError
 
 
 class Refinement:
     """The state of a refinement. A beam is referred to by its index in `beams`.
 
-    count: number of modes. mesh_of: see `solve_many`. answers: of each beam. waiting: the beams
-    without one, and the digits that their attempts have added. alone: beams that are not stacked.
-    near_limit: the best attempt at beams near their limit of equilibrium and its error ratio.
+    count: number of modes. answers: of each beam. waiting: the beams without one, and the digits
+    that their attempts have added. alone: beams that are not stacked. in_common: beams solved on
+    the common mesh, if any. near_limit: the best attempt at beams near their limit of equilibrium
+    and its error ratio.
     """
 
     def __init__(
-        self, beams: Sequence[Beam], problem: Problem, count: int, mesh_of: Sequence[Beam]
+        self, beams: Sequence[Beam], problem: Problem, count: int, common: CommonMesh | None
     ):
-        self.beams, self.problem, self.count, self.mesh_of = beams, problem, count, mesh_of
+        self.beams, self.problem, self.count, self.common = beams, problem, count, common
         self.answers: list[Any] = [None] * len(beams)
         self.designs: dict[int, Design] = {}
         self.near_limit: dict[int, tuple[float, StraightModes]] = {}
         self.waiting = dict.fromkeys(range(len(beams)), 0.0)
         self.alone = set(self.waiting)
+        self.in_common: set[int] = set()
         self.attempt = 0
         if len(beams) > 1:
             self.numbers = np.array(list(map(attrgetter(*PARAMETERS), beams)))  # (beams, 5)
@@ -115,10 +129,11 @@ class Refinement:
                 self._give_up(index, f"errors exceed the tolerance after {MAX_ATTEMPTS} attempts")
         stacks: list[tuple[list[int], Mesh]] = []
         left = set(self.waiting)
-        if self.mesh_of and len(self.beams) > 1:
+        if self.common and len(self.beams) > 1:
             new = [index for index, digits in self.waiting.items() if not digits]
-            stacks = self._on_common_mesh(new) if new else []
-            left.difference_update(*(indices for indices, _ in stacks))
+            stacks = self._on_common_mesh(self.common, new) if new else []
+            self.in_common.update(*(indices for indices, _ in stacks))
+            left.difference_update(self.in_common.intersection(new))
         if stacked := sorted(left - self.alone):
             shared = self._same_position(stacked)
             chunks = self._chunks(stacked, shared)
@@ -141,12 +156,24 @@ class Refinement:
         pieces = -(-len(order) // (CHUNK if shared else OWN_CHUNK))
         return [chunk.tolist() for chunk in np.array_split(order, pieces)]
 
-    def _on_common_mesh(self, indices: list[int]) -> list[tuple[list[int], Mesh]]:
-        """Meshes of the same orders for all beams between those of `mesh_of`, as fine as any of
-        these needs, with a break at the mass. Empty if one needs more breaks; without the beams
-        that are solved alone if that mesh is much too fine for most."""
+    def refines(self, common_mesh: CommonMesh) -> bool:
+        """Whether a beam has missed the tolerance on the common mesh, which is refined then. All
+        beams are to be solved again: their spectra are smooth only with equal orders."""
+        missed = max((self.waiting[k] for k in self.in_common & self.waiting.keys()), default=0.0)
+        if not missed or common_mesh.digits + missed > COMMON_DIGITS[1]:
+            return False
+        common_mesh.digits += missed
+        return True
+
+    def _on_common_mesh(
+        self, common_mesh: CommonMesh, indices: list[int]
+    ) -> list[tuple[list[int], Mesh]]:
+        """Meshes of the same orders for all beams, as fine as any beam of the common mesh needs,
+        with a break at the mass. Empty if one needs more breaks; without the beams that are solved
+        alone if that mesh is much too fine for most."""
         shared = self._same_position(indices)
-        common, extra, much_finer = common_orders(tuple(self.mesh_of), self.problem, shared)
+        beams, digits = common_mesh.beams, common_mesh.digits
+        common, extra, much_finer = common_orders(beams, digits, self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
         stacked = [index for index in indices if index not in self.alone]
         chunks = self._chunks(stacked, shared) if stacked else []
@@ -315,7 +342,7 @@ class Refinement:
 
 @lru_cache(maxsize=8)
 def common_orders(
-    beams: tuple[Beam, ...], problem: Problem, by_breaks: bool
+    beams: tuple[Beam, ...], added: float, problem: Problem, by_breaks: bool
 ) -> tuple[dict[Any, tuple[int, ...]], float, bool]:
     """The greatest orders of the meshes of some beams by their breaks, or by the number of
     elements, and the greatest number of extra digits, of those that have an equilibrium; whether
@@ -330,7 +357,7 @@ def common_orders(
             continue
         greatest = max(greatest, extra)
         modes = next(m for m in count(problem.modes) if half_waves(beam.mu, m) >= waves)
-        digits = extra - math.log10(problem.tolerance) + COMMON_DIGITS
+        digits = extra - math.log10(problem.tolerance) + added
         thin_above = THIN_ABOVE if by_breaks else (math.inf,)  # layers move with the mass
         breaks, orders = choose_mesh(
             spans, beam.mu, modes, problem.curvature_power, digits, thin_above
