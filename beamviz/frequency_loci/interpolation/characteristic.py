@@ -7,6 +7,7 @@ where the mass reaches an end, but differs between meshes of other orders: then 
 not fall, and it is not used.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -27,6 +28,10 @@ MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 STEPS = 12  # of Halley's method for roots, and of Newton's for extrema
 SMOOTH = 3  # number of coefficients of the logarithms of the unit of lambda and of the size
 WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
+FINE = 8  # order, relative, of the samples between which three roots cannot be missed
+CURVED = (
+    4.0  # sum of the slopes at two samples, relative to the chord, from which there may be three
+)
 SETTLED = 1e-8  # step of Newton's method below which iteration ends: the next is of its square
 ROOT_ERROR = 1e-12  # expected error of a root below which iteration ends
 
@@ -56,7 +61,7 @@ class Characteristic:
         and their bending fractions, (3, n, modes); nan where there are fewer."""
         D, V = _derivative(len(self.tail) - 1), rows @ self.values
         functions = V, V @ D.T, V @ D.T @ D.T  # and their derivatives
-        i, *brackets = _brackets(self.points, functions)
+        i, *brackets = _brackets(self.points, functions, self.modes)
         place = np.arange(len(i)) - np.searchsorted(i, i)
         kept = place < self.modes
         i, place = i[kept], place[kept]
@@ -106,28 +111,52 @@ class Characteristic:
             return at, np.fmin(error / slope, double) + np.fmin(expected, ROOT_ERROR)
 
 
-def _brackets(points: Lobatto, functions: tuple[np.ndarray, ...]) -> list[np.ndarray]:
+def _brackets(points: Lobatto, functions: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
     """The roots of functions (n, k), given with two derivatives, in ascending order: index of the
-    function, ends of an interval, first guess, value at the lower end. Two roots between samples
-    are separated by an extremum, or coincide with it."""
-    x = points.dense_nodes[::2]
-    f, slopes = (one @ points.dense[::2].T for one in functions[:2])
-    size, negative = abs(f), f < 0
-    changes = negative[:, 1:] != negative[:, :-1]
-    least = (size[:, 1:-1] < size[:, :-2]) & (size[:, 1:-1] <= size[:, 2:])
+    function, ends of an interval, first guess, value at the lower end. count: of the roots that
+    each has at least; where fewer are found, or three may be as one, finer samples are taken."""
+    found, unclear = _sampled_brackets(
+        points, functions, points.dense_nodes[::2], points.dense[::2]
+    )
+    again = np.flatnonzero(unclear | (np.bincount(found[0], minlength=len(unclear)) < count))
+    if len(again):
+        fine = np.cos(np.linspace(np.pi, 0.0, FINE * len(points.nodes)))
+        finer, _ = _sampled_brackets(points, [f[again] for f in functions], fine, points.rows(fine))
+        kept = ~np.isin(found[0], again)
+        columns = [np.append(old[kept], new) for old, new in zip(found, finer, strict=True)]
+        columns[0][kept.sum() :] = again[finer[0]]
+        order = columns[0].argsort(kind="stable")
+        found = [column[order] for column in columns]
+    return found
+
+
+def _sampled_brackets(
+    points: Lobatto, functions: Sequence[np.ndarray], x: np.ndarray, rows: np.ndarray
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """`_brackets` by samples at x, values of the interpolation `rows`; and whether there may be
+    three roots between two samples (n,). Two are separated by an extremum, or coincide with it."""
+    f, slopes = (one @ rows.T for one in functions[:2])
+    before, after, falls, rises = f[:, :-1], f[:, 1:], slopes[:, :-1], slopes[:, 1:]
+    changes = (before < 0) != (after < 0)
     i, cell = changes.nonzero()
-    low, high, below = x[cell], x[cell + 1], f[i, cell]
-    guess = _inverse_cubic(high - low, below, f[i, cell + 1], slopes[i, cell], slopes[i, cell + 1])
-    single = [i, low, high, low + guess, below]
-    i, cell = (least & ~changes[:, 1:] & ~changes[:, :-1]).nonzero()
+    low, length, below = x[cell], x[cell + 1] - x[cell], before[i, cell]
+    rise = after[i, cell] - below
+    first, last = (length * slope[i, cell] / rise for slope in (falls, rises))
+    unclear = np.zeros(len(f), bool)
+    unclear[i[first + last > CURVED]] = True
+    guess = low + length * _inverse_cubic(-below / rise, first, last)
+    single = [i, low, low + length, guess, below]
+    i, cell = (~changes & (before * falls < 0) & (after * rises > 0)).nonzero()
     if not len(i):
-        return single
-    own, before = [one[i] for one in functions], f[i, cell]
-    close = _close_roots(points, own, x[cell], x[cell + 1], x[cell + 2], before)
+        return single, unclear
+    low, high, slope = x[cell], x[cell + 1], falls[i, cell]
+    extremum = low + (high - low) * slope / (slope - rises[i, cell])
+    own = [one[i] for one in functions]
+    close = _close_roots(points, own, low, extremum, high, before[i, cell])
     pairs = zip(single, (np.append(i, i), *close), strict=True)
     columns = [np.concatenate(pair) for pair in pairs]
     order = np.lexsort((columns[3], columns[1], columns[0]))
-    return [column[order] for column in columns]
+    return [column[order] for column in columns], unclear
 
 
 def _close_roots(
@@ -158,18 +187,12 @@ def _close_roots(
     return lows, highs, guesses, np.append(np.where(apart, below, least), least)
 
 
-def _inverse_cubic(
-    length: np.ndarray, below: np.ndarray, above: np.ndarray, first: np.ndarray, last: np.ndarray
-) -> np.ndarray:
-    """Guesses (n,) of roots in intervals 0 .. length with values below and above at the ends, of
-    opposite sign, and derivatives first and last there: x as a cubic polynomial of the function,
-    or as a linear one where that is outside."""
-    rise = above - below
-    t = -below / rise
+def _inverse_cubic(t: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Guesses (n,) of roots in 0 .. 1 of functions with values -t and 1 - t and derivatives first
+    and last at the ends: x as a cubic polynomial of the function, or where that is outside, t."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        a, b = (rise / (length * slope) - 1 for slope in (first, last))
-        x = t + t * (1 - t) * ((1 - t) * a - t * b)
-    return length * np.where((x > 0) & (x < 1), x, t)
+        x = t + t * (1 - t) * ((1 - t) * (1 / first - 1) - t * (1 / last - 1))
+    return np.where((x > 0) & (x < 1), x, t)
 
 
 @lru_cache
