@@ -74,8 +74,8 @@ def as_data(found: Map) -> dict[str, Any]:
 
 
 def method_data(found: Map, method: int) -> dict[str, Any]:
-    """The stable states by a method; or the verdicts on it, with a command for every cell that is
-    not correct."""
+    """The data of a method: its stable states, or its verdicts with a command for every cell that
+    is not correct."""
     options, kinds = METHODS[method].options, found.kinds(method)
     if refusal := found.refusal(method):
         return {"options": options, "says": refusal}
