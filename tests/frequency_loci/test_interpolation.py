@@ -37,6 +37,23 @@ def test_few_solves(beam, over, stop, modes, coriolis, most):
 
 
 @pytest.mark.parametrize(
+    ("beam", "over", "values"),
+    [
+        (Beam(alpha=7.276, gamma=10.636, mu=44.93), "beta", (0, 1, 0.7358, 0.7395)),
+        (Beam(alpha=8.335, beta=0.7118, delta=1.398, mu=127.8), "gamma", (0, 40, 14.06, 14.07)),
+    ],
+)
+def test_three_close_frequencies(beam, over, values):
+    """Three roots of the characteristic function between two of its samples are found."""
+    start, stop, low, high = values
+    inside = np.linspace(low, high, 9)
+    found = loci(beam, over, [start, *inside, stop], 8, coriolis=True)
+    exact = solve_many([beam.replace(**{over: x}) for x in inside], modes=8, coriolis=True)
+    frequencies = np.sort([branch.frequency[1:-1] for branch in found.branches], axis=0)[:8]
+    assert pytest.approx(frequencies.T, rel=1e-6) == np.array([one.frequencies for one in exact])
+
+
+@pytest.mark.parametrize(
     ("beam", "over", "stop"),
     [
         (Beam(alpha=1, gamma=5), "gamma", 10),

@@ -1,0 +1,161 @@
+"""The roots of many functions at once, each given by its values at Chebyshev points."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.frequency_loci.interpolation.chebyshev import Lobatto, lobatto
+
+STEPS = 12  # of Halley's method for roots, and of Newton's for extrema
+ROOT_ERROR = 1e-12  # expected error of a root below which iteration ends
+SETTLED = 1e-8  # step of Newton's method below which iteration ends: the next is of its square
+# A cubic function has three roots between two samples only if the slopes there have a sum of more
+# than 3 times that of the chord. Samples of FINE times the order separate the roots.
+CURVED, FINE = 3.0, 8
+
+
+class Roots(NamedTuple):
+    """The m lowest roots of functions, in ascending order for each function."""
+
+    function: np.ndarray  # (m,) index of the function
+    place: np.ndarray  # (m,) index of the root among those of its function
+    at: np.ndarray  # (m,) on -1 .. 1
+    error: np.ndarray  # (m,) expected after the last step of the iteration
+    slope: np.ndarray  # (m,) absolute value of the derivative
+    bend: np.ndarray  # (m,) of the second derivative
+    least: np.ndarray  # (m,) of the function; 0 but at an extremum that is taken for two roots
+
+
+def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
+    """The `count` lowest roots of functions with values (n, k) at the points, by Halley's method;
+    fewer where a function has fewer."""
+    D = _derivative(len(points.nodes) - 1)
+    functions = values, values @ D.T, values @ D.T @ D.T  # and their derivatives
+    i, *brackets = _brackets(points, functions, count)
+    place = np.arange(len(i)) - np.searchsorted(i, i)
+    kept = place < count
+    i, place = i[kept], place[kept]
+    low, high, at, below = (one[kept] for one in brackets)
+    least = np.where(low == high, abs(below), 0.0)
+    own, left = [f[i] for f in functions], np.arange(len(at))
+    rates, error = np.empty((2, len(at))), np.empty(len(at))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for _ in range(STEPS):
+            x = at[left]
+            rows = points.rows(x)
+            step, rate, curve = (np.vecdot(rows, f[left]) for f in own)
+            rates[:, left] = rate, curve
+            same = (step < 0) == (below[left] < 0)  # as at the lower end: the root is above
+            low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
+            step = step / (rate - step * curve / (2 * rate))  # Halley's
+            inside = (x - step >= low[left]) & (x - step <= high[left])
+            step = np.where(inside, step, x - (low[left] + high[left]) / 2)
+            at[left] = x - step
+            error[left] = abs(step) * step**2 * (len(D) ** 2 + (curve / rate) ** 2)
+            left = left[~(error[left] <= ROOT_ERROR)]
+            if not len(left):
+                break
+    slope, bend = abs(rates)
+    return Roots(i, place, at, np.fmin(error, ROOT_ERROR), slope, bend, least)
+
+
+def _brackets(points: Lobatto, functions: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
+    """The roots of functions (n, k), given with two derivatives, in ascending order: index of the
+    function, ends of an interval, first guess, value at the lower end. count: of the roots that
+    each has at least; where fewer are found, or three may be as one, finer samples are taken."""
+    found, unclear = _sampled_brackets(
+        points, functions, points.dense_nodes[::2], points.dense[::2]
+    )
+    again = np.flatnonzero(unclear | (np.bincount(found[0], minlength=len(unclear)) < count))
+    if len(again):
+        fine = np.cos(np.linspace(np.pi, 0.0, FINE * len(points.nodes)))
+        finer, _ = _sampled_brackets(points, [f[again] for f in functions], fine, points.rows(fine))
+        kept = ~np.isin(found[0], again)
+        columns = [np.append(old[kept], new) for old, new in zip(found, finer, strict=True)]
+        columns[0][kept.sum() :] = again[finer[0]]
+        order = columns[0].argsort(kind="stable")
+        found = [column[order] for column in columns]
+    return found
+
+
+def _sampled_brackets(
+    points: Lobatto, functions: Sequence[np.ndarray], x: np.ndarray, rows: np.ndarray
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """`_brackets` by samples at x, values of the interpolation `rows`; and whether there may be
+    three roots between two samples (n,). Two are separated by an extremum, or coincide with it."""
+    f, slopes = (one @ rows.T for one in functions[:2])
+    before, after, falls, rises = f[:, :-1], f[:, 1:], slopes[:, :-1], slopes[:, 1:]
+    changes = (before < 0) != (after < 0)
+    i, cell = changes.nonzero()
+    low, length, below = x[cell], x[cell + 1] - x[cell], before[i, cell]
+    rise = after[i, cell] - below
+    first, last = (length * slope[i, cell] / rise for slope in (falls, rises))
+    unclear = np.zeros(len(f), bool)
+    unclear[i[first + last > CURVED]] = True
+    guess = low + length * _inverse_cubic(-below / rise, first, last)
+    single = [i, low, low + length, guess, below]
+    i, cell = (~changes & (before * falls < 0) & (after * rises > 0)).nonzero()
+    if not len(i):
+        return single, unclear
+    low, high, slope = x[cell], x[cell + 1], falls[i, cell]
+    extremum = low + (high - low) * slope / (slope - rises[i, cell])
+    own = [one[i] for one in functions]
+    close = _close_roots(points, own, low, extremum, high, before[i, cell])
+    pairs = zip(single, (np.append(i, i), *close), strict=True)
+    columns = [np.concatenate(pair) for pair in pairs]
+    order = np.lexsort((columns[3], columns[1], columns[0]))
+    return [column[order] for column in columns], unclear
+
+
+def _close_roots(
+    points: Lobatto,
+    functions: list[np.ndarray],
+    low: np.ndarray,
+    extremum: np.ndarray,
+    high: np.ndarray,
+    below: np.ndarray,
+) -> tuple[np.ndarray, ...]:
+    """The two roots, or none, on either side of an extremum of each function (n, k): ends (2 n,) of
+    an interval, first guess, value at the lower end. extremum: its first guess between low and
+    high. below: the value at low."""
+    value, slope, bend = functions
+    first, last = low, high
+    for _ in range(STEPS):
+        local = points.rows(extremum)
+        rate, curve = np.vecdot(local, slope), np.vecdot(local, bend)
+        before = (rate < 0) == (below > 0)  # as at low: the extremum is above
+        first, last = np.where(before, (extremum, last), (first, extremum))
+        newton = extremum - rate / curve
+        inside = (newton >= first) & (newton <= last)
+        step = np.where(inside, newton, (first + last) / 2) - extremum
+        extremum = extremum + step
+        if (abs(step) <= SETTLED).all():
+            break
+    least = np.vecdot(points.rows(extremum), value)
+    apart = (least < 0) != (below < 0)
+    low, high = np.where(apart, low, extremum), np.where(apart, high, extremum)
+    away = np.where(apart, np.sqrt(abs(2 * least / curve)), 0.0)
+    lows, highs = np.append(low, extremum), np.append(extremum, high)
+    guesses = np.append(np.maximum(extremum - away, low), np.minimum(extremum + away, high))
+    return lows, highs, guesses, np.append(np.where(apart, below, least), least)
+
+
+def _inverse_cubic(t: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """Guesses (n,) of roots in 0 .. 1 of functions with values -t and 1 - t and derivatives first
+    and last at the ends: x as a cubic polynomial of the function, or where that is outside, t."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = t + t * (1 - t) * ((1 - t) * (1 / first - 1) - t * (1 / last - 1))
+    return np.where((x > 0) & (x < 1), x, t)
+
+
+@lru_cache
+def _derivative(order: int) -> np.ndarray:
+    """Matrix: values at the Chebyshev points -> the derivative of their interpolant there."""
+    points = lobatto(order)
+    away = points.nodes[:, None] - points.nodes + np.eye(order + 1)
+    D = points.weights / points.weights[:, None] / away
+    np.fill_diagonal(D, 0.0)
+    np.fill_diagonal(D, -D.sum(axis=1))
+    return D
