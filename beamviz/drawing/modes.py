@@ -53,8 +53,8 @@ class SampledModes:
         local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
         modes = rotated(local, equilibrium.angle(x))
         along = local[:, :, 0]
+        larger = local[range(len(modes)), :, solution.larger_component]
         stretching = np.abs((along[:, 1:] - along[:, :-1]) / (x[1:] - x[:-1])).max(axis=1)
-        larger = (solution.bending_energy_fraction >= 0.5).astype(int)
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,
@@ -65,7 +65,7 @@ class SampledModes:
             frequencies=solution.frequencies,
             modes=modes if previous is None else align_signs(modes, labels, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=node_positions(x, solution.beam.beta, local[range(len(modes)), :, larger]),
+            nodes=node_positions(x, solution.beam.beta, larger),
         )
 
     @classmethod

@@ -176,7 +176,7 @@ class Solution:
         return self.fields(_points(x)) * self._phase
 
     @cached_property
-    def _larger(self) -> np.ndarray:
+    def larger_component(self) -> np.ndarray:
         """The larger component (modes,) of each mode: 0 along the beam, 1 across it."""
         return (self.bending_energy_fraction >= 0.5).astype(int)
 
@@ -184,7 +184,7 @@ class Solution:
     def _phase(self) -> np.ndarray:
         """The factor (modes,) of modulus 1 that makes the larger component real and positive at the
         tip (where no uncoupled mode has a node)."""
-        tip = np.take_along_axis(self.fields(np.ones(1))[0], self._larger[None], axis=0)[0]
+        tip = np.take_along_axis(self.fields(np.ones(1))[0], self.larger_component[None], axis=0)[0]
         size = abs(tip)
         return np.where(size > 0, tip.conj(), 1.0) / np.where(size > 0, size, 1.0)
 
@@ -209,7 +209,7 @@ class Solution:
     def _larger_components(self, x: np.ndarray) -> np.ndarray:
         """The larger component (len(x), modes) of each mode at x."""
         shapes = self.displacement(x).real
-        return np.take_along_axis(shapes, self._larger[None, None], axis=1)[:, 0]
+        return np.take_along_axis(shapes, self.larger_component[None, None], axis=1)[:, 0]
 
 
 def family_of(share: float) -> str:
