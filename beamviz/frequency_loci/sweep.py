@@ -159,9 +159,10 @@ class Sweep:
         before are solved in one batch, with extra modes if the method has them."""
         new = np.array(sorted(set(values.tolist()) - self.outcomes.keys()))
         if len(new):
-            digits = self.common_mesh and self.common_mesh.digits
+            mesh = self.common_mesh
+            digits = mesh.digits if mesh else 0.0
             found = self._solve(new)
-            if self.outcomes and digits != (self.common_mesh and self.common_mesh.digits):
+            if mesh and mesh.digits > digits and self.outcomes:  # refined: all are solved on it
                 new = np.array(sorted([*self.outcomes, *new.tolist()]))
                 found = self._solve(new)
             self.outcomes.update(zip(new.tolist(), found, strict=True))
