@@ -54,6 +54,26 @@ def test_three_close_frequencies(beam, over, values):
 
 
 @pytest.mark.parametrize(
+    ("beam", "modes", "beta"),
+    [
+        (Beam(alpha=6.102315685, gamma=0.5, mu=175.5022314), 12, 0.66612),  # beside a veering
+        (Beam(alpha=7.631887987, gamma=0.5, delta=-0.0193525956, mu=38.45935017), 10, 0.16616),
+    ],
+)
+def test_error_bars_of_truncation_and_of_roots(beam, modes, beta):
+    """They contain the error where the last coefficients are small by chance, and the end of the
+    iteration for roots where every other error is smaller."""
+    found = loci(beam, "beta", [0, beta, 1], modes)
+    (exact,) = solve_many([beam.replace(beta=beta)], modes=modes, tolerance=1e-10)
+    for branch in found.branches:
+        k = branch.mode_index[1]
+        if k >= 0:
+            bar = branch.solver_error[1] + branch.interpolation_error[1]
+            error = abs(branch.omega_squared[1] - exact.omega_squared[k])
+            assert error <= bar + exact.omega_squared_errors[k], branch.label
+
+
+@pytest.mark.parametrize(
     ("beam", "over", "stop"),
     [
         (Beam(alpha=1, gamma=5), "gamma", 10),
