@@ -8,7 +8,7 @@ import numpy as np
 
 from beamviz.frequency_loci.interpolation.chebyshev import Lobatto, lobatto
 
-STEPS = 12  # of Halley's method for roots, and of Newton's for extrema
+STEPS = 20  # of Halley's method for roots, and of Newton's for extrema
 ROOT_ERROR = 1e-12  # expected error of a root below which iteration ends
 SETTLED = 1e-8  # step of Newton's method below which iteration ends: the next is of its square
 # A cubic function has three roots between two samples only if the slopes there have a sum of more
@@ -38,36 +38,36 @@ def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
     kept = place < count
     i, place = i[kept], place[kept]
     low, high, at, below = (one[kept] for one in brackets)
-    least = np.where(low == high, abs(below), 0.0)
+    touching = low == high
     own, left = [f[i] for f in functions], np.arange(len(at))
     rates, error = np.empty((2, len(at))), np.empty(len(at))
     with np.errstate(divide="ignore", invalid="ignore"):
         for _ in range(STEPS):
             x = at[left]
             rows = points.rows(x)
-            step, rate, curve = (np.vecdot(rows, f[left]) for f in own)
+            value, rate, curve = (np.vecdot(rows, f[left]) for f in own)
             rates[:, left] = rate, curve
-            same = (step < 0) == (below[left] < 0)  # as at the lower end: the root is above
+            same = (value < 0) == (below[left] < 0)  # as at the lower end: the root is above
             low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
-            step = step / (rate - step * curve / (2 * rate))  # Halley's
-            inside = (x - step >= low[left]) & (x - step <= high[left])
-            step = np.where(inside, step, x - (low[left] + high[left]) / 2)
+            step = value / (rate - value * curve / (2 * rate))  # Halley's
+            good = (x - step >= low[left]) & (x - step <= high[left])
+            good &= abs(value * curve) <= rate**2  # not beside an extremum, where steps are short
+            step = np.where(good, step, x - (low[left] + high[left]) / 2)
             at[left] = x - step
             error[left] = abs(step) * step**2 * (len(D) ** 2 + (curve / rate) ** 2)
             left = left[~(error[left] <= ROOT_ERROR)]
             if not len(left):
                 break
     slope, bend = abs(rates)
-    return Roots(i, place, at, np.fmin(error, ROOT_ERROR), slope, bend, least)
+    least = np.where(touching, abs(below), 0.0)
+    return Roots(i, place, at, np.where(touching, 0.0, error), slope, bend, least)
 
 
 def _brackets(points: Lobatto, functions: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
     """The roots of functions (n, k), given with two derivatives, in ascending order: index of the
     function, ends of an interval, first guess, value at the lower end. count: of the roots that
     each has at least; where fewer are found, or three may be as one, finer samples are taken."""
-    found, unclear = _sampled_brackets(
-        points, functions, points.dense_nodes[::2], points.dense[::2]
-    )
+    found, unclear = _sampled_brackets(points, functions, points.dense_nodes, points.dense)
     again = np.flatnonzero(unclear | (np.bincount(found[0], minlength=len(unclear)) < count))
     if len(again):
         fine = np.cos(np.linspace(np.pi, 0.0, FINE * len(points.nodes)))
