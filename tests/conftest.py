@@ -71,11 +71,13 @@ def url(request: pytest.FixtureRequest) -> Iterator[str]:
 
 
 @pytest.fixture
-def guest(url) -> Iterator[Any]:
+def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
     """A new visitor (live.visitor) of the explorer of the file."""
     from live.visitor import visitor
 
     with visitor(url) as visiting:
+        if hasattr(request.module, "FIRST"):
+            visiting.beam = request.module.FIRST.beam
         yield visiting
 
 

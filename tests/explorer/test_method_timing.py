@@ -140,7 +140,7 @@ def test_methods_are_timed_only_while_their_tab_is_open(guest, monkeypatch, canc
     guest.do("tab", "map")
     guest.wait(lambda _: guest.texts["work"] == "")
     release.set()
-    guest.show_speed(3.0)
+    guest.edit(gamma=3.0)
     final_text(guest)
     assert len(solves) == 1  # of the reference; no method is tried
     guest.do("tab", "methods")

@@ -85,7 +85,7 @@ def test_a_visitor_explores_and_follows_again(url):
 def test_a_visitor_cannot_present(url):
     """Without the presenter's key."""
     with visitor(f"{url}/?token=guessed") as one, visitor(url) as other:
-        one.show_speed(21.0)
+        one.edit(gamma=21.0)
         time.sleep(0.5)
         assert frequency_text(PAPER.replace(gamma=21)) not in other.text
         assert "following" in one.values

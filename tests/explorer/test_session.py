@@ -1,32 +1,35 @@
 """Visitors without a browser: a session of their own each, and the latest edit."""
 
 import gzip
+import math
 import re
 import threading
 from typing import Any
 
 import numpy as np
 import pytest
-from live.server import http_get
-from live.visitor import BEAM, PAPER, beam_moved, frequency_text, pause, visitor
+from live.server import http_get, raw_socket
+from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz import explorer as server
 from beamviz.beam import NUMBERS, Beam
+from beamviz.drawing.text import growth
 from beamviz.explorer import explorer, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features.comparison import number
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
-# Each visitor has a session of their own
+# Each visitor has a session of their own, and edits numbers and parts of the model
 
 
 def test_a_visitor_gets_the_table_and_the_scene(guest):
     """The first answer has all five modes of the start beam; each slider has an explanation, of a
-    sentence or more without symbols."""
+    sentence or more without symbols; the caption invites to drag the mass."""
     for mode in range(5):
         assert frequency_text(PAPER, mode) in guest.text
     assert "Stable equilibrium" in guest.text
+    assert "Drag the mass along" in guest.texts["scene-caption"]
     assert BEAM in guest.nodes
     hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
     assert len(hints) == len(NUMBERS)
@@ -35,13 +38,43 @@ def test_a_visitor_gets_the_table_and_the_scene(guest):
         assert not set(hint) & set("αβγδμ")
 
 
-def test_a_field_extends_the_range_of_its_slider(guest):
-    """A value beyond the usual range is solved, and the slider gets the full range."""
-    guest.choose("gamma", 120.0)
+def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
+    """The answers are those of solve; a value beyond the usual range of its slider extends it; a
+    removed mass returns with its last alpha; the paper's elements include all terms."""
+    guest.edit(gamma=120.0)
     guest.wait(lambda _: guest.props["gamma-slider"]["max"] == 200)
-    guest.says(frequency_text(PAPER.replace(gamma=120)))
-    guest.choose("alpha", 2.5)
-    guest.says(frequency_text(PAPER.replace(gamma=120, alpha=2.5)))
+    guest.edit(gamma=10.0, alpha=2.5)
+    for mass, alpha in ((False, 0), (True, 2.5)):
+        guest.choose("mass", mass)
+        guest.shows(PAPER.replace(alpha=alpha))
+    for name, value in (("plane", "flapwise"), ("curvature", "material"), ("strain", "hencky")):
+        guest.edit(**{name: value})
+    guest.choose("softening", False)
+    guest.choose("method", "ancf")
+    guest.says("softening = False: method ancf takes no switched-off term")
+
+
+def test_without_a_mass_the_line_of_the_speed_is_dragged_and_a_mass_can_be_added():
+    """Of alpha 1, as there was none; the caption names what there is to drag."""
+    with explorer(Scene(Beam(gamma=10))) as url, visitor(url) as guest:
+        guest.wait(lambda _: "Drag the line of the speed" in guest.texts["scene-caption"])
+        guest.choose("mass", True)
+        guest.shows(Beam(alpha=1, gamma=10))
+
+
+@pytest.mark.parametrize("option", ["softening", "coriolis", "stiffening"])
+def test_a_term_is_switched_and_back(guest, option):
+    """The frequencies are those of `solve` with that option; the case before is compared with."""
+    usual = option != "coriolis"
+    if option == "stiffening":  # without it the beam is unstable
+        guest.choose(option, False)
+        guest.says("Unstable in bending")
+        assert guest.props["playing"]["disabled"]  # nothing moves
+    else:
+        guest.edit(**{option: not usual})
+    guest.says("before, ω")
+    guest.says(number(solve(PAPER).frequencies[0]))
+    guest.edit(**{option: usual})
 
 
 @pytest.mark.parametrize("still", [False, True])
@@ -65,15 +98,6 @@ def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
     for xs in places.values():
         assert (len(xs) == 1) == still
         assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
-
-
-def test_every_part_of_the_model_can_be_chosen(guest):
-    """The answers for plane, strain law and curvature are those of solve."""
-    chosen: dict[str, str] = {}
-    for name, value in (("plane", "flapwise"), ("curvature", "material"), ("strain", "hencky")):
-        guest.choose(name, value)
-        chosen[name] = value
-        guest.says(frequency_text(PAPER, **chosen))
 
 
 def test_moving_a_slider_starts_no_thread(guest, monkeypatch):
@@ -112,18 +136,14 @@ def test_the_page_has_our_elements_around_the_scene(url):
     assert gzip.decompress(packed) == plain
 
 
-def test_invalid_actions_are_ignored(guest, caplog):
-    """With one line in the log, also texts of more than 1000 characters; the next is handled."""
-    texts = ["", "1", "[1]", "[1, 2, 3, 4]", "{}", "[1, {}, 2]", '[1, "nothing", 1]', "[" * 900]
-    guest.do("gamma", 11)
-    for k, text in enumerate([*texts, "NaN", f'[1, "gamma", "{"9" * 1001}"]']):
-        page.log.reported.clear()
-        caplog.clear()
-        update = {"value": text}
-        guest.send(type="GuiUpdateMessage", uuid=guest.parts["bridge"], updates=update)
-        guest.do("gamma", 12 + k)
-        guest.says(frequency_text(PAPER.replace(gamma=12 + k)))
-        assert caplog.text.count("unknown action") == 1, text
+def test_an_edit_during_the_start_of_a_session_is_not_lost(url):
+    """A page may send as soon as it has a control."""
+    with raw_socket(url) as line:
+        guest = Visitor(line)
+        guest.choose("gamma", 21.0)
+        guest.choose("colouring", "axial strain")
+        guest.shows(PAPER.replace(gamma=21))
+        guest.says("axial strain, as drawn")
 
 
 def test_only_changes_are_sent_and_an_invalid_value_is_corrected(guest):
@@ -136,64 +156,59 @@ def test_only_changes_are_sent_and_an_invalid_value_is_corrected(guest):
     assert guest.values == {"playing": True}
 
 
-# Switches for the terms of the equations
+def test_invalid_actions_are_ignored(guest, caplog):
+    """With one line in the log, also texts of more than 1000 characters; the next is handled."""
+    texts = ["", "1", "[1]", "[1, 2, 3, 4]", "{}", "[1, {}, 2]", '[1, "nothing", 1]', "[" * 900]
+    guest.edit(gamma=11)  # for the first text to be another one
+    for k, text in enumerate([*texts, "NaN", f'[1, "gamma", "{"9" * 1001}"]']):
+        page.log.reported.clear()
+        caplog.clear()
+        update = {"value": text}
+        guest.send(type="GuiUpdateMessage", uuid=guest.parts["bridge"], updates=update)
+        guest.edit(gamma=12 + k)
+        assert caplog.text.count("unknown action") == 1, text
 
 
-@pytest.mark.parametrize("option", ["softening", "coriolis", "stiffening"])
-def test_a_term_is_switched_and_back(guest, option):
-    """The frequencies are those of `solve` with that option; the case before is compared with."""
-    usual = option != "coriolis"
-    guest.choose(option, not usual)
-    if option == "stiffening":  # without it the beam is unstable
-        guest.says("Unstable in bending")
-        assert guest.props["playing"]["disabled"]  # nothing moves
-    else:
-        guest.says(frequency_text(PAPER, **{option: not usual}))
-    guest.says("before, ω")
-    guest.says(number(solve(PAPER).frequencies[0]))
-    guest.choose(option, usual)
-    guest.says(frequency_text(PAPER))
+# Numbers without an answer: each is named, and nothing is lost
 
 
-def test_the_mass_is_removed_and_restored(url):
-    """alpha is 0 without it, then its last value, or 1 if it had none; the switch shows it."""
-    with visitor(url) as guest:
-        guest.choose("alpha", 2.5)
-        guest.says(frequency_text(PAPER.replace(alpha=2.5)))
-        guest.choose("mass", False)
-        guest.says(frequency_text(PAPER.replace(alpha=0)))
-        guest.choose("mass", True)
-        guest.says(frequency_text(PAPER.replace(alpha=2.5)))
-    with explorer(Scene(Beam(gamma=10))) as address, visitor(address) as guest:
-        guest.choose("mass", True)
-        guest.says(frequency_text(Beam(alpha=1, gamma=10)))
+def test_a_number_out_of_range_is_named(guest):
+    """With value and range; the next valid one is solved. What is no number is refused too."""
+    for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
+        guest.choose("alpha", bad)
+        guest.says(f"alpha = {bad:.10g}: must lie in 0 .. 100")
+        guest.edit(alpha=2.0 + k)
+        guest.says("Stable equilibrium")
+    for k, bad in enumerate(("fast", None, 10**40)):
+        guest.choose("gamma", bad)
+        guest.says("out of range")
+        guest.edit(gamma=12.0 + k)
+        guest.wait(lambda _: "out of range" not in guest.text)
 
 
-def test_a_method_without_switches_names_those_with_them(guest):
-    """The paper's elements include all terms."""
-    guest.choose("softening", False)
-    guest.choose("method", "ancf")
-    guest.says("softening = False: method ancf takes no switched-off term")
-
-
-@pytest.mark.parametrize(
-    ("beam", "words"), [(PAPER, "Drag the mass along"), (Beam(), "Drag the line of the speed")]
-)
-def test_the_page_invites_to_drag_what_there_is(beam, words):
-    """The mass, if the beam has one."""
-    with explorer(Scene(beam)) as url, visitor(url) as guest:
-        guest.wait(lambda _: words in guest.texts["scene-caption"])
-
-
-# Scenes without an equilibrium
+def test_an_unstable_state_is_shown_with_its_growth(guest):
+    """delta = -1, gamma = 5 without a mass: the straight beam buckles. Its modes are listed; the
+    scene shows the last stable state."""
+    guest.edit(alpha=0.0, gamma=5.0)
+    guest.choose("delta", -1.0)
+    guest.says("Unstable in bending")
+    rate = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
+    guest.says(growth(rate, None))
+    guest.wait(lambda _: not guest.nodes["/scene/rotor/hoop"]["visible"])
+    guest.choose("gamma", 1.0)
+    guest.wait(lambda _: guest.nodes["/scene/rotor/hoop"]["visible"])
 
 
 def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(frame_loops):
-    """Not those of the scene before, which is another beam."""
-    scene = Scene(Beam(gamma=39, delta=1), {"strain": "hencky"})
-    with explorer(Scene()) as address, visitor(address) as guest:
-        guest.says(frequency_text(Beam()))
+    """The first one, and not the numbers of the scene before, which is another beam."""
+    scene, stable = Scene(Beam(gamma=39, delta=1), {"strain": "hencky"}), "Stable equilibrium"
+    first = Scene(Beam(mu=10, gamma=20), {"strain": "biot"})
+    with explorer(first) as address, visitor(address, "No equilibrium") as guest:
+        guest.says("No equilibrium above γ = 15.71")
+        assert stable not in guest.text
         (one,) = frame_loops[-1].sessions.values()
+        one.visitor.load(Scene())
+        guest.shows(Beam())
         one.visitor.load(scene)
         guest.says("No equilibrium")
         pause(guest)
@@ -204,14 +219,14 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         assert one.view.shapes.beam == scene.beam
         assert np.ptp(one.view.shapes.centreline[:, 0]) == 1.0
         guest.choose("gamma", 20.0)
-        guest.says("Stable equilibrium")
-        stable = frequency_text(Beam(gamma=20, delta=1), strain="hencky")
         guest.says(stable)
+        guest.shows(Beam(gamma=20, delta=1), strain="hencky")
         guest.wait(lambda _: "displacement" in guest.texts["legend"])
         guest.choose("gamma", 39.0)
         guest.says("No equilibrium")
         pause(guest)
-        assert stable in guest.text  # the last answer of this scene
+        last = frequency_text(guest.beam, **guest.options)
+        assert last in guest.text  # of this scene
         assert guest.props["mode-rows"]["class"] == "faded"
         assert guest.parts["captions"] == []  # neither its speed nor the reason, which is above
         guest.choose("comparison", "effects")

@@ -68,6 +68,7 @@ def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]
         subprotocols=[PROTOCOL],  # type: ignore[list-item]
         compression=None,
         max_size=None,
+        max_queue=None,  # a reader that never pauses: a socket closes at once
         **options,
     ) as socket_:
         yield socket_

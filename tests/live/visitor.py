@@ -13,7 +13,7 @@ import zstandard
 from live.server import CAMERA_MESSAGE, ROOT, encoded, raw_socket
 from websockets.sync.connection import Connection
 
-from beamviz.beam import Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.text import frequencies, rounded_to_error
 from beamviz.solver import solve
 
@@ -28,11 +28,13 @@ class Visitor:
 
     texts: HTML by element id; values, props: of controls, by key; charts: data by element id; said:
     messages, the latest last; parts: other parts of updates, as last sent; nodes: of the scene;
-    controls: ids of viser's controls by label; updated: their values by id; commands: ids by name.
+    controls: ids of viser's controls by label; updated: their values by id; commands: ids by name;
+    beam, options: of the last answer that was waited for, the keywords those of `solve`.
     """
 
     def __init__(self, socket: Connection):
         self.socket = socket
+        self.beam, self.options = PAPER, dict[str, Any]()
         self.controls: dict[str, str] = {}
         self.commands: dict[str, str] = {}
         self.texts = {"page": PAGE.read_text()}
@@ -64,10 +66,17 @@ class Visitor:
         self.wait(lambda _: key in self.values)
         self.do(key, value)
 
-    def show_speed(self, gamma: float) -> None:
-        """Set the speed of PAPER, and see its first frequency."""
-        self.choose("gamma", gamma)
-        self.says(frequency_text(PAPER.replace(gamma=gamma)))
+    def edit(self, **edits: Any) -> None:
+        """Set numbers of the beam and parts of the model, and wait for the answer."""
+        for key, value in edits.items():
+            self.choose(key, value)
+        numbers = {name: edits.pop(name) for name in NUMBERS if name in edits}
+        self.shows(self.beam.replace(**numbers), **self.options | edits)
+
+    def shows(self, beam: Beam, **options: Any) -> None:
+        """Wait until the first frequency of a beam is on the page."""
+        self.beam, self.options = beam, options
+        self.says(frequency_text(beam, **options))
 
     def press(self, key: str) -> None:
         """Press a key of the page, or run a command by its name."""

@@ -176,7 +176,7 @@ def test_a_visitor_cannot_change_or_remove_the_controls_of_another(line, slider,
             encoded(type="RemoveSceneNodeMessage", name=BEAM),
         ):
             assert close_code(url, message) == POLICY_VIOLATION
-        other.show_speed(11.0)
+        other.edit(gamma=11.0)
 
 
 def test_a_visitor_receives_nothing_of_another(plain, line, slider, url):
@@ -189,7 +189,7 @@ def test_a_visitor_receives_nothing_of_another(plain, line, slider, url):
         for guest in (one, other):
             pause(guest, quiet=2.0)
         before = one.received
-        other.show_speed(11.0)
+        other.edit(gamma=11.0)
         final_text(one)
         assert one.received == before
         assert one.parts["bridge"] != other.parts["bridge"]

@@ -76,12 +76,12 @@ def test_a_worker_that_dies_is_replaced(hall):
         disconnected = 0
         for guest in (one, other):
             try:
-                guest.show_speed(31.0)
+                guest.edit(gamma=31.0)
             except websockets.exceptions.ConnectionClosed:
                 disconnected += 1
         assert disconnected == 1
         with visitor(hall.url) as again:
-            again.show_speed(32.0)
+            again.edit(gamma=32.0)
     wait_until(lambda: "died (exit code -9)" in hall.process.stderr.readline())
 
 

@@ -260,7 +260,7 @@ def test_half_open_sockets_are_closed(monkeypatch):
         silent = [socket.create_connection(("127.0.0.1", port)) for _ in range(30)]
         for line in silent[:15]:
             line.sendall(b"GET / HTTP/1.1\r\nHost: ")
-        guest.show_speed(12.0)
+        guest.edit(gamma=12.0)
         for line in silent:
             with line:
                 line.settimeout(60)
