@@ -1,15 +1,55 @@
-"""Files that are written completely or not at all, and the files of packages."""
+"""Contents of files as text, files that are written completely or not at all, package files."""
 
 import contextlib
+import csv
+import io
+import json
+import math
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import is_dataclass
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 from beamviz.errors import InvalidInput, Unavailable
 
 Files = dict[str, bytes]  # contents by name
+
+
+def json_text(data: Any, indent: int | None = 2) -> str:
+    """Any data of `plain` as JSON."""
+    return json.dumps(plain(data), indent=indent, allow_nan=False, ensure_ascii=False)
+
+
+def plain(value: Any) -> Any:
+    """A value in the types of JSON: records as dicts, arrays as lists, NaN and infinity as None."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = vars(value)
+    elif hasattr(value, "_asdict"):
+        value = value._asdict()
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def csv_text(heading: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """A heading and rows as CSV, floats with all their digits, None as an empty cell."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heading)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def markdown_table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = (heading, ["---"] * len(heading), *rows)
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
 def package_text(*paths: str) -> str:

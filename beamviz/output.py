@@ -1,28 +1,29 @@
-"""Records as text and as files: tables to read in a terminal, JSON, CSV, NPZ and markdown."""
+"""Results as text and as data: terminal tables, JSON, CSV, HTML, labelled arrays."""
 
-import csv
-import io
-import json
+import html
 import math
-import textwrap
-from collections.abc import Iterable, Sequence
-from dataclasses import is_dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from beamviz.beam import Beam, Units
-    from beamviz.frequency_loci import Branch, Loci
-    from beamviz.frequency_loci.forced_response import Resonance
-    from beamviz.lessons.model import Lesson
-    from beamviz.solver import Solution
+from beamviz.errors import optional
+from beamviz.files import csv_text, json_text, plain
 
+if TYPE_CHECKING:
+    import xarray
+
+    from beamviz.beam import Beam, Units
+    from beamviz.frequency_loci import Branch, Event, Loci
+    from beamviz.frequency_loci.forced_response import Resonance
+    from beamviz.solver import Problem, Solution
+
+STATIONS = 201  # equally spaced along the beam
 MAX_DECIMALS = 9
 LEFT_ALIGNED = ("label", "family", "nodes x/L")
 MAX_LOCI_ROWS = 21
 MAX_LOCI_DECIMALS = 5
-LESSON_WIDTH = 88
+MAX_HTML_ROWS = 20
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
 EQUILIBRIUM_KEYS = ("status", "shape", "iterations", "tip", "max_stretch")
 MODE_KEYS = {  # of the JSON, and the attributes of a solution
@@ -35,52 +36,41 @@ MODE_KEYS = {  # of the JSON, and the attributes of a solution
     "nodes": "nodes",
 }
 BRANCH_KEYS = ("label", "family", "frequency", "growth_rate", "error", "bending_fraction")
+PER_TIME = {"units": "1/T*"}
+UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}  # of dataset variables
 
 
-# Any records.
+# Any table.
 
 
-def json_text(data: Any, indent: int | None = 2) -> str:
-    """Any data of `plain` as JSON."""
-    return json.dumps(plain(data), indent=indent, allow_nan=False, ensure_ascii=False)
+Columns = Mapping[str, Iterable[Any]]  # the cells of each column of a table, by its heading
 
 
-def plain(value: Any) -> Any:
-    """A value in the types of JSON: records as dicts, arrays as lists, NaN and infinity as None."""
-    if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
-    elif is_dataclass(value) and not isinstance(value, type):
-        value = vars(value)
-    elif hasattr(value, "_asdict"):
-        value = value._asdict()
-    if isinstance(value, dict):
-        return {key: plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def csv_text(heading: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """A heading and rows as CSV, floats with all their digits, None as an empty cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(heading)
-    writer.writerows(rows)
-    return text.getvalue()
-
-
-def markdown_table(heading: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = (heading, ["---"] * len(heading), *rows)
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
-
-
-def aligned_table(heading: Sequence[str], *rows: Sequence[Any]) -> list[str]:
+def aligned_table(columns: Columns) -> list[str]:
     """The lines of a table; the cells of numbers align right."""
-    cells = [[str(cell) for cell in row] for row in (heading, *rows)]
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    sides = ["<" if name in LEFT_ALIGNED else ">" for name in heading]
-    form = "  ".join(f"{{:{side}{width}}}" for side, width in zip(sides, widths, strict=True))
-    return [form.format(*row).rstrip() for row in cells]
+    aligned = []
+    for heading, cells in columns.items():
+        texts = [heading, *map(str, cells)]
+        side, width = "<" if heading in LEFT_ALIGNED else ">", max(map(len, texts))
+        aligned.append([f"{text:{side}{width}}" for text in texts])
+    return ["  ".join(line).rstrip() for line in zip(*aligned, strict=True)]
+
+
+def html_table(caption: str, columns: Columns) -> str:
+
+    def row(tag: str, cells: Iterable[Any]) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(str(c))}</{tag}>" for c in cells) + "</tr>"
+
+    lines = [
+        row("th", columns),
+        *(row("td", cells) for cells in zip(*columns.values(), strict=True)),
+    ]
+    return f"<table><caption>{html.escape(caption)}</caption>{''.join(lines)}</table>"
+
+
+def records_dataframe(kind: type, records: Sequence[Any]) -> Any:
+    """A pandas.DataFrame of events or limits, a row for each; see Loci.events_dataframe."""
+    return optional("pandas", "xarray").DataFrame(list(records), columns=list(kind.__annotations__))
 
 
 def significant_decimals(error: float) -> int:
@@ -103,7 +93,44 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
+def described_numbers(beam: "Beam", without: str = "") -> str:
+    """The numbers of a beam by name, but one."""
+    numbers = beam.numbers.items()
+    return ", ".join(f"{name} {value:.7g}" for name, value in numbers if name != without)
+
+
+def described_units(units: "Units") -> str:
+    """The line of the units of a beam in SI."""
+    return f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s"
+
+
+def dataset_attributes(beam: "Beam", problem: "Problem", units: "Units | None") -> dict[str, Any]:
+    """The model, the numbers, units and version; without None, as in files."""
+    from beamviz import __version__
+
+    sizes = units.attributes if units else {}
+    return {**beam.numbers, **problem.model, **sizes, "beamviz_version": __version__}
+
+
 # A solution.
+
+
+def mode_values(solution: "Solution") -> dict[str, Any]:
+    """The values (modes,) under the keys of the JSON; with Hz and rad/s for a beam in SI."""
+    values: dict[str, Any] = {"index": np.arange(1, len(solution.frequencies) + 1)}
+    values |= {key: getattr(solution, name) for key, name in MODE_KEYS.items()}
+    if units := solution.beam.units:
+        values["hertz"] = units.hertz(solution.frequencies)
+        values["rad_per_s"] = units.angular_frequency(solution.frequencies)
+    return values
+
+
+def along_beam(solution: "Solution", x: np.ndarray) -> dict[str, np.ndarray]:
+    """The equilibrium and the shapes at stations x (n,): position (n, 2), stretch (n,), shape
+    (modes, n, 2); lengths in L, unit modal mass."""
+    state = solution.equilibrium
+    shape = np.moveaxis(solution.displacement(x), 2, 0) + 0.0  # -0.0 becomes 0.0
+    return {"x": x, "position": state.position(x), "stretch": state.stretch(x), "shape": shape}
 
 
 def solution_json(solution: "Solution") -> str:
@@ -122,27 +149,22 @@ def solution_json(solution: "Solution") -> str:
 
 
 def mode_records(solution: "Solution") -> list[dict[str, Any]]:
-    """Each mode under the keys of the JSON; with frequencies in Hz and rad/s for a beam in SI."""
-    records, units = [], solution.beam.units
-    for k, frequency in enumerate(solution.frequencies):
-        columns = {key: getattr(solution, name)[k] for key, name in MODE_KEYS.items()}
-        record = {"index": k + 1, **columns}
-        if not (math.isnan(frequency) or record["growth_rate"] > 0):
+    """Each mode under the keys of the JSON, growth rates of modes that have one only."""
+    values = mode_values(solution)
+    rows = zip(*map(plain, values.values()), strict=True)
+    records = [dict(zip(values, row, strict=True)) for row in rows]
+    for record in records:
+        if not (record["frequency"] is None or record["growth_rate"] > 0):
             del record["growth_rate"]
-        if units:
-            record["hertz"] = units.hertz(frequency)
-            record["rad_per_s"] = units.angular_frequency(frequency)
-        records.append(plain(record))
     return records
 
 
 def solution_csv(solution: "Solution") -> str:
     """One line for each mode under the keys of the JSON; nodes are separated by spaces."""
-    columns = ["index", *MODE_KEYS, *(["hertz", "rad_per_s"] if solution.beam.units else ())]
-    records = mode_records(solution)
+    records, keys = mode_records(solution), mode_values(solution)
     for record in records:
         record["nodes"] = " ".join(map(repr, record["nodes"]))
-    return csv_text(columns, ([record.get(key) for key in columns] for record in records))
+    return csv_text(keys, ([record.get(key) for key in keys] for record in records))
 
 
 def solution_table(solution: "Solution") -> str:
@@ -161,42 +183,58 @@ def solution_table(solution: "Solution") -> str:
         f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    table = aligned_table(*zip(*mode_columns(solution), strict=True))
-    return "\n".join([*heading, "", *table, "", footer])
+    return "\n".join([*heading, "", *aligned_table(mode_columns(solution)), "", footer])
 
 
-def described_numbers(beam: "Beam", without: str = "") -> str:
-    """The numbers of a beam by name, but one."""
-    numbers = beam.numbers.items()
-    return ", ".join(f"{name} {value:.7g}" for name, value in numbers if name != without)
+def solution_html(solution: "Solution") -> str:
+    """The table of the modes that a terminal shows."""
+    caption = repr(solution).strip("<").partition(", frequencies")[0]  # which are in the table
+    return html_table(caption, mode_columns(solution))
 
 
-def described_units(units: "Units") -> str:
-    """The line of the units of a beam in SI."""
-    return f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s"
-
-
-def mode_columns(solution: "Solution") -> list[list[str]]:
-    """The table of modes by columns, each with its heading first."""
+def mode_columns(solution: "Solution") -> dict[str, Iterable[Any]]:
+    """The table of modes, to be read."""
     frequencies, errors, units = solution.frequencies, solution.errors, solution.beam.units
-    columns = [
-        ["mode", *(str(k + 1) for k in range(len(frequencies)))],
-        ["label", *solution.labels],
-        ["family", *solution.families],
-        ["frequency [1/T*]", *significant_column(frequencies, errors)],
-        ["error", *(f"{error:.0e}" if math.isfinite(error) else "-" for error in errors)],
-    ]
+    columns: dict[str, Iterable[Any]] = {
+        "mode": range(1, len(frequencies) + 1),
+        "label": solution.labels,
+        "family": solution.families,
+        "frequency [1/T*]": significant_column(frequencies, errors),
+        "error": [f"{error:.0e}" if math.isfinite(error) else "-" for error in errors],
+    }
     if units:
         for name, convert in (("[Hz]", units.hertz), ("[rad/s]", units.angular_frequency)):
-            columns.append([name, *significant_column(convert(frequencies), convert(errors))])
+            columns[name] = significant_column(convert(frequencies), convert(errors))
     if (rates := solution.growth_rates).any():
         texts = significant_column(rates, errors)
-        cells = (text if rate else "-" for text, rate in zip(texts, rates, strict=True))
-        columns.append(["growth rate [1/T*]", *cells])
-    columns.append(["bending", *(f"{100 * s:.0f} %" for s in solution.bending_energy_fraction)])
-    nodes = (" ".join(f"{x:.5f}" for x in positions) or "-" for positions in solution.nodes)
-    columns.append(["nodes x/L", *nodes])
+        cells = [text if rate else "-" for text, rate in zip(texts, rates, strict=True)]
+        columns["growth rate [1/T*]"] = cells
+    columns["bending"] = [f"{100 * share:.0f} %" for share in solution.bending_energy_fraction]
+    columns["nodes x/L"] = [" ".join(f"{x:.5f}" for x in at) or "-" for at in solution.nodes]
     return columns
+
+
+def solution_dataset(solution: "Solution") -> "xarray.Dataset":
+    """See Solution.to_xarray."""
+    values, line = mode_values(solution), along_beam(solution, np.linspace(0.0, 1.0, STATIONS))
+    return optional("xarray", "xarray").Dataset(
+        {
+            **{key: ("mode", np.array(values[key]), UNITS.get(key)) for key in BRANCH_KEYS[1:]},
+            "shape": (("mode", "x", "component"), line["shape"], {"long_name": "unit modal mass"}),
+            "position": (("x", "component"), line["position"], {"units": "L"}),
+            "stretch": ("x", line["stretch"]),
+        },
+        {
+            "mode": values["index"],
+            "label": ("mode", np.array(values["label"])),
+            "x": ("x", line["x"], {"units": "L"}),
+            "component": ["along", "across"],
+        },
+        {
+            **dataset_attributes(solution.beam, solution.problem, solution.beam.units),
+            "status": solution.equilibrium.status,
+        },
+    )
 
 
 SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solution_csv}
@@ -263,21 +301,21 @@ def frequency_lines(loci: "Loci") -> list[str]:
     count = len(loci.values)
     step = math.ceil((count - 1) / (MAX_LOCI_ROWS - 1))
     rows = [*range(0, count - 1, step), count - 1]
-    columns = [[loci.over, *(f"{loci.values[i]:.7g}" for i in rows)]]
-    columns += [branch_column(branch, rows) for branch in loci.branches]
+    columns = {f"{one.label}  ": branch_cells(one, rows) for one in loci.branches}
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
-    lines = [f"Frequencies [1/T*]{thinned}", *aligned_table(*zip(*columns, strict=True))]
-    if any(cell[-1] in "bsm" for column in columns[1:] for cell in column[1:]):
+    table = aligned_table({loci.over: [f"{loci.values[i]:.7g}" for i in rows], **columns})
+    lines = [f"Frequencies [1/T*]{thinned}", *table]
+    if any(cell[-1] in "bsm" for cells in columns.values() for cell in cells):
         lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
     return lines
 
 
-def branch_column(branch: "Branch", rows: list[int]) -> list[str]:
-    """The label of a branch, then its frequencies with their significant decimals; a letter marks
-    a family other than the label's."""
+def branch_cells(branch: "Branch", rows: list[int]) -> list[str]:
+    """The frequencies of a branch with their significant decimals; a letter marks a family other
+    than the label's."""
     errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
     decimals = min([MAX_LOCI_DECIMALS, *map(significant_decimals, errors)])
-    cells = [branch.label + "  "]
+    cells = []
     for i in rows:
         value, family = branch.frequency[i], branch.family[i]
         if family is None:
@@ -293,60 +331,53 @@ def event_lines(loci: "Loci") -> list[str]:
     note = [loci.warning] if loci.warning else []
     if not loci.events:
         return note or ["No crossing or veering in this range."]
-    heading = ("event", "branches", f"at {loci.over}", "frequency", "gap", "veering index")
-    rows = [
-        (e.kind, " ".join(e.branches), f"{e.at:.6f}", f"{e.frequency:.5f}")
-        + (f"{e.gap:.3g}", f"{e.index:.3f}")
-        for e in loci.events
-    ]
-    return aligned_table(heading, *rows) + note
+    return aligned_table(event_columns(loci.over, loci.events)) + note
+
+
+def event_columns(over: str, events: Sequence["Event"]) -> Columns:
+    """The table of events, to be read."""
+    return {
+        "event": [event.kind for event in events],
+        "branches": [" ".join(event.branches) for event in events],
+        f"at {over}": [f"{event.at:.6f}" for event in events],
+        "frequency [1/T*]": [f"{event.frequency:.5f}" for event in events],
+        "gap [1/T*]": [f"{event.gap:.3g}" for event in events],
+        "veering index": [f"{event.index:.3f}" for event in events],
+    }
+
+
+def loci_html(loci: "Loci") -> str:
+    """A small table of crossings and veerings."""
+    return html_table(repr(loci), event_columns(loci.over, loci.events[:MAX_HTML_ROWS]))
 
 
 def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str]:
     """The table of resonances; with rpm for a beam in SI."""
     if not resonances:
         return []
-    table = [["per rev", "branch", "at gamma", "frequency"]]
-    table += [[f"{r.per_rev}", r.branch, f"{r.at:.6f}", f"{r.frequency:.5f}"] for r in resonances]
+    columns: dict[str, Iterable[Any]] = {
+        "per rev": [one.per_rev for one in resonances],
+        "branch": [one.branch for one in resonances],
+        "at gamma": [f"{one.at:.6f}" for one in resonances],
+        "frequency": [f"{one.frequency:.5f}" for one in resonances],
+    }
     if units := loci.units:
-        rpm = ["rpm", *(f"{units.rpm(one.at):.6g}" for one in resonances)]
-        table = [[*row, cell] for row, cell in zip(table, rpm, strict=True)]
-    return ["Resonances, frequency = per rev x speed", *aligned_table(*table)]
+        columns["rpm"] = [f"{units.rpm(one.at):.6g}" for one in resonances]
+    return ["Resonances, frequency = per rev x speed", *aligned_table(columns)]
 
 
-LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}
-
-
-# Lessons.
-
-
-def lessons_table(lessons: Sequence["Lesson"]) -> str:
-    """Name, title and question of each lesson."""
-    width = 2 + max(len(lesson.name) for lesson in lessons)
-    wrap = textwrap.TextWrapper(LESSON_WIDTH, " " * width, " " * width)
-    return "\n".join(
-        line
-        for lesson in lessons
-        for line in (f"{lesson.name:<{width}}{lesson.title}", *wrap.wrap(lesson.question))
+def loci_dataset(loci: "Loci") -> "xarray.Dataset":
+    """See Loci.to_xarray."""
+    rows = {key: [getattr(branch, key) for branch in loci.branches] for key in BRANCH_KEYS}
+    rows["family"] = [[name or "" for name in family] for family in rows["family"]]
+    labels, dims = rows.pop("label"), (loci.over, "branch")
+    attributes = dataset_attributes(loci.beam, loci.problem, loci.units)
+    attributes.pop(loci.over, None)
+    return optional("xarray", "xarray").Dataset(
+        {key: (dims, np.transpose(row), UNITS.get(key)) for key, row in rows.items()},
+        {loci.over: loci.values, "branch": labels},
+        attributes,
     )
 
 
-def lessons_json(lessons: Sequence["Lesson"]) -> str:
-    """Every lesson with its texts, computed numbers and scene; texts without marks of emphasis."""
-    records = [
-        {
-            **{key: getattr(lesson, key) for key in ("name", "title", "question")},
-            **{key: getattr(lesson, key).replace("*", "") for key in ("do", "see", "meaning")},
-            "proof": {"words": lesson.proof, "numbers": lesson.numbers},
-            "challenge": {
-                **{key: getattr(lesson, key) for key in ("task", "number", "within")},
-                "answers": [lesson.answer],
-            },
-            "scene": lesson.scene.tables,
-        }
-        for lesson in lessons
-    ]
-    return json_text({"lessons": records})
-
-
-LESSONS_FORMATS = {"table": lessons_table, "json": lessons_json}
+LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}

@@ -15,8 +15,8 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
+from beamviz.files import markdown_table
 from beamviz.frequency_loci import loci
-from beamviz.output import markdown_table
 from beamviz.paper import PRINTED, PrintedNumber, compute, quantity
 from beamviz.paper.figures import NODES, decimals
 from beamviz.paper.tables import frequencies_by_label

@@ -20,7 +20,6 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("plotting",),
     ("lessons",),
     ("output",),
-    ("results",),
     ("paper", "failure_maps"),
     ("benchmark",),
     ("server",),

@@ -21,8 +21,7 @@ from beamviz.beam import PARAMETERS
 from beamviz.benchmark import work_precision
 from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import METHODS, REFERENCE, SCENES, Row, Solver, time_to_error
-from beamviz.files import make_folder, write_files
-from beamviz.output import json_text
+from beamviz.files import json_text, make_folder, write_files
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer
 

@@ -26,7 +26,7 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
-from beamviz.files import check_suffix
+from beamviz.files import check_suffix, json_text
 
 if TYPE_CHECKING:
     from beamviz.sweeps import Progress
@@ -337,10 +337,10 @@ def lessons(
     format: Annotated[Literal["table", "json"], option("Output format.")] = "table",
 ) -> None:
     """Lists the lessons of the explorer."""
-    from beamviz.lessons import LESSONS
-    from beamviz.output import LESSONS_FORMATS
+    from beamviz.lessons import LESSONS, lessons_table
 
-    print(LESSONS_FORMATS[format](LESSONS))
+    as_json = format == "json"
+    print(json_text({"lessons": [one.record for one in LESSONS]}) if as_json else lessons_table())
 
 
 @app.command()

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from beamviz.beam import check_float, check_int
+from beamviz.beam import Beam, check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, Moment, SolvedScene
-from beamviz.files import check_suffix, replaced
+from beamviz.files import check_suffix, csv_text, plain, replaced
+from beamviz.output import STATIONS, along_beam, mode_values
 from beamviz.scene import Scene
 from beamviz.solver import Solution
 
@@ -30,7 +31,6 @@ FRAME_RATES = (5.0, 50.0)  # [1/s]; the limit of GIF
 MAX_FRAMES = 1000
 SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
-STATIONS = 201  # equally spaced along the beam; the position of the mass is added to them
 MODE_ARRAYS = ("labels", "families", "frequencies", "errors", "growth_rates")
 MODE_COLUMNS = ("label", "family", "frequency", "error", "growth_rate", "bending_fraction")
 
@@ -61,13 +61,11 @@ def export(path: str | Path, scene: Scene) -> None:
 def write_csv(file: Path, solution: Solution) -> None:
     """Equilibrium and modes along the beam, one line for each mode and station; a number that is
     not finite is left empty."""
-    from beamviz.output import MODE_KEYS, csv_text, plain
-
-    arrays = field_arrays(solution)
-    (x, y), (u, w) = arrays["position"].T, np.moveaxis(arrays["shapes"], 2, 0)
-    columns = {"mode": np.arange(1, len(u) + 1)[:, None]}
-    columns |= {key: np.array(getattr(solution, MODE_KEYS[key]))[:, None] for key in MODE_COLUMNS}
-    columns |= {"x": arrays["x"], "position_x": x, "position_y": y, "stretch": arrays["stretch"]}
+    modes, line = mode_values(solution), along_beam(solution, stations(solution.beam))
+    (x, y), (u, w) = line["position"].T, np.moveaxis(line["shape"], 2, 0)
+    columns = {"mode": modes["index"][:, None]}
+    columns |= {key: np.array(modes[key])[:, None] for key in MODE_COLUMNS}
+    columns |= {"x": line["x"], "position_x": x, "position_y": y, "stretch": line["stretch"]}
     columns |= {"shape_x": u.real, "shape_y": w.real}
     if np.iscomplexobj(u):  # with Coriolis forces
         columns |= {"shape_x_imag": u.imag, "shape_y_imag": w.imag}
@@ -78,21 +76,25 @@ def write_csv(file: Path, solution: Solution) -> None:
 def field_arrays(solution: Solution) -> dict[str, Any]:
     """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
     (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
-    beam, state = solution.beam, solution.equilibrium
-    x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [beam.beta])
+    beam = solution.beam
+    line = along_beam(solution, stations(beam))
+    shapes = line.pop("shape")
     return {
         "beam": np.array(list(beam.numbers.values())),
         "beam_names": np.array(list(beam.numbers)),
         "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
         "model": np.array(json.dumps(solution.problem.model)),
-        "status": np.array(state.status),
+        "status": np.array(solution.equilibrium.status),
         **{key: np.array(getattr(solution, key)) for key in MODE_ARRAYS},
         "bending_fractions": solution.bending_energy_fraction,
-        "x": x,
-        "position": state.position(x),
-        "stretch": state.stretch(x),
-        "shapes": np.moveaxis(solution.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
+        **line,
+        "shapes": shapes,
     }
+
+
+def stations(beam: Beam) -> np.ndarray:
+    """Equally spaced stations along the beam, and the position of the mass."""
+    return np.union1d(np.linspace(0.0, 1.0, STATIONS), [beam.beta])
 
 
 def screenshot(

@@ -25,8 +25,7 @@ from matplotlib.patches import Patch
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps import compute
 from beamviz.failure_maps.compute import CORRECT, METHODS, Map, Plane
-from beamviz.files import Files, make_folder, write_files
-from beamviz.output import json_text, markdown_table
+from beamviz.files import Files, json_text, make_folder, markdown_table, write_files
 from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
 from beamviz.sweeps.quantities import connected
 

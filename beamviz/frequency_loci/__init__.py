@@ -57,22 +57,22 @@ class Loci:
 
         Raises Unavailable where xarray is not installed.
         """
-        return import_module("beamviz.results").loci_dataset(self)
+        return import_module("beamviz.output").loci_dataset(self)
 
     def events_dataframe(self) -> Any:
         """The events as rows of a pandas.DataFrame."""
-        return import_module("beamviz.results").records_dataframe(Event, self.events)
+        return import_module("beamviz.output").records_dataframe(Event, self.events)
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
-        return import_module("beamviz.results").records_dataframe(Limit, self.limits)
+        return import_module("beamviz.output").records_dataframe(Limit, self.limits)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the chart onto matplotlib axes (the current ones by default), and return these."""
-        return import_module("beamviz.results").plot_loci(self, ax)
+        return import_module("beamviz.plotting.loci").plot_loci(self, ax)
 
     def _repr_html_(self) -> str:
-        return import_module("beamviz.results").loci_html(self)
+        return import_module("beamviz.output").loci_html(self)
 
     def labels_at(self, value: float) -> tuple[str, ...]:
         """The labels of the branches of the lowest modes at a value, by ascending frequency; empty

@@ -1,5 +1,7 @@
 """The lessons, in the order in which they build on each other: LESSONS, lesson(name)."""
 
+import textwrap
+
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.lessons import reference_values as values
@@ -307,6 +309,7 @@ LESSONS = (
 )
 
 NAMES = tuple(lesson.name for lesson in LESSONS)
+LINE_WIDTH = 88  # of the table
 
 
 def lesson(name: str) -> Lesson:
@@ -315,3 +318,14 @@ def lesson(name: str) -> Lesson:
         if one.name == name:
             return one
     raise InvalidInput(f"lesson = {name}: must be one of {', '.join(NAMES)}")
+
+
+def lessons_table() -> str:
+    """Name, title and question of each lesson, to be read in a terminal."""
+    width = 2 + max(map(len, NAMES))
+    wrap = textwrap.TextWrapper(LINE_WIDTH, " " * width, " " * width)
+    return "\n".join(
+        line
+        for one in LESSONS
+        for line in (f"{one.name:<{width}}{one.title}", *wrap.wrap(one.question))
+    )

@@ -65,6 +65,20 @@ class Lesson:
         """The value that meets the challenge, computed once."""
         return self.compute_answer() if self.compute_answer else self.numbers[0]
 
+    @property
+    def record(self) -> dict[str, Any]:
+        """The texts, without marks of emphasis, the numbers and the scene, for JSON."""
+        return {
+            **{key: getattr(self, key) for key in ("name", "title", "question")},
+            **{key: getattr(self, key).replace("*", "") for key in ("do", "see", "meaning")},
+            "proof": {"words": self.proof, "numbers": self.numbers},
+            "challenge": {
+                **{key: getattr(self, key) for key in ("task", "number", "within")},
+                "answers": [self.answer],
+            },
+            "scene": self.scene.tables,
+        }
+
     def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
         """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge."""
         if obstacle := self._obstacle(beam, options):

@@ -10,9 +10,8 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import InvalidInput
-from beamviz.files import Files, make_folder, write_files
+from beamviz.files import Files, csv_text, make_folder, markdown_table, write_files
 from beamviz.frequency_loci import loci
-from beamviz.output import csv_text, markdown_table
 from beamviz.paper import tables
 from beamviz.paper.figures import (
     FIGURES,

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure as Picture
 from matplotlib.lines import Line2D
 
 from beamviz.beam import PARAMETERS, Beam
+from beamviz.files import csv_text
 from beamviz.frequency_loci import Event, Loci, loci
-from beamviz.output import csv_text
 from beamviz.paper.tables import TOLERANCE
 from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
-from beamviz.output import csv_text, markdown_table
+from beamviz.files import csv_text, markdown_table
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve
 

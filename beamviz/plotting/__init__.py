@@ -1,19 +1,24 @@
-"""Charts: the style they share, and figures as the contents of files."""
+"""Charts: the style they share, figures as the contents of files, and mode shapes."""
 
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from beamviz.beam import NUMBERS, Units
 from beamviz.files import check_suffix, replaced
+from beamviz.solver import Solution
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito, safe for the colour-blind
 INK, FAINT = "#222222", "#8A8A8A"
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
+STATIONS = 201  # of a mode shape
 STYLE: Any = {
     "font.family": "DejaVu Sans",  # shipped with matplotlib: the same picture on every machine
     "font.size": 9,
@@ -36,6 +41,13 @@ def new_figure(width: float, height: float, **options: Any) -> "Figure":
     figure = Figure(figsize=(width, height), dpi=DPI, **options)
     FigureCanvasAgg(figure)
     return figure
+
+
+def current_axes() -> "Axes":
+    """The axes that a drawing is made on where none are given."""
+    from matplotlib import pyplot
+
+    return pyplot.gca()
 
 
 def on_axis(values: Any, name: str, units: Units | None) -> tuple[Any, str]:
@@ -66,3 +78,26 @@ def save_figure(path: Path, figure: "Figure") -> None:
 def picture_files(figure: "Figure", name: str) -> dict[str, bytes]:
     """The contents of a PNG and an SVG file of a figure, by file name."""
     return {f"{name}.{ending}": figure_bytes(figure, ending) for ending in ("png", "svg")}
+
+
+def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":
+    """See Solution.plot."""
+    axes = axes or current_axes()
+    x = np.linspace(0.0, 1.0, STATIONS)
+    shapes = solution.displacement(x)
+    for k, share in enumerate(solution.bending_energy_fraction):
+        shape = shapes[:, int(share >= 0.5), k].real
+        family = "bending" if share >= 0.5 else "stretching"
+        own = [label for label in solution.labels[:k] if label[0] == solution.labels[k][0]]
+        axes.plot(
+            x,
+            shape / abs(shape).max(),
+            color=COLOURS[family],
+            alpha=max(1 - 0.2 * len(own), 0.3),
+            ls="-" if family == "bending" else "--",
+            label=f"{solution.labels[k]}  ω = {solution.frequencies[k]:.5g}",
+        )
+    axes.axhline(0, color="0.7", lw=0.8, zorder=0)
+    axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")
+    axes.legend(frameon=False, fontsize=8, loc="upper left")
+    return axes

@@ -17,7 +17,7 @@ from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import Limit
-from beamviz.plotting import COLOURS, FAINT, INK, STYLE, new_figure, on_axis
+from beamviz.plotting import COLOURS, FAINT, INK, STYLE, current_axes, new_figure, on_axis
 from beamviz.plotting.labels import EndLabel, LabelPlacer, draw_legend, label_line_ends
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
@@ -66,6 +66,13 @@ def draw_chart(
             axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0, gid="marker")
         _head(figure, loci, resonances, per_rev)
     return figure
+
+
+def plot_loci(loci: Loci, axes: Axes | None = None) -> Axes:
+    """See Loci.plot."""
+    axes = axes or current_axes()
+    Chart(loci, axes).annotate()
+    return axes
 
 
 class Chart:

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
-from beamviz.plotting import INK, STYLE, new_figure, on_axis, save_figure
+from beamviz.plotting import INK, STYLE, current_axes, new_figure, on_axis, save_figure
 from beamviz.solver import DEFAULTS, Problem
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
@@ -81,10 +81,7 @@ def draw_map(
     if not np.isfinite(values).any():
         met = ", ".join(STATUSES[code] for code in np.unique(status))
         raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
-    if ax is None:
-        from matplotlib import pyplot
-
-        ax = pyplot.gca()
+    ax = ax or current_axes()
     length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
     units = Units(length, time) if length and time else None
     (x, xlabel), (y, ylabel) = (on_axis(axes[name], name, units) for name in over)

@@ -107,18 +107,14 @@ class Solution:
 
         Raises Unavailable where xarray is not installed.
         """
-        return self._result("solution_dataset")
+        return import_module("beamviz.output").solution_dataset(self)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the shapes onto matplotlib axes (the current ones by default), and return these."""
-        return self._result("plot_solution", ax)
+        return import_module("beamviz.plotting").plot_solution(self, ax)
 
     def _repr_html_(self) -> str:
-        return self._result("solution_html")
-
-    def _result(self, function: str, *given: Any) -> Any:
-        """A function of beamviz.results, a layer above the solver, of this solution."""
-        return getattr(import_module("beamviz.results"), function)(self, *given)
+        return import_module("beamviz.output").solution_html(self)
 
     @cached_property
     def frequencies(self) -> np.ndarray:
