@@ -21,7 +21,6 @@ from websockets.sync.connection import Connection
 
 ROOT = Path(__file__).resolve().parents[2]
 PROTOCOL = f"viser-v{viser.__version__}"
-FOREIGN_ORIGIN = "http://evil.example"
 CAMERA_MESSAGE = {
     "type": "ViewerCameraMessage",
     "wxyz": (1.0, 0.0, 0.0, 0.0),
