@@ -45,24 +45,9 @@ def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(guest, monke
     assert "unexpected" not in guest.text
 
 
-def test_choosing_a_crossing_moves_the_beam_there(guest):
-    """The number is set, the beam solved again, and the tab Veering shows the event, which remains
-    chosen when another mass moves it."""
-    chart_shown(guest, TIP)
-    guest.do("go_to_event", EVENT)
-    at = chart_of(TIP).events[EVENT].at
-    guest.says(frequency_text(TIP.replace(gamma=at)))
-    guest.do("tab", "veering")
-    guest.says("at γ 4.650 (gap 0.241)")
-    guest.choose("alpha", 1.1)
-    chart_shown(guest, TIP.replace(alpha=1.1))
-    assert guest.charts["loci-chart"]["chosen"] == EVENT
-    guest.choose("over", "alpha")
-    guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
-
-
 def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
-    """Nothing is computed for it while the tab is not open."""
+    """Nothing is computed for it while the tab is not open. Choosing an event moves the beam there;
+    it remains chosen when another mass moves it."""
     chart_shown(guest, TIP)
     pause(guest)
     assert "veering-chart" not in guest.charts
@@ -70,6 +55,14 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
     guest.says("they cross at γ 4.464")
     guest.choose("gamma", 15.0)
     guest.says("they cross at γ 16.3")
+    guest.do("go_to_event", EVENT)
+    guest.shows(TIP.replace(gamma=chart_of(TIP).events[EVENT].at))
+    guest.says("at γ 4.650 (gap 0.241)")
+    guest.choose("alpha", 1.1)
+    chart_shown(guest, TIP.replace(alpha=1.1))
+    assert guest.charts["loci-chart"]["chosen"] == EVENT
+    guest.choose("over", "alpha")
+    guest.wait(lambda _: guest.charts["loci-chart"]["x"]["label"] == "mass α")
 
 
 def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
@@ -101,7 +94,7 @@ RANGE = "[...document.querySelectorAll('#loci-chart .tick:not(.y)')].map(e => +e
 def desk(shown) -> Page:
     """A page 1440 pixels wide with its chart drawn."""
     shown.wait(f"{MARKS}.length === 2")
-    shown.at_rest(PLOT)
+    shown.box(PLOT, frames=40)
     return shown
 
 
@@ -123,7 +116,8 @@ def field(shown: Page) -> float:
 
 @pytest.mark.slow
 def test_the_line_of_the_beam_is_dragged(desk):
-    """It moves with the pointer, and the speed with it; the axis changes only after the drag."""
+    """It moves with the pointer, and the speed with it; the axis changes only after the drag. No
+    value of a drag, which waits for its turn, comes after one that is sent later."""
     set_speed(desk, 3.0)
     left, top, width, height = desk.box(PLOT)
     y = top + 0.3 * height
@@ -137,43 +131,43 @@ def test_the_line_of_the_beam_is_dragged(desk):
     assert desk.evaluate(f"Math.max(...{RANGE})") <= 20
     desk.mouse("mouseReleased", left + width - 45, y)
     desk.wait(f"Math.max(...{RANGE}) > 30")
-    set_speed(desk, 3.0)
+    desk.evaluate(
+        "[5, 6].forEach((speed) => beamviz.sendOften('gamma', speed)); beamviz.send('gamma', 3);"
+        "new Promise((done) => setTimeout(done, 500))"
+    )
+    wait_until(lambda: field(desk) == 3.0)
     desk.wait(f"Math.max(...{RANGE}) <= 20")
 
 
 @pytest.mark.slow
-def test_the_line_of_the_beam_has_a_name_and_moves_by_keys(desk):
-    """Arrows move it, with Page Up further, Home to the start of the axis."""
+def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
+    """Arrows move the line, Page Up further, Home to the start of the axis. The marks are buttons
+    in the order of Tab; one that is pressed or clicked moves the beam there."""
+
+    def focused(name: str) -> str:
+        return desk.evaluate(f"document.activeElement.getAttribute('{name}')")
+
     set_speed(desk, 3.0)
-    name = desk.evaluate(f"{LINE}.getAttribute('aria-label')")
-    assert name == "speed γ: line of this beam in the Campbell diagram"
     desk.evaluate(f"{LINE}.focus()")
+    assert focused("aria-label") == "speed γ: line of this beam in the Campbell diagram"
     desk.key("ArrowRight")
     wait_until(lambda: 3.0 < field(desk) == value(desk) < 3.2)
     step = field(desk) - 3.0
     desk.key("PageUp")
     wait_until(lambda: field(desk) == value(desk) == pytest.approx(3.0 + 11 * step))
-    assert desk.evaluate(f"{LINE}.getAttribute('aria-valuetext')").startswith("γ = ")
+    assert focused("aria-valuetext").startswith("γ = ")
     desk.key("Home")
     wait_until(lambda: field(desk) == 0)
-
-
-@pytest.mark.slow
-def test_a_crossing_is_clicked_or_reached_by_keys(desk):
-    """A click moves the beam there; the marks are buttons in the order of Tab, with names."""
-    at = chart_of(TIP).events[EVENT].at
-    set_speed(desk, 3.0)
-    desk.click(f"{MARKS}[0]")
-    wait_until(lambda: field(desk) == pytest.approx(at, rel=1e-6))
-    desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
-    set_speed(desk, 3.0)
-    desk.evaluate(f"{LINE}.focus()")
     desk.key("Tab")
-    name = desk.evaluate("document.activeElement.getAttribute('aria-label')")
-    assert name == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
+    assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
     assert not desk.evaluate(f"{READOUT}.hidden")
     desk.key("Enter")
-    wait_until(lambda: field(desk) == pytest.approx(at, rel=1e-6))
+    there = pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6)
+    wait_until(lambda: field(desk) == there)
+    set_speed(desk, 3.0)
+    desk.click(f"{MARKS}[0]")
+    wait_until(lambda: field(desk) == there)
+    desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
 
 
 @pytest.mark.slow
@@ -193,16 +187,6 @@ def test_values_are_read_at_the_pointer(desk):
     assert gap == pytest.approx(float(found["B3"]) - float(found["S1"]), abs=0.02)
     desk.mouse("mouseMoved", left + 0.6 * width, top - 60)
     desk.wait(f"{READOUT}.hidden")
-
-
-@pytest.mark.slow
-def test_the_last_value_sent_counts(desk):
-    """No earlier value of a drag, which waits for its turn, comes after it."""
-    desk.evaluate(
-        "[5, 6].forEach((speed) => beamviz.sendOften('gamma', speed)); beamviz.send('gamma', 3);"
-        "new Promise((done) => setTimeout(done, 500))"
-    )
-    wait_until(lambda: field(desk) == 3.0)
 
 
 @pytest.mark.slow
@@ -239,14 +223,14 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(desk):
         places = [{"x": x, "y": y} for x, y in points]
         desk.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
 
-    left, top, width, height = desk.at_rest(PLOT)
+    left, top, width, height = desk.box(PLOT, frames=40)
     y = top + 0.25 * height
     touch("touchStart", (left + 0.4 * width, y))
     for step in range(1, 9):
         touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
     touch("touchEnd")
     wait_until(lambda: 8 < field(desk) == pytest.approx(value(desk)))
-    left, top, width, height = desk.at_rest(f"{MARKS}[0]")
+    left, top, width, height = desk.box(f"{MARKS}[0]", frames=40)
     touch("touchStart", (left + width / 2, top + height / 2))
     touch("touchEnd")
     wait_until(lambda: field(desk) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))

@@ -155,7 +155,7 @@ def fields(shown: Page) -> list[float]:
 @pytest.mark.slow
 def test_the_map_works_by_mouse_and_keys(desk):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names."""
-    left, top, width, height = desk.at_rest(PLOT)
+    left, top, width, height = desk.box(PLOT, frames=40)
     x, y = left + 62 + 0.5 * (width - 62 - 39), top + 20 + 0.75 * (height - 62)
     desk.click_at(x, y)
     wait_until(lambda: fields(desk) == [pytest.approx(10, abs=0.1), pytest.approx(0.5, abs=0.05)])

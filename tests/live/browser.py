@@ -131,24 +131,18 @@ class Page:
         self.wait(f"innerWidth === {width}")
         self.next_frame()
 
-    def box(self, script: str) -> list[float]:
-        """Left, top, width and height of an element, scrolled into view, once it is at rest."""
+    def box(self, script: str, frames: int = 8) -> list[float]:
+        """Left, top, width and height of an element, scrolled into view, once they have been the
+        same for some frames."""
         return self.wait(
             f"(async () => {{ const e = {script}, boxes = []; if (!e) return null;"
             " e.scrollIntoView({block: 'center'});"
-            " for (let k = 0; k < 8; k++) {"
+            f" for (let k = 0; k < {frames}; k++) {{"
             "   await new Promise(requestAnimationFrame);"
             "   const r = e.getBoundingClientRect();"
             "   boxes.push([r.left, r.top, r.width, r.height]); }"
             " return boxes.every(box => `${box}` === `${boxes[0]}`) && boxes[0]; })()"
         )
-
-    def at_rest(self, script: str) -> list[float]:
-        """The box of an element that has been the same 20 times."""
-        boxes = [self.box(script)]
-        while boxes[-20:] != boxes[-1:] * 20:
-            boxes.append(self.box(script))
-        return boxes[-1]
 
     def middle(self, script: str) -> tuple[float, float]:
         """The middle of an element."""
