@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from _environment import ROOT, run_quietly, say
+from _environment import ROOT, run, run_quietly, say
 
 sys.path.insert(0, str(ROOT / "tests"))
 from live.chromium import find_browser  # type: ignore[import-not-found]
@@ -59,26 +59,11 @@ def from_playwright(python: Path) -> str | None:
     playwright = [str(python), "-m", "playwright", "install", "chromium"]
     if not (succeeded(pip) and succeeded(playwright)):
         return None
-    return working(output_of([str(python), "-c", PLAYWRIGHT_PATH]))
-
-
-def output_of(command: list[str]) -> str:
-    """What a command prints on stdout."""
-    done = subprocess.run(
-        command,
-        cwd=ROOT,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        text=True,
-        check=False,
-    )
-    return done.stdout.strip()
+    found = run([str(python), "-c", PLAYWRIGHT_PATH], subprocess.PIPE, cwd=ROOT)
+    return working(found.stdout.strip())
 
 
 def succeeded(command: list[str]) -> bool:
     """Run a command with its output on stderr; whether it ended well."""
     environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    done = subprocess.run(
-        command, stdin=subprocess.DEVNULL, stdout=sys.stderr, env=environment, check=False
-    )
-    return done.returncode == 0
+    return run(command, env=environment).returncode == 0

@@ -19,6 +19,7 @@ import subprocess
 import time
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
@@ -30,6 +31,16 @@ On Debian or Ubuntu: apt-get install python3-venv. Elsewhere: use a Python from 
 def say(text: str) -> None:
     """Progress, on stderr at once."""
     print(f"beamviz: {text}", file=sys.stderr, flush=True)
+
+
+def run(
+    command: Sequence[str | Path], stdout: Any = None, **options: Any
+) -> subprocess.CompletedProcess[str]:
+    """A command run to its end, without input; its output goes to stderr, or to `stdout`."""
+    stdout = stdout or sys.stderr
+    return subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=stdout, text=True, check=False, **options
+    )
 
 
 def python_of(venv: Path) -> Path:
@@ -71,14 +82,8 @@ def create(venv: Path) -> None:
     if has_pip(venv):
         return
     say(f"making a virtual environment in {venv}")
-    made = subprocess.run(
-        [sys.executable, "-m", "venv", "--clear", str(venv)],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, "-m", "venv", "--clear", str(venv)]
+    made = run(command, subprocess.PIPE, stderr=subprocess.STDOUT)
     if made.returncode != 0 or not has_pip(venv):
         shutil.rmtree(venv, ignore_errors=True)
         missing = "ensurepip" in made.stdout or "No module named venv" in made.stdout
@@ -94,17 +99,10 @@ def has_pip(venv: Path) -> bool:
 def run_quietly(command: Sequence[str | Path], timeout: float = 60) -> bool:
     """Whether a command ends well, its output dropped."""
     try:
-        done = subprocess.run(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            timeout=timeout,
-            check=False,
-        )
+        quiet = subprocess.DEVNULL
+        return run(command, quiet, stderr=quiet, timeout=timeout).returncode == 0
     except (OSError, subprocess.TimeoutExpired):
         return False
-    return done.returncode == 0
 
 
 def install(venv: Path, root: Path, extra: str) -> None:
@@ -112,13 +110,7 @@ def install(venv: Path, root: Path, extra: str) -> None:
     say("installing beamviz and what it needs (once, about a minute)")
     began = time.monotonic()
     pip = [str(python_of(venv)), "-m", "pip", "install", "--disable-pip-version-check"]
-    done = subprocess.run(
-        [*pip, "--editable", f".[{extra}]" if extra else "."],
-        cwd=root,  # a path in front of [extra] must not hold brackets
-        stdin=subprocess.DEVNULL,
-        stdout=sys.stderr,
-        check=False,
-    )
-    if done.returncode != 0:
+    # In its folder: a path in front of [extra] must not hold brackets.
+    if run([*pip, "--editable", f".[{extra}]" if extra else "."], cwd=root).returncode != 0:
         sys.exit("beamviz: the installation failed (see above); run the same command to try again")
     say(f"installed in {time.monotonic() - began:.0f} s")

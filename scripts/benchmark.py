@@ -1,53 +1,84 @@
-"""How fast a solve is, as ratios measured in one run: python scripts/benchmark.py
+"""How fast this program is, as ratios measured in one run:
 
-1. A default solve (equilibrium, 5 modes, error estimates, relative 1e-6) against the time its
-   eigenproblems alone take, repeated while caches are warm: by scipy.linalg.eigh, and by LAPACK's
-   bare routines.
-2. The paper's elements: equilibrium and assembly per element, which should not grow with their
-   number.
-3. A sweep of 201 points with 6 modes against 201 separate solves.
-4. A bent solve, without a start and from a neighbour's state, against a straight one that has at
-   least as many unknowns.
+    python scripts/benchmark.py [SECTION ...]
 
-Times are the least of many repeats, in one thread.
+solves    a default solve (equilibrium, 5 modes, error estimates, relative 1e-6) against the time
+          its eigenproblems alone take, repeated while caches are warm: by scipy.linalg.eigh, and
+          by LAPACK's bare routines
+elements  the paper's elements: equilibrium and assembly per element, which should not grow with
+          their number
+sweeps    201 points with 6 modes against 201 separate solves
+bent      a bent solve, without a start and from a neighbour's state, against a straight one that
+          has at least as many unknowns
+loci      charts of 201 and 2001 points, 6 modes, with every crossing and veering located, beside
+          bare batched numpy.linalg.eigh of 201 matrices of 20 x 20
+peers     201 speeds against the closest peer, Exudyn (`pip install exudyn`, not needed for anything
+          else): the same planar cubic elements, with the engineering strain and the material
+          curvature; its error is against `auto` with these. Nothing but equilibrium and frequencies
+          is timed: error bars and the tracking of a chart come on top
+pictures  a picture and films as whole processes, from a cold start, and frames within one process:
+          elapsed time, on a machine that does nothing else
+
+Without a section, all but the last two. Times are of the processor, the least of several repeats,
+in one thread.
 """
 
-import os
-
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-
+import subprocess
+import sys
+import tempfile
+import timeit
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from io import BytesIO
+from pathlib import Path
 from typing import Any
 
+import _script
 import numpy as np
-from _arguments import Parser
 
-from beamviz.beam import Beam
+from beamviz import Beam, NotConverged, Scene, loci
+from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import lapack_ratios, least_time
+from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene
 from beamviz.solver import Solution, solve, solve_many
 from beamviz.solver.fem import straight_equilibrium
 from beamviz.solver.fem.elements import PlanarBeam
 from beamviz.solver.problem import Problem
 
 PAPER = Problem()
-
+MIDDLE = Beam(alpha=1, beta=0.5, gamma=10)
 SCENES = {
     "at rest": Beam(),
     "gamma 10": Beam(gamma=10),
     "gamma 10, mass at the tip": Beam(alpha=1, gamma=10),
-    "gamma 10, mass at 0.5": Beam(alpha=1, beta=0.5, gamma=10),
+    "gamma 10, mass at 0.5": MIDDLE,
     "gamma 50, delta 1": Beam(gamma=50, delta=1),
     "gamma 50, delta 1, mass at 0.3": Beam(alpha=1, beta=0.3, gamma=50, delta=1),
 }
-
 BENT_SCENES = {
     "delta -1, gamma 4": Beam(delta=-1, gamma=4),
     "delta -1, gamma 20, mass at 0.5": Beam(alpha=1, beta=0.5, delta=-1, gamma=20),
     "gamma 5, spin-up 10": Beam(gamma=5, spin_up=10),
 }
+CHARTS: tuple[tuple[Any, ...], ...] = (  # title, beam, parameter, its range, coriolis
+    ("gamma, mass at the tip", Beam(alpha=1), "gamma", (0, 20), False),
+    ("gamma, mass at 0.5", Beam(alpha=1, beta=0.5), "gamma", (0, 20), False),
+    ("alpha, gamma 10", Beam(gamma=10), "alpha", (0, 2), False),
+    ("delta, gamma 10", Beam(alpha=1, gamma=10), "delta", (0, 2), False),
+    ("mu, gamma 10", Beam(alpha=1, gamma=10), "mu", (10, 100), False),
+    ("beta, gamma 5", Beam(alpha=0.5, gamma=5), "beta", (0, 1), False),
+    ("gamma to 60, delta 1", Beam(alpha=1, delta=1), "gamma", (0, 60), False),
+    ("gamma, Coriolis", Beam(alpha=1), "gamma", (0, 20), True),
+    ("alpha, Coriolis", MIDDLE, "alpha", (0, 2), True),
+    ("delta, Coriolis", MIDDLE, "delta", (0, 2), True),
+    ("mu, Coriolis", MIDDLE, "mu", (10, 200), True),
+    ("beta, Coriolis", MIDDLE, "beta", (0, 1), True),
+)
+POINTS, MODES = 201, 6  # of sweeps and charts
 
 
-def default_solves() -> None:
+def solves() -> None:
     head = f"{'default solve':32}{'us':>8}{'unknowns':>10}"
     print(f"{head}{'/ eigh':>8}{'/ LAPACK':>10}")
     for name, beam in SCENES.items():
@@ -58,32 +89,30 @@ def default_solves() -> None:
         )
 
 
-def ancf_equilibrium(beam: Beam, elements: int) -> None:
-    straight_equilibrium(PlanarBeam(np.linspace(0, 1, elements + 1), beam, PAPER))
+def elements() -> None:
+    def equilibrium(count: int) -> None:
+        straight_equilibrium(PlanarBeam(np.linspace(0, 1, count + 1), MIDDLE, PAPER))
 
-
-def paper_elements() -> None:
-    beam = Beam(alpha=1, beta=0.5, gamma=10)
-    print(f"\n{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
+    print(f"{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
     first = 0.0
     for n in (20, 40, 80, 160, 320):
-        seconds = least_time(partial(ancf_equilibrium, beam, n), 20)
+        seconds = least_time(partial(equilibrium, n), 20)
         per_element = 1e6 * seconds / n
         first = first or per_element
         print(f"{n:4} elements{1e3 * seconds:28.2f}{per_element:14.1f}{per_element / first:8.2f}")
 
 
-def one_by_one(beams: list[Beam]) -> None:
+def one_by_one(solve_one: Callable[[Beam], object], beams: list[Beam]) -> None:
     for beam in beams:
-        solve(beam, modes=6)
+        solve_one(beam)
 
 
 def sweeps() -> None:
-    print(f"\n{'201 points, 6 modes':32}{'ms':>8}{'one by one':>14}{'ratio':>8}")
+    print(f"{'201 points, 6 modes':32}{'ms':>8}{'one by one':>14}{'ratio':>8}")
     for name, alpha, beta in (("no mass", 0, 1), ("mass at the tip", 1, 1), ("at 0.5", 1, 0.5)):
-        beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, 201)]
-        together = least_time(partial(solve_many, beams, modes=6), 10)
-        apart = least_time(partial(one_by_one, beams), 3)
+        beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, POINTS)]
+        together = least_time(partial(solve_many, beams, modes=MODES), 10)
+        apart = least_time(partial(one_by_one, partial(solve, modes=MODES), beams), 3)
         print(f"{name:32}{1e3 * together:8.1f}{1e3 * apart:14.1f}{apart / together:8.1f}")
 
 
@@ -98,8 +127,8 @@ def straight_with(unknowns: int, coriolis: bool) -> partial[Solution]:
     return one
 
 
-def bent_solves() -> None:
-    print(f"\n{'bent solve':40}{'unknowns':>10}{'ms':>8}{'/ straight':>12}{'neighbour':>12}")
+def bent() -> None:
+    print(f"{'bent solve':40}{'unknowns':>10}{'ms':>8}{'/ straight':>12}{'neighbour':>12}")
     for name, beam in BENT_SCENES.items():
         for coriolis in (False, True):
             options: dict[str, Any] = {"state": "bent", "coriolis": coriolis}
@@ -115,9 +144,106 @@ def bent_solves() -> None:
             )
 
 
+def chart(
+    beam: Beam, over: str, ends: tuple[float, float], coriolis: bool, count: int = POINTS
+) -> int:
+    """The chart with all its frequencies read; the number of its crossings and veerings."""
+    found = loci(beam, over, np.linspace(*ends, count), MODES, coriolis=coriolis)
+    assert sum(np.isfinite(branch.frequency).sum() for branch in found.branches) == count * MODES
+    return len(found.events)
+
+
+def charts() -> None:
+    A = np.random.default_rng(0).normal(size=(201, 20, 20))
+    bare = partial(np.linalg.eigh, A + A.mT)
+    print(f"{'':30}{'events':>9}{'ms':>8}{'eigh, ms':>10}{'ratio':>8}{'2001 / 201':>14}")
+    for name, *line in CHARTS:
+        one = partial(chart, *line)
+        works = one, partial(one, 2001), bare
+        # They take turns, so that the ratios survive a busy machine.
+        times = [[least_time(work, 1) for work in works] for _ in range(20)]
+        few, many, eigh = np.min(times, axis=0)
+        print(
+            f"{name:30}{one():9}{1e3 * few:8.1f}{1e3 * eigh:10.1f}{few / eigh:8.2f}"
+            f"{many / few:14.2f}"
+        )
+
+
+def peers() -> None:
+    exudyn = PEERS[0]
+    if exudyn.missing:
+        sys.exit(f"{exudyn.name} is {exudyn.missing}")
+    model: dict[str, Any] = {"strain": "biot", "curvature": "material"}
+    speeds = np.linspace(0, 15, POINTS)
+    beams = [Beam(alpha=1, gamma=gamma) for gamma in speeds]
+    exact = solve(beams[-1], MODES, tolerance=1e-9, **model).frequencies
+    own_error = abs(solve(beams[-1], MODES, **model).frequencies / exact - 1).max()
+    ours = least_time(partial(solve_many, beams, modes=MODES, **model), 10)
+    apart = partial(one_by_one, partial(solve, modes=MODES, **model), beams)
+    tracked = partial(loci, Beam(alpha=1), "gamma", speeds, MODES, **model)
+
+    def show(name: str, seconds: float, error: float) -> None:
+        print(f"{name:34}{1e3 * seconds:9.1f}{error:10.0e}{seconds / ours:9.1f}")
+
+    print(f"{'201 speeds, 6 modes':34}{'ms':>9}{'error':>10}{'/ auto':>9}")
+    show("auto", ours, own_error)
+    show("auto, 201 separate solves", least_time(apart, 2), own_error)
+    show("auto, tracked, events located", least_time(tracked, 10), own_error)
+    for count in (5, 10, 20):
+        name = f"Exudyn {exudyn.version()}, {count} elements"
+
+        def squares(beam: Beam, count: int = count) -> np.ndarray:
+            return exudyn.omega_squared(beam, count, MODES)
+
+        try:
+            error = abs(np.sqrt(squares(beams[-1])) / exact - 1).max()
+            show(name, least_time(partial(one_by_one, squares, beams), 1), error)
+        except NotConverged as failure:
+            print(f"{name:34}failed: {failure}")
+
+
+def elapsed(work: Callable[[], object]) -> float:
+    """The shortest time [s] of several."""
+    return min(timeit.repeat(work, number=1, repeat=3))
+
+
+def pictures() -> None:
+    numbers = ["--alpha", "1", "--beta", "0.5", "--gamma", "10"]
+    with tempfile.TemporaryDirectory() as folder:
+        for name in ("a.png", "a.gif", "a.webp", "a.mp4"):
+            path, command = Path(folder) / name, "screenshot" if name == "a.png" else "animate"
+            run = [sys.executable, "-m", "beamviz", command, str(path), *numbers]
+            seconds = elapsed(partial(subprocess.run, run, cwd=_script.ROOT, check=True))
+            print(f"{command} {name}: {seconds:.2f} s, {path.stat().st_size / 1e6:.2f} MB")
+    solved = SolvedScene(Scene.of(MIDDLE))
+
+    def write_picture(*_: object) -> None:
+        picture = Renderer(solved, 1280, 720).picture(solved.moment())
+        picture.save(BytesIO(), "PNG", compress_level=PNG_LEVEL)
+
+    print(f"picture of 1280x720 in a batch: {elapsed(write_picture):.3f} s")
+    with ThreadPoolExecutor(2) as pool:
+        seconds = elapsed(lambda: list(pool.map(write_picture, range(6)))) / 6
+    print(f"the same on two threads: {seconds:.3f} s")
+    for width, height in ((640, 360), (800, 450)):
+        renderer = Renderer(solved, width, height)
+        frame = elapsed(partial(renderer.picture, solved.moment()))
+        print(f"frame of {width}x{height}, one thread: {frame:.3f} s")
+
+
+SECTIONS = {
+    "solves": solves,
+    "elements": elements,
+    "sweeps": sweeps,
+    "bent": bent,
+    "loci": charts,
+    "peers": peers,
+    "pictures": pictures,
+}
+
 if __name__ == "__main__":
-    Parser(__doc__).parse_args()
-    default_solves()
-    paper_elements()
-    sweeps()
-    bent_solves()
+    parser = _script.Parser(__doc__)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", choices=SECTIONS)
+    for name in parser.parse_args().sections or list(SECTIONS)[:-2]:
+        print(f"\n{name}")
+        SECTIONS[name]()

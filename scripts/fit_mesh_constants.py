@@ -10,30 +10,22 @@ to that of the value in use. The best value has the least work; error bars hold 
 The beams are those of scripts/measure_error_bars.py, drawn over everything that is accepted.
 """
 
-import os
-import sys
-from pathlib import Path
+import _script
+import numpy as np
+from oracle.error_bars import random_scene  # type: ignore[import-not-found]
 
-ROOT = Path(__file__).resolve().parent.parent
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-import numpy as np  # noqa: E402
-from _arguments import Parser, count  # noqa: E402
-from oracle.error_bars import random_scene  # type: ignore[import-not-found]  # noqa: E402
-
-from beamviz.errors import BeamvizError  # noqa: E402
-from beamviz.solver import solve  # noqa: E402
-from beamviz.solver.hp import mesh_design, refinement  # noqa: E402
+from beamviz.errors import BeamvizError
+from beamviz.solver import solve
+from beamviz.solver.hp import mesh_design, refinement
 
 
 def main() -> None:
     """Measure the value in use and those given."""
     names = [name for name, value in vars(mesh_design).items() if is_constant(name, value)]
-    parser = Parser(__doc__)
+    parser = _script.Parser(__doc__)
     parser.add_argument("constant", choices=names)
     parser.add_argument("values", type=float, nargs="+")
-    parser.add_argument("--beams", type=count, default=300)
+    parser.add_argument("--beams", type=_script.count, default=300)
     parser.add_argument("--tolerance", type=float, help="in place of that of each random beam")
     given = parser.parse_args()
     in_use = getattr(mesh_design, given.constant)

@@ -24,20 +24,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+import _script
 import msgspec.msgpack
 import numpy as np
 import zstandard
+from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]
 from websockets.asyncio.client import ClientConnection, connect
 
-ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from _arguments import Parser, count, duration  # noqa: E402
-from live.server import CAMERA_MESSAGE, PROTOCOL  # type: ignore[import-not-found]  # noqa: E402
-
-from beamviz.beam import Beam  # noqa: E402
-from beamviz.drawing.text import rounded_to_error  # noqa: E402
-from beamviz.solver import solve  # noqa: E402
+from beamviz.beam import Beam
+from beamviz.drawing.text import rounded_to_error
+from beamviz.solver import solve
 
 PICTURE = b"/scene/rotor/ends\xa7updates"
 TABLE = rb"aria-label=\"modes\""  # in JSON
@@ -233,21 +229,20 @@ def memory(pid: int) -> float:
 
 def main() -> None:
     """Measure, and print the rows."""
-    parser = Parser(__doc__)
-    parser.add_argument("--visitors", type=count, default=60)
-    parser.add_argument("--seconds", type=duration, default=60.0)
-    parser.add_argument("--processes", type=count, default=len(os.sched_getaffinity(0)))
-    parser.add_argument("--resolves", type=count, default=0, help="measure until this many answers")
+    parser = _script.Parser(__doc__)
+    parser.add_argument("--visitors", type=_script.count, default=60)
+    parser.add_argument("--seconds", type=_script.duration, default=60.0)
+    parser.add_argument("--processes", type=_script.count, default=len(os.sched_getaffinity(0)))
+    parser.add_argument(
+        "--resolves", type=_script.count, default=0, help="measure until this many answers"
+    )
     parser.add_argument("--paused", action="store_true", help="measure without animation")
     parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()
     drag = BENT if options.bent else STRAIGHT
     numbers = options.visitors, options.processes, int(options.bent)
     command = [sys.executable, "-c", SERVE, *map(str, numbers)]
-    alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}  # as `beamviz serve` has it
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, text=True, cwd=ROOT, env=alone
-    ) as process:
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=_script.ROOT) as process:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))

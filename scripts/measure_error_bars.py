@@ -11,7 +11,6 @@ error_bars_bent.json and .md, and what is kept are the verdicts: remove them to 
 """
 
 import json
-import os
 import platform
 import sys
 import tempfile
@@ -21,14 +20,10 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parent.parent
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a solve is measured, not its threads' waits
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-import numpy as np  # noqa: E402
-import scipy  # noqa: E402
-from _arguments import Parser, count  # noqa: E402
-from oracle.error_bars import (  # type: ignore[import-not-found]  # noqa: E402
+import _script
+import numpy as np
+import scipy
+from oracle.error_bars import (  # type: ignore[import-not-found]
     bent_verdict,
     oracle_answer,
     random_bent_scene,
@@ -36,7 +31,8 @@ from oracle.error_bars import (  # type: ignore[import-not-found]  # noqa: E402
     verdict,
 )
 
-from beamviz import __version__  # noqa: E402
+from beamviz import __version__
+from beamviz.files import markdown_table
 
 SLOW, SLOW_BENT = 0.05, 1.0  # [s]
 LISTED = 40  # scenes in each list of the page
@@ -59,25 +55,25 @@ SENTENCES = {
 
 def main() -> None:
     """Measure, write error_bars.json and error_bars.md, print the page."""
-    parser = Parser(__doc__)
-    parser.add_argument("--beams", type=count, default=5000)
+    parser = _script.Parser(__doc__)
+    parser.add_argument("--beams", type=_script.count, default=5000)
     parser.add_argument("--bent", action="store_true")
     parser.add_argument("--truths", type=Path)
-    parser.add_argument("--out", type=Path, default=ROOT / "assets")
+    parser.add_argument("--out", type=Path, default=_script.ROOT / "assets")
     given = parser.parse_args()
     name = "error_bars_bent" if given.bent else "error_bars"
     file = given.truths or Path(tempfile.gettempdir()) / f"beamviz-{name}.jsonl"
     if given.bent:
         rows = kept_rows(given.beams, file, bent_row)
     else:
-        rows = verdicts(
-            kept_rows(given.beams, file, lambda seed: oracle_answer(random_scene(seed)))
-        )
+        answers = kept_rows(given.beams, file, lambda seed: oracle_answer(random_scene(seed)))
+        rows = [straight_row(answer) for answer in answers]
     counted = summary(rows, SLOW_BENT if given.bent else SLOW)
+    text = page(counted, given.bent)
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / f"{name}.json").write_text(json.dumps(counted, indent=1) + "\n")
-    (given.out / f"{name}.md").write_text(page(counted, given.bent))
-    print(page(counted, given.bent))
+    (given.out / f"{name}.md").write_text(text)
+    print(text)
 
 
 def described(scene: Any) -> dict[str, Any]:
@@ -96,6 +92,16 @@ def bent_row(seed: int) -> dict[str, Any]:
     return described(scene) | bent_verdict(scene)
 
 
+def straight_row(answer: dict[str, Any]) -> dict[str, Any]:
+    """A verdict on a straight beam; a slow one is timed again, and its least time counts."""
+    scene = random_scene(answer["seed"])
+    row = {"seed": answer["seed"]} | described(scene) | verdict(scene, answer)
+    for _ in range(3):
+        if row["seconds"] > SLOW:
+            row["seconds"] = min(row["seconds"], verdict(scene, answer)["seconds"])
+    return row
+
+
 def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> list[dict[str, Any]]:
     """The rows of seeds 0 .. count - 1, those in the file not computed again."""
     known = {}
@@ -111,19 +117,6 @@ def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> l
     return [known[seed] for seed in range(count)]
 
 
-def verdicts(answers: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """A verdict on each scene; a slow one is timed again, and its least time counts."""
-    rows = []
-    for seed, answer in enumerate(answers):
-        scene = random_scene(seed)
-        row = verdict(scene, answer)
-        for _ in range(3):
-            if row["seconds"] > SLOW:
-                row["seconds"] = min(row["seconds"], verdict(scene, answer)["seconds"])
-        rows.append({"seed": seed} | described(scene) | row)
-    return rows
-
-
 def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
     """Counts, shares and every scene with a wrong verdict."""
     compared = [row for row in rows if row["kind"] in COMPARED]
@@ -134,7 +127,7 @@ def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
         "inward (delta < 0)": [row for row in compared if row["inward"]],
         "spin-up": [row for row in compared if row["spin-up"]],
     }
-    wrong = [row for row in rows if row["kind"] not in GOOD]
+    seconds = [row["seconds"] for row in rows]
     slow = [row for row in rows if row["seconds"] > limit]
     return {
         "version": __version__,
@@ -145,12 +138,12 @@ def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
         "kinds": dict(Counter(row["kind"] for row in rows).most_common()),
         "groups": {name: shares(group) for name, group in groups.items()},
         "seconds": {
-            "median": float(np.median([row["seconds"] for row in rows])),
-            "largest": max(row["seconds"] for row in rows),
+            "median": float(np.median(seconds)),
+            "largest": max(seconds),
             "slow": limit,
             "slower": len(slow),
         },
-        "wrong": [listed(row) for row in wrong],
+        "wrong": [listed(row) for row in rows if row["kind"] not in GOOD],
         "slow": [listed(row) for row in slow],
     }
 
@@ -189,50 +182,51 @@ def listed(row: dict[str, Any]) -> dict[str, Any]:
 
 def page(counted: dict[str, Any], bent: bool = False) -> str:
     """The summary for people, in Markdown."""
-    kinds, seconds = counted["kinds"], counted["seconds"]
-    drawn = "beams over everything that is accepted"
+    beams, seconds, slow = counted["beams"], counted["seconds"], 1000 * counted["seconds"]["slow"]
+    title, option, drawn = "# Honest error bars", "", "beams over everything that is accepted"
     if bent:
+        title, option = f"{title} of bent beams", " --bent"
         drawn = "bent beams, inward ones past buckling and ones that spin up"
-    lines = [
-        "# Honest error bars" + (" of bent beams" if bent else ""),
+    heading = (
         "",
-        f"{counted['beams']} random {drawn}, solved by `auto`"
+        "beams",
+        "all errors within bars",
+        "frequencies",
+        "within",
+        "bar / error, median",
+    )
+    groups = [
+        [
+            name,
+            str(share["beams"]),
+            f"{share['beams within']:.2%}".replace("%", " %"),
+            str(share["frequencies"]),
+            f"{share['frequencies within']:.3%}".replace("%", " %"),
+            f"{share['median reported / true']:.0f}",
+        ]
+        for name, share in counted["groups"].items()
+        if share["beams"]
+    ]
+    kinds = [[SENTENCES[kind], str(number)] for kind, number in counted["kinds"].items()]
+    parts = [
+        title,
+        f"{beams} random {drawn}, solved by `auto`"
         " and held against an independent solution of the differential equations (tests/oracle)."
-        f" `python scripts/measure_error_bars.py{' --bent' if bent else ''}` computes this page"
-        " anew.",
-        "",
+        f" `python scripts/measure_error_bars.py{option}` computes this page anew.",
         f"beamviz {counted['version']}, {counted['machine']}, {counted['day']}.",
-        "",
-        "| verdict | beams |",
-        "|---|---|",
-        *(f"| {SENTENCES[kind]} | {number} |" for kind, number in kinds.items()),
-        "",
-        "| | beams | all errors within bars | frequencies | within | bar / error, median |",
-        "|---|---|---|---|---|---|",
-        *(
-            f"| {name} | {share['beams']} | {100 * share['beams within']:.2f} %"
-            f" | {share['frequencies']} | {100 * share['frequencies within']:.3f} %"
-            f" | {share['median reported / true']:.0f} |"
-            for name, share in counted["groups"].items()
-            if share["beams"]
-        ),
-        "",
+        markdown_table(("verdict", "beams"), kinds),
+        markdown_table(heading, groups),
         f"A solve takes {1000 * seconds['median']:.1f} ms of one processor in the median,"
         f" {1000 * seconds['largest']:.0f} ms at most; {seconds['slower']} of"
-        f" {counted['beams']} take more than {1000 * seconds['slow']:.0f} ms.",
+        f" {beams} take more than {slow:.0f} ms.",
     ]
-    lines += listing("Wrong", counted["wrong"])
-    lines += listing(f"Slower than {1000 * seconds['slow']:.0f} ms", counted["slow"])
-    return "\n".join(lines) + "\n"
-
-
-def listing(title: str, rows: list[dict[str, Any]]) -> list[str]:
-    """Scenes with the commands that show them."""
-    if not rows:
-        return []
-    shown = [f"# {remark(row)}\n{row['command']}" for row in rows[:LISTED]]
-    more = [f"... and {len(rows) - LISTED} more in error_bars.json"] if len(rows) > LISTED else []
-    return ["", f"## {title}", "", "```", *shown, *more, "```"]
+    for about, rows in ("Wrong", counted["wrong"]), (f"Slower than {slow:.0f} ms", counted["slow"]):
+        if rows:
+            shown = [f"# {remark(row)}\n{row['command']}" for row in rows[:LISTED]]
+            if len(rows) > LISTED:
+                shown.append(f"... and {len(rows) - LISTED} more in error_bars.json")
+            parts += [f"## {about}", "\n".join(["```", *shown, "```"])]
+    return "\n\n".join(parts) + "\n"
 
 
 def remark(row: dict[str, Any]) -> str:

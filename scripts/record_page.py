@@ -6,20 +6,14 @@ screenshots as an animated WebP (assets/page.webp). Run it after a change of the
 
 import base64
 import io
-import sys
 import time
-from pathlib import Path
 
+import _script
+from live.browser import page  # type: ignore[import-not-found]
 from PIL import Image
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from _arguments import Parser  # noqa: E402
-from live.browser import page  # type: ignore[import-not-found]  # noqa: E402
-
-from beamviz import Beam, Scene  # noqa: E402
-from beamviz.explorer import explorer  # noqa: E402
+from beamviz import Beam, Scene
+from beamviz.explorer import explorer
 
 WIDTH, HEIGHT, SHOWN = 1280, 720, (960, 540)
 FRAMES, PAUSE = 40, 0.08  # [s] between two frames
@@ -42,13 +36,13 @@ def main() -> None:
             time.sleep(PAUSE)
         live.mouse("mouseReleased", x, y)
     pictures = [Image.open(io.BytesIO(png)).convert("RGB").resize(SHOWN) for png in frames]
-    path = ROOT / "assets" / "page.webp"
+    path = _script.ROOT / "assets" / "page.webp"
     pictures[0].save(
         path, save_all=True, append_images=pictures[1:], duration=120, loop=0, quality=QUALITY
     )
-    print(f"{path.relative_to(ROOT)}: {len(frames)} frames, {path.stat().st_size / 1e6:.2f} MB")
+    print(f"{path}: {len(frames)} frames, {path.stat().st_size / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":
-    Parser(__doc__).parse_args()
+    _script.Parser(__doc__).parse_args()
     main()

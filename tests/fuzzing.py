@@ -11,7 +11,7 @@ import re
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from hypothesis import strategies as st
@@ -193,13 +193,25 @@ def run_command(line: list[str]) -> None:
 
 
 NAMES = st.sampled_from(list(PARAMETERS))
-CASES: dict[str, tuple[Callable[..., None], tuple[st.SearchStrategy, ...]]] = {
-    "Beam": (make_beam, (st.dictionaries(NAMES, ANY_VALUE, min_size=1),)),
-    "solve": (solve_beam, (beams(), OPTIONS)),
-    "solve, odd keywords": (solve_any_options, (beams(), ANY_OPTIONS)),
-    "loci": (sweep, (ranges(wide=False), *SWEPT)),
-    "loci, wild": (sweep, (ranges(wide=True), *SWEPT)),
-    "loci, odd ranges": (sweep_any_values, (beams(), NAMES, ANY_RANGE)),
-    "TOML": (read_toml, (TOML,)),
-    "command line": (run_command, (LINES,)),
+
+
+class Case(NamedTuple):
+    """A kind of input: its check, the strategies that draw it, its share of the inputs of
+    scripts/fuzz.py (large if it is quick to check), and how many tests/test_fuzz.py draws."""
+
+    check: Callable[..., None]
+    strategies: tuple[st.SearchStrategy, ...]
+    share: float
+    examples: int = 80
+
+
+CASES = {
+    "Beam": Case(make_beam, (st.dictionaries(NAMES, ANY_VALUE, min_size=1),), 0.4, 200),
+    "solve": Case(solve_beam, (beams(), OPTIONS), 0.1, 40),
+    "solve, odd keywords": Case(solve_any_options, (beams(), ANY_OPTIONS), 0.03),
+    "loci": Case(sweep, (ranges(wide=False), *SWEPT), 0.008, 15),
+    "loci, wild": Case(sweep, (ranges(wide=True), *SWEPT), 0.002, 8),
+    "loci, odd ranges": Case(sweep_any_values, (beams(), NAMES, ANY_RANGE), 0.01),
+    "TOML": Case(read_toml, (TOML,), 0.3, 200),
+    "command line": Case(run_command, (LINES,), 0.15),
 }

@@ -6,8 +6,6 @@ from hypothesis import HealthCheck, example, given, settings
 
 from beamviz.beam import Beam
 
-EXAMPLES = {"Beam": 200, "TOML": 200, "solve": 40, "loci": 15, "loci, wild": 8}
-
 # Inputs that once failed.
 HEAVY = Beam(alpha=4, gamma=37, delta=2.66, mu=115)
 BUCKLED = Beam(alpha=100, beta=0.2, delta=-2, mu=10000)
@@ -29,10 +27,9 @@ FAILED = {
 )
 def test_every_input_has_an_outcome(name):
     """Those that once failed and a few more; scripts/fuzz.py draws many of the same kind."""
-    check, strategies = CASES[name]
-    quiet = [HealthCheck.too_slow, HealthCheck.data_too_large]
-    checked = given(*strategies)(check)
+    case, quiet = CASES[name], [HealthCheck.too_slow, HealthCheck.data_too_large]
+    checked = given(*case.strategies)(case.check)
     for inputs in FAILED.get(name, ()):
         checked = example(*inputs)(checked)
-    count = EXAMPLES.get(name, 80)
-    settings(max_examples=count, database=None, suppress_health_check=quiet)(checked)()
+    drawn = settings(max_examples=case.examples, database=None, suppress_health_check=quiet)
+    drawn(checked)()

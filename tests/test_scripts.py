@@ -190,7 +190,7 @@ FIRST = {"fit_mesh_constants": ["LAYER_REACH", "2"]}  # arguments that are requi
 COUNTS = [
     (file.stem, option)
     for file in SCRIPTS.glob("*.py")
-    for option in re.findall(r'"(--\w+)", type=count', file.read_text())
+    for option in re.findall(r'"(--\w+)", type=_script.count', file.read_text())
 ]
 BELOW_ONE = {"0": "0: must be at least 1", "-3": "-3: must", "few": "'few'"}
 NO_TIME = {value: value for value in ("0", "-1", "inf", "nan", "long")}

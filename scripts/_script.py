@@ -1,7 +1,15 @@
-"""The command lines of the scripts: counts, durations, and errors in one line."""
+"""What the scripts that measure share, imported before numpy: one thread, the modules of the
+project and of its tests, and command lines with errors in one line."""
 
 import argparse
+import os
+import sys
+from pathlib import Path
 from typing import NoReturn
+
+ROOT = Path(__file__).resolve().parent.parent
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a solve is measured, not its threads' waits
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 
 
 class Parser(argparse.ArgumentParser):
