@@ -4,9 +4,8 @@ import textwrap
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
-from beamviz.lessons import reference_values as values
-from beamviz.lessons.model import Lesson
-from beamviz.lessons.reference_values import BARE, MIDDLE, TIP, frequency, value_where
+from beamviz.lessons import model
+from beamviz.lessons.model import BARE, MIDDLE, TIP, Lesson, frequency
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -30,8 +29,9 @@ LESSONS = (
         fact="At γ = 10, ω of B1 is {:.3f}; at rest it is {:.3f}.",
         compute_fact=lambda: (frequency(BARE.replace(gamma=10), plane="flapwise"), frequency(BARE)),
         task="Find the speed at which B1 is twice as fast as at rest.",
-        compute_answer=lambda: value_where(values.ratio_to_rest, 2, BARE, 20, plane="flapwise"),
-        gauge=lambda s: f"B1 is {values.ratio_to_rest(s):.2f} times as fast as at rest",
+        gauge=model.ratio_to_rest,
+        reading="B1 is {:.2f} times as fast as at rest",
+        level=2,
     ),
     Lesson(
         name="two-planes",
@@ -51,8 +51,9 @@ LESSONS = (
             up - aside,
         ),
         task="Find the speed at which B1 is twice as fast up and down as side to side.",
-        compute_answer=lambda: value_where(values.ratio_of_planes, 2, BARE, 20),
-        gauge=lambda s: f"it is {values.ratio_of_planes(s):.2f} times as fast",
+        gauge=model.ratio_of_planes,
+        reading="it is {:.2f} times as fast",
+        level=2,
         free=("plane",),
     ),
     Lesson(
@@ -70,8 +71,9 @@ LESSONS = (
         task="Find the position at which the mass slows B1 to two thirds (0.667).",
         number="beta",
         within=0.01,
-        compute_answer=lambda: value_where(values.ratio_to_bare, 2 / 3, TIP, 1, "beta"),
-        gauge=lambda s: f"B1 is {values.ratio_to_bare(s):.3f} times what it is without the mass",
+        gauge=model.ratio_to_bare,
+        reading="B1 is {:.3f} times what it is without the mass",
+        level=2 / 3,
     ),
     Lesson(
         name="nodes",
@@ -89,16 +91,15 @@ LESSONS = (
         " there, ω is {:.4f}.",
         compute_fact=lambda: (
             frequency(BARE, "B2"),
-            values.node(),
-            frequency(Beam(alpha=5, beta=values.node()), "B2"),
+            model.node(),
+            frequency(Beam(alpha=5, beta=model.node()), "B2"),
         ),
         task="Put the mass where it does not change B2.",
         number="beta",
         within=0.006,
-        compute_answer=values.node,
-        gauge=lambda s: (
-            f"the mass changes B2 by {100 * (values.ratio_to_bare(s, 'B2') - 1):+.2f} %"
-        ),
+        answer_in_fact=1,
+        gauge=lambda s: 100 * (model.ratio_to_bare(s, "B2") - 1),
+        reading="the mass changes B2 by {:+.2f} %",
         free=("alpha",),
     ),
     Lesson(
@@ -115,13 +116,14 @@ LESSONS = (
         " α = {:.3f}.",
         compute_fact=lambda: (
             *(solve(TIP.replace(alpha=alpha)).labels.index("S1") + 1 for alpha in (1, 2)),
-            values.crossing("alpha", 3).at,
+            model.crossing("alpha", 3).at,
         ),
         task="Find the mass at which S1 and B3 are equally fast.",
         number="alpha",
         within=0.02,
-        compute_answer=lambda: values.crossing("alpha", 3).at,
-        gauge=lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
+        answer_in_fact=2,
+        gauge=model.difference,
+        reading="S1 and B3 are {:.2f} apart",
     ),
     Lesson(
         name="crossing",
@@ -136,13 +138,14 @@ LESSONS = (
         " frequencies draws two curves that turn away from each other, and is easily misread.",
         fact="They cross at γ = {:.4f}, both with ω = {:.3f}: gap {:.0f}.",
         compute_fact=lambda: (
-            (event := values.crossing("gamma", 10)).at,
+            (event := model.crossing("gamma", 10)).at,
             event.frequency,
             event.gap,
         ),
         task="Find the speed at which B3 crosses S1.",
         within=0.05,
-        gauge=lambda s: f"S1 and B3 are {values.difference(s):.2f} apart",
+        gauge=model.difference,
+        reading="S1 and B3 are {:.2f} apart",
     ),
     Lesson(
         name="veering",
@@ -157,10 +160,11 @@ LESSONS = (
         " merry-go-round: the *Coriolis force*. It couples stretching and bending, and frequencies"
         " of coupled modes do not cross. The modes exchange their shapes instead: *veering*.",
         fact="The gap never falls below {:.3f}, at γ = {:.3f}.",
-        compute_fact=lambda: ((event := values.crossing("gamma", 10, coriolis=True)).gap, event.at),
+        compute_fact=lambda: ((event := model.crossing("gamma", 10, coriolis=True)).gap, event.at),
         task="Find the speed at which modes 3 and 4 come closest.",
-        compute_answer=lambda: values.crossing("gamma", 10, coriolis=True).at,
-        gauge=lambda s: f"modes 3 and 4 are {s.frequencies[3] - s.frequencies[2]:.3f} apart",
+        answer_in_fact=1,
+        gauge=lambda s: s.frequencies[3] - s.frequencies[2],
+        reading="modes 3 and 4 are {:.3f} apart",
     ),
     Lesson(
         name="resonance",
@@ -176,13 +180,10 @@ LESSONS = (
         " chart of loci with these lines is a *Campbell diagram*; machines are kept away from its"
         " intersections, or run through them fast.",
         fact="3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
-        compute_fact=lambda: (values.resonance(3, "B2"), values.resonance(1, "B1")),
+        compute_fact=lambda: (model.resonance(3, "B2"), model.resonance(1, "B1")),
         task="Find the speed at which a force three times per revolution excites B2.",
-        gauge=lambda s: (
-            f"B2 vibrates {values.labelled(s, 'B2') / s.beam.gamma:.2f} times per revolution"
-            if s.beam.gamma > 0
-            else "the beam does not rotate"
-        ),
+        gauge=lambda s: 3 * s.beam.gamma / model.labelled(s, "B2"),
+        reading="the frequency of the force is {:.3f} times that of B2",
     ),
     Lesson(
         name="paradox",
@@ -198,12 +199,13 @@ LESSONS = (
         " stiffening of the first. Kane, Ryan and Banerjee showed it in 1987: *Kane's paradox*.",
         fact="In the linear theory ω of B1 is 0 at γ = {:.3f}; its exact value there is {:.3f}.",
         compute_fact=lambda: (
-            (speed := values.first_unstable(BARE, 5, method="zoac")),
+            (speed := model.first_unstable(BARE, 5, method="zoac")),
             frequency(BARE.replace(gamma=speed)),
         ),
         task="With zoac, find the speed at which the beam becomes unstable.",
         within=0.05,
-        gauge=lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
+        gauge=lambda s: s.omega_squared[0],
+        reading="ω² of B1 is {:.2f}",
     ),
     Lesson(
         name="buckling",
@@ -217,10 +219,11 @@ LESSONS = (
         " critical speed the straight beam is still in equilibrium, but the smallest disturbance"
         " grows: *buckling*. This time it is real.",
         fact="The straight beam buckles at γ = {:.3f}; ω of B1 at rest is {:.3f}.",
-        compute_fact=lambda: (values.first_unstable(INWARD, 5), frequency(INWARD)),
+        compute_fact=lambda: (model.first_unstable(INWARD, 5), frequency(INWARD)),
         task="Find the speed at which it buckles.",
         within=0.05,
-        gauge=lambda s: f"ω² of B1 is {s.omega_squared[0]:.2f}",
+        gauge=lambda s: s.omega_squared[0],
+        reading="ω² of B1 is {:.2f}",
     ),
     Lesson(
         name="folding",
@@ -234,11 +237,12 @@ LESSONS = (
         " it a bent and stable one begins: a *pitchfork bifurcation*. Bent outward, the beam is"
         " pulled, not pushed, so it stiffens again with the speed.",
         fact="At γ = 4 the tip is at x = {:.4f} L, y = {:.4f} L; ω of B1 is {:.3f}.",
-        compute_fact=lambda: (*values.tip(FOLDED), frequency(FOLDED, **STABLE)),
+        compute_fact=lambda: (*model.tip(FOLDED), frequency(FOLDED, **STABLE)),
         task="Find the speed at which the tip is exactly beside the clamp, x = 0.",
         within=0.05,
-        compute_answer=lambda: value_where(lambda s: s.equilibrium.tip[0], 0, INWARD, 6, **STABLE),
-        gauge=lambda s: "the tip is at x = {:.3f} L, y = {:.3f} L".format(*s.equilibrium.tip),
+        gauge=lambda s: s.equilibrium.tip,
+        reading="the tip is at x = {:.3f} L, y = {:.3f} L",
+        level=0,
     ),
     Lesson(
         name="lag",
@@ -253,13 +257,12 @@ LESSONS = (
         " against it, and grows with the square of the speed.",
         fact="At γ = 5 the tip lags by {:.3f} L, at γ = 20 by {:.3f} L.",
         compute_fact=lambda: tuple(
-            -values.tip(LAGGING.replace(gamma=gamma))[1] for gamma in (5, 20)
+            -model.tip(LAGGING.replace(gamma=gamma))[1] for gamma in (5, 20)
         ),
         task="Find the speed at which the tip lags by 0.3 L.",
-        compute_answer=lambda: value_where(
-            lambda s: -s.equilibrium.tip[1], 0.3, LAGGING, 30, **STABLE
-        ),
-        gauge=lambda s: f"the tip lags by {-s.equilibrium.tip[1]:.3f} L",
+        gauge=lambda s: -s.equilibrium.tip[1],
+        reading="the tip lags by {:.3f} L",
+        level=0.3,
     ),
     Lesson(
         name="stretch-jump",
@@ -273,14 +276,11 @@ LESSONS = (
         " *jump of the gradient*. A method that assumes a smooth strain needs very many elements"
         " to approximate it.",
         fact="At γ = 10 the beam is {:.2f} % longer just inside the mass, {:.2f} % just outside.",
-        compute_fact=lambda: tuple(
-            100 * strain for strain in values.strain_at_mass(solve(MIDDLE.replace(gamma=10)))
-        ),
+        compute_fact=lambda: model.strain_at_mass(solve(MIDDLE.replace(gamma=10))),
         task="Find the speed at which it is 5 % longer just inside the mass.",
-        compute_answer=lambda: value_where(lambda s: values.strain_at_mass(s)[0], 0.05, MIDDLE, 30),
-        gauge=lambda s: "just inside +{:.2f} %, just outside +{:.2f} %".format(
-            *(100 * strain for strain in values.strain_at_mass(s))
-        ),
+        gauge=model.strain_at_mass,
+        reading="just inside +{:.2f} %, just outside +{:.2f} %",
+        level=5,
     ),
     Lesson(
         name="no-equilibrium",
@@ -299,12 +299,13 @@ LESSONS = (
         fact="hencky: an equilibrium up to γ = {:.3f} (with δ = 0: {:.3f}). green has one at"
         " γ = 50 too, the root stretched {:.2f} times.",
         compute_fact=lambda: (
-            values.last_equilibrium(ON_A_HUB, strain="hencky"),
-            values.last_equilibrium(BARE, strain="hencky"),
+            model.last_equilibrium(ON_A_HUB, strain="hencky"),
+            model.last_equilibrium(BARE, strain="hencky"),
             solve(ON_A_HUB.replace(gamma=50)).equilibrium.max_stretch,
         ),
         task="With hencky, find the highest speed with an equilibrium.",
-        gauge=lambda s: f"the root is stretched {s.equilibrium.max_stretch:.2f} times",
+        gauge=lambda s: s.equilibrium.max_stretch,
+        reading="the root is stretched {:.2f} times",
     ),
 )
 

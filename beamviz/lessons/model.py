@@ -1,18 +1,28 @@
-"""A lesson: texts, a scene to begin with, a computed fact, and a challenge with its check."""
+"""A lesson: texts, a scene to begin with, a computed fact, and a challenge with its check; and the
+quantities in the lessons, computed when they are needed."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from beamviz.beam import NUMBERS, PARAMETERS, Beam
-from beamviz.errors import BeamvizError
-from beamviz.scene import Scene
-from beamviz.solver import Solution
+import numpy as np
+from scipy.optimize import brentq
 
+from beamviz.beam import NUMBERS, PARAMETERS, Beam
+from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.frequency_loci import Event, loci
+from beamviz.frequency_loci.forced_response import resonances
+from beamviz.scene import Scene
+from beamviz.solver import Solution, solve
+
+BARE = Beam()  # at rest, without mass
+TIP = Beam(alpha=1, beta=1)
+MIDDLE = Beam(alpha=1, beta=0.5)
 ACCURACY = ("elements", "tolerance")  # options that may be changed in all challenges
 ON_OFF = {True: "on", False: "off"}
 LABELS = {"coriolis": "Coriolis", "softening": "spin softening"}
+UNDEFINED = "not defined for this beam"
 MIN_MASS = 0.5  # alpha, in a challenge that leaves the mass free
 
 
@@ -30,9 +40,11 @@ class Lesson:
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
     fact: a sentence with placeholders for the numbers of compute_fact; number: of the challenge,
-    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer, which is
-    the first number of the fact where there is no compute_answer; gauge: describes the quantity of
-    the challenge for a solution; free: other numbers and options that may be changed.
+    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer; gauge: the
+    quantity of the challenge for a solution, one number or several, and reading: a phrase with
+    placeholders for them; level: the first number of the gauge at the answer, or None where the
+    answer is a number of the fact, answer_in_fact; free: other numbers and options that may be
+    changed.
     """
 
     name: str
@@ -46,8 +58,10 @@ class Lesson:
     task: str
     number: str = "gamma"
     within: float = 0.1
-    compute_answer: Callable[[], float] | None = None
-    gauge: Callable[[Solution], str]
+    gauge: Callable[[Solution], Any]
+    reading: str
+    level: float | None = None
+    answer_in_fact: int = 0
     scene: Scene
     free: tuple[str, ...] = ()
 
@@ -63,7 +77,15 @@ class Lesson:
     @cached_property
     def answer(self) -> float:
         """The value that meets the challenge, computed once."""
-        return self.compute_answer() if self.compute_answer else self.numbers[0]
+        if self.level is None:
+            return self.numbers[self.answer_in_fact]
+
+        def excess(value: float) -> float:
+            beam = self.scene.beam.replace(**{self.number: value})
+            return np.ravel(self.gauge(solve(beam, **self.scene.options)))[0] - self.level
+
+        low, high, _ = PARAMETERS[self.number].slider
+        return brentq(excess, low, high, xtol=1e-9)
 
     @property
     def record(self) -> dict[str, Any]:
@@ -90,12 +112,12 @@ class Lesson:
         return Verdict(True, f"{PARAMETERS[self.number].symbol} = {value:.5g} {near}.")
 
     def measured(self, solution: Solution) -> str:
-        """The gauge of a solution; "" if it is undefined."""
+        """The gauge of a solution in words."""
         try:
-            words = self.gauge(solution)
+            values = np.ravel(self.gauge(solution))
         except BeamvizError:
-            return ""
-        return "" if "nan" in words else words
+            return UNDEFINED
+        return self.reading.format(*values) if np.isfinite(values).all() else UNDEFINED
 
     def _obstacle(self, beam: Beam, options: Mapping[str, Any]) -> str:
         """The change to undo before the challenge can be met, or ""."""
@@ -110,3 +132,84 @@ class Lesson:
             if name not in free and options.get(name, choice) != choice:
                 return f"Put {LABELS.get(name, name)} back to {ON_OFF.get(choice, choice)} first."
         return ""
+
+
+# Quantities in the lessons
+
+
+def frequency(beam: Beam, label: str = "B1", **options: Any) -> float:
+    """Frequency of the mode `label` of a beam."""
+    return labelled(solve(beam, **options), label)
+
+
+def labelled(solution: Solution, label: str) -> float:
+    """Frequency of the mode `label`; nan where it is unstable or not among the modes solved."""
+    frequencies = dict(zip(solution.labels, solution.frequencies, strict=True))
+    return float(frequencies.get(label, np.nan))
+
+
+def ratio_to_rest(solution: Solution) -> float:
+    """Lowest frequency over that of the same beam at rest."""
+    rest = frequency(solution.beam.replace(gamma=0), plane=solution.problem.plane)
+    return float(solution.frequencies[0]) / rest
+
+
+def ratio_of_planes(solution: Solution) -> float:
+    """Flapwise B1 over chordwise B1 of the same beam."""
+    beam = solution.beam
+    return frequency(beam, plane="flapwise") / frequency(beam, plane="chordwise")
+
+
+def ratio_to_bare(solution: Solution, label: str = "B1") -> float:
+    """Frequency of a mode over that of the beam without its mass."""
+    return labelled(solution, label) / frequency(solution.beam.replace(alpha=0), label)
+
+
+def node() -> float:
+    """The only vibration node of B2 of the bare beam."""
+    (x,) = solve(BARE).nodes[1]
+    return float(x)
+
+
+def difference(solution: Solution) -> float:
+    """|S1 - B3|."""
+    return abs(labelled(solution, "S1") - labelled(solution, "B3"))
+
+
+def crossing(over: str, stop: float, **options: Any) -> Event:
+    """Crossing or veering of S1 and B3 with a mass as heavy as the beam at its tip."""
+    found = loci(TIP, over, np.linspace(0, stop, 21), **options)
+    return next(event for event in found.events if set(event.branches) == {"B3", "S1"})
+
+
+def resonance(per_rev: int, label: str) -> float:
+    """Speed at which omega = per_rev gamma for a mode of the bare beam."""
+    found = resonances(loci(BARE, "gamma", np.linspace(0, 15, 31)), per_rev)
+    return next(one.at for one in found if (one.per_rev, one.branch) == (per_rev, label))
+
+
+def first_unstable(beam: Beam, stop: float, **options: Any) -> float:
+    """Speed at which the straight beam becomes unstable."""
+    found = loci(beam, "gamma", np.linspace(0, stop, 21), modes=1, **options)
+    return next(limit.start for limit in found.limits if limit.kind == "unstable")
+
+
+def last_equilibrium(beam: Beam, **options: Any) -> float:
+    """Highest speed with an equilibrium."""
+    try:
+        solve(beam.replace(gamma=2 * beam.mu), **options)
+    except NoEquilibrium as error:
+        return error.limit
+    raise ValueError(f"{beam} has an equilibrium at every speed tried")
+
+
+def strain_at_mass(solution: Solution) -> tuple[float, float]:
+    """Strain [%] at the inner and at the outer side of the mass."""
+    sides = np.clip([solution.beam.beta - 1e-9, solution.beam.beta + 1e-9], 0, 1)
+    inside, outside = 100 * (solution.equilibrium.stretch(sides) - 1)
+    return float(inside), float(outside)
+
+
+def tip(beam: Beam) -> np.ndarray:
+    """Position (2,) of the tip from the clamp in the stable state."""
+    return solve(beam, state="stable").equilibrium.tip

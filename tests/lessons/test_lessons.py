@@ -14,8 +14,7 @@ from scipy.optimize import brentq
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.lessons import INWARD, LESSONS, ON_A_HUB
-from beamviz.lessons.model import MIN_MASS, Lesson
-from beamviz.lessons.reference_values import BARE, MIDDLE, TIP
+from beamviz.lessons.model import BARE, MIDDLE, MIN_MASS, TIP, UNDEFINED, Lesson
 from beamviz.solver import solve
 
 NAMED = {one.name: one for one in LESSONS}
@@ -220,9 +219,17 @@ def test_a_lesson_shows_its_mode_and_says_its_numbers(one: Lesson):
     assert "nan" not in one.proof
     assert one.meaning.count("*") in (2, 4)
     near = one.scene.beam.replace(**{one.number: one.answer - 0.5 * one.within})
-    start, there = (one.gauge(solve(beam, **one.scene.options)) for beam in (one.scene.beam, near))
+    beams = one.scene.beam, near
+    start, there = (one.measured(solve(beam, **one.scene.options)) for beam in beams)
     assert start != there
-    assert "nan" not in start + there
+    assert UNDEFINED not in (start, there)
+
+
+def test_a_gauge_without_a_value_says_so():
+    """Where a mode of the challenge is not among those solved, or has no frequency."""
+    crossing, nodes = NAMED["crossing"], NAMED["nodes"]
+    assert crossing.measured(solve(TIP, modes=2)) == UNDEFINED
+    assert nodes.measured(solve(TIP.replace(delta=-1, gamma=20))) == UNDEFINED
 
 
 def test_lessons_are_listed(run):
