@@ -46,16 +46,19 @@ def test_every_lesson_has_a_card(guest):
     assert frequency_text(PAPER) in guest.text
 
 
+@pytest.mark.slow
 def test_next_and_back_go_through_the_steps_and_lessons(guest):
-    """Question, meaning with its number, challenge; then the next lesson, after the last none."""
-    for one in LESSONS[:2]:
+    """Question, with the table of the beam and model of the lesson, meaning with its number,
+    challenge; then the next lesson, after the last none."""
+    for one in LESSONS:
         for words in (one.question, one.proof, one.task):
             guest.do("lesson_turn", 1)
             reads(guest, formatted(words))
+        guest.shows(one.scene.beam, **one.scene.options)
     guest.do("lesson_turn", -1)
-    reads(guest, LESSONS[1].proof)
-    challenged(guest, LESSONS[-1].name)
-    guest.do("lesson_turn", 1)
+    reads(guest, formatted(LESSONS[-1].proof))
+    for _ in range(2):
+        guest.do("lesson_turn", 1)
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
 
 
@@ -68,18 +71,12 @@ def test_controls_named_in_lessons_exist(one):
     assert controls(one.do)
 
 
-@pytest.mark.slow
-def test_a_lesson_shows_its_scene(guest):
-    """The table is that of its beam and model."""
-    for one in LESSONS:
-        begin(guest, one.name)
-        guest.says(frequency_text(one.scene.beam, **one.scene.options))
-
-
 def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
-    """The camera is the same as for a page that opens with that scene, even if late."""
+    """The camera is the same as for a page that opens with that scene, even if late; such a page
+    (`beamviz serve --lesson buckling`) opens the lesson."""
     scene = lesson("buckling").scene
     with explorer(scene) as address, visitor(address, frequency_text(scene.beam)) as other:
+        other.says(lesson("buckling").question)
         wanted = other.camera  # of the loaded beam: before its answer that of the unloaded one
     monkeypatch.setattr(jobs, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])
     begin(guest, "buckling")
@@ -87,26 +84,18 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))
 
 
-def test_a_step_of_a_lesson_keeps_the_beam(guest):
-    """Only the next lesson shows another scene."""
-    begin(guest, "stiffening")
-    guest.choose("gamma", 7.0)
-    moved = frequency_text(Beam(gamma=7), plane="flapwise")
-    guest.says(moved)
-    guest.do("lesson_turn", 1)
-    guest.says("proves it")
-    assert moved in guest.text
-
-
-def test_reset_returns_to_the_scene_of_the_lesson(guest):
+def test_a_step_of_a_lesson_keeps_the_beam_and_a_reset_restores_that_of_the_lesson(guest):
     """By the button of the lesson, and the key of that of the controls."""
     begin(guest, "moving-mass")
-    start = frequency_text(lesson("moving-mass").scene.beam)
+    guest.shows(lesson("moving-mass").scene.beam)
     for again in (partial(guest.do, "lesson_restart"), partial(guest.press, "R")):
-        guest.choose("beta", 0.3)
-        guest.says(frequency_text(Beam(alpha=1, beta=0.3)))
+        guest.edit(beta=0.3)
+        guest.do("lesson_turn", 1)
+        guest.says("proves it")
+        assert frequency_text(Beam(alpha=1, beta=0.3)) in guest.text
         again()
-        guest.says(start)
+        guest.shows(lesson("moving-mass").scene.beam)
+        guest.do("lesson_turn", -1)
 
 
 @pytest.mark.parametrize(
@@ -130,28 +119,34 @@ def test_without_a_lesson_reset_returns_to_the_opened_scene(guest, action, value
     guest.says(frequency_text(opened))
 
 
-def test_the_scene_of_a_lesson_begins_it():
-    """`beamviz serve --lesson nodes` opens the page there."""
-    with explorer(lesson("nodes").scene) as address, visitor(address) as guest:
-        guest.says(lesson("nodes").question)
-
-
 # Challenges
 
+RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."
+# Controls to be set, by lesson, each with the words that the page shows then.
+CHALLENGES = {
+    "nodes": [("beta", 0.785, RIGHT)],
+    "paradox": [("gamma", 3.5, RIGHT)],
+    "crossing": [("mu", 80.0, "Not yet."), ("gamma", 4.5, SLENDER), ("mu", 70.0, RIGHT)],
+    "no-equilibrium": [
+        ("gamma", 31.0, "the root is stretched"),
+        ("gamma", 40.0, "No equilibrium above γ = 31.49 with this material law"),
+        ("gamma", 41.0, "Not yet."),
+        ("gamma", 31.5, RIGHT),
+    ],
+}
 
-@pytest.mark.parametrize(
-    ("name", "label", "value"),
-    [("nodes", "beta", 0.785), ("crossing", "gamma", 4.5), ("paradox", "gamma", 3.5)],
-)
-def test_the_challenge_is_checked_continuously(guest, name, label, value):
-    """Not yet, with the present value; then right, with the computed answer, and a tick."""
+
+@pytest.mark.parametrize("name", CHALLENGES)
+def test_the_challenge_is_checked_continuously(guest, name):
+    """Not yet, with the present value, or a change to undo; also without an equilibrium; then
+    right, with the computed answer, and a tick."""
     challenged(guest, name)
     guest.says("Not yet.")
     guest.wait(lambda _: "Now: " in guest.texts["verdict"])
-    guest.choose(label, value)
-    guest.says("Right!")
-    answer = lesson(name).answer
-    assert f"{answer:.5g}" in guest.text
+    for key, value, words in CHALLENGES[name]:
+        guest.choose(key, value)
+        guest.says(words)
+    assert f"{lesson(name).answer:.5g}" in guest.text
     guest.do("lesson", "")
     guest.says(f"Challenges met: 1 of {len(LESSONS)}")
 
@@ -164,27 +159,6 @@ def test_invalid_lessons_and_steps_are_ignored(guest):
         guest.do("lesson_step", value)
         guest.do("lesson_turn", 5)
     begin(guest, "nodes")
-
-
-def test_the_change_to_undo_is_named(guest):
-    """Another slenderness cannot meet the challenge."""
-    challenged(guest, "crossing")
-    guest.choose("mu", 80.0)
-    guest.choose("gamma", 4.5)
-    guest.says("Put the slenderness μ back to 70 first.")
-    guest.choose("mu", 70.0)
-    guest.says("Right!")
-
-
-def test_a_challenge_is_checked_without_an_equilibrium(guest):
-    """No quantity is shown, and the number is still judged."""
-    challenged(guest, "no-equilibrium")
-    guest.says("the root is stretched")
-    guest.choose("gamma", 40.0)
-    guest.says("No equilibrium above γ = 31.49 with this material law")
-    guest.says("Not yet.")
-    guest.choose("gamma", 31.5)
-    guest.says("Right!")
 
 
 # Keys
