@@ -76,16 +76,15 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     """They give the beam of SI values; mu has no slider; a resonance is listed in rpm and hertz."""
     assert guest.props["mu-row"]["hidden"] is True
-    guest.choose("gamma", 300.0)
-    guest.choose("alpha", 0.01)
-    guest.choose("beta", 200.0)
+    for name, value in {"gamma": 300.0, "alpha": 0.01, "beta": 200.0}.items():
+        guest.choose(name, value)
     gamma, alpha = 300 / RULER.units.rpm(1), 0.01 / RULER.units.mass
     same = RULER.replace(gamma=gamma, alpha=alpha, beta=200 / 300)
-    guest.says(frequency_text(same))
+    guest.shows(same)
     guest.says("300 rpm")
     guest.do("per_rev_2", True)
     guest.choose("gamma", 450.0)
-    guest.says(frequency_text(same.replace(gamma=450 / RULER.units.rpm(1))))
+    guest.shows(same.replace(gamma=450 / RULER.units.rpm(1)))
     (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
     rpm = RULER.units.rpm(resonance.at)
     guest.says(f"<td>2 ×</td><td>{rpm:.5g}</td><td>{2 * rpm / 60:.4g}</td>")
@@ -108,19 +107,30 @@ def test_the_table_shows_accurate_digits():
     assert frequency_text(PAPER.replace(units=units)) in text
 
 
-def test_warnings_name_their_reason():
-    """No equilibrium with the limit, an unstable state with its growth; a stable one has none."""
-    error = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7)
+def test_warnings_name_their_reason_in_the_units_of_the_beam():
+    """No equilibrium with the limit, an unstable state with its growth; a stable one has none. For
+    a real beam in rpm, milliseconds and a growth per second, not gamma and T*."""
+    error, units = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7), Units(1.0, 0.01)
     told = messages.error_summary(error, Beam(gamma=20))
     assert told == "No equilibrium above γ = 15.7 with this material law"
+    told = messages.error_summary(error, Beam(gamma=20, units=units))
+    assert f"above {units.rpm(15.7):.0f} rpm" in told
     assert messages.stability_warning(solve(PAPER)) == ""
-    buckled = solve(Beam(gamma=5, delta=-1))
+    buckled, real = (solve(Beam(gamma=5, delta=-1, units=one)) for one in (None, units))
     assert buckled.equilibrium.status == "unstable"
+    rate = buckled.growth_rates.max()
     assert messages.stability_warning(buckled) == (
-        "Unstable in bending\n"
-        f"a disturbance grows {math.exp(buckled.growth_rates.max()):.0f}-fold per T*"
+        f"Unstable in bending\na disturbance grows {math.exp(rate):.0f}-fold per T*"
     )
     assert messages.growth(0.01, None) == "grows tenfold in 2.3e+02 T*"
+    tenfold = f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms"
+    assert tenfold in messages.stability_warning(real)
+    text = solution_table(real, [])
+    assert messages.growth(rate, units) in text
+    assert f"{real.errors[0] / 0.01:.0e}" in text
+    assert "T*" not in panel.pace(0.1, units)
+    assert "1 ms (1000 times slower)" in panel.pace(0.1, units)
+    assert "2000 ms (2 times faster)" in panel.pace(200.0, units)
 
 
 @pytest.mark.parametrize(("gamma", "told"), [(34.0, False), (36.0, True), (100.0, True)])
@@ -131,21 +141,3 @@ def test_a_stretch_beyond_real_materials_has_a_caution(gamma, told):
     percent = 100 * (solution.equilibrium.max_stretch - 1)
     assert (f"by up to {percent:.0f} %: γ / μ = {gamma / 70:.2g}" in caution) is told
     assert bool(caution) is told
-
-
-def test_warnings_of_a_real_beam_are_in_its_units():
-    """rpm, milliseconds and a growth per second, not gamma and T*."""
-    units = Units(length=1.0, time=0.01)
-    error = NoEquilibrium("no equilibrium beyond gamma = 15.7", 15.7)
-    told = messages.error_summary(error, Beam(gamma=20, units=units))
-    assert f"above {units.rpm(15.7):.0f} rpm" in told
-    buckled = solve(Beam(gamma=5, delta=-1, units=units))
-    rate = buckled.growth_rates.max()
-    tenfold = f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms"
-    assert tenfold in messages.stability_warning(buckled)
-    text = solution_table(buckled, [])
-    assert messages.growth(rate, units) in text
-    assert f"{buckled.errors[0] / 0.01:.0e}" in text
-    assert "T*" not in panel.pace(0.1, units)
-    assert "1 ms (1000 times slower)" in panel.pace(0.1, units)
-    assert "2000 ms (2 times faster)" in panel.pace(200.0, units)

@@ -6,20 +6,7 @@ from collections.abc import Iterator
 from unittest import mock
 
 import pytest
-from live.server import (
-    CAMERA_MESSAGE,
-    PROTOCOL,
-    ServeProcess,
-    close_code,
-    encoded,
-    free_port,
-    handshake_status,
-    http_get,
-    missing_headers,
-    plain_viser_server,
-    url_of,
-    wait_until,
-)
+from live import server
 from live.visitor import PAPER, visitor
 from websockets.client import ClientProtocol
 from websockets.datastructures import Headers
@@ -29,7 +16,7 @@ from websockets.http11 import Request
 from websockets.sync.client import connect
 from websockets.uri import parse_uri
 
-from beamviz import explorer as server
+from beamviz import explorer as app
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer
 from beamviz.scene import Scene
@@ -63,8 +50,8 @@ def open_url() -> Iterator[str]:
 def statuses(url: str, path: str = "/", **headers: str) -> tuple[int, int]:
     """Those of a GET request and of a WebSocket's handshake; {port} in a header is the server's."""
     headers = {name: text.format(port=url.rpartition(":")[2]) for name, text in headers.items()}
-    opened = handshake_status(url, path, additional_headers=headers)
-    return http_get(url, path, **headers)[0], opened
+    opened = server.handshake_status(url, path, additional_headers=headers)
+    return server.http_get(url, path, **headers)[0], opened
 
 
 # Origin and Host
@@ -73,14 +60,14 @@ def statuses(url: str, path: str = "/", **headers: str) -> tuple[int, int]:
 @pytest.mark.parametrize("headers", FOREIGN, ids=str)
 def test_a_foreign_page_gets_403(plain, url, headers):
     """Over WebSocket and over HTTP; viser accepts any page under any name."""
-    assert statuses(url_of(plain), **headers) == (200, 101)
+    assert statuses(server.url_of(plain), **headers) == (200, 101)
     assert statuses(url, **headers) == (403, 403)
 
 
 def test_our_own_page_is_answered_under_the_names_of_this_machine(url):
     """A refusal names the address that was asked for."""
-    assert b"does not answer to" in http_get(url, Host=EVIL)[2]
-    assert http_get(url, Origin=url)[0] == 200
+    assert b"does not answer to" in server.http_get(url, Host=EVIL)[2]
+    assert server.http_get(url, Origin=url)[0] == 200
     local = url.replace("127.0.0.1", "localhost")
     with visitor(local, origin=local):
         pass
@@ -89,8 +76,8 @@ def test_our_own_page_is_answered_under_the_names_of_this_machine(url):
 def test_two_hosts_in_one_request_are_refused(plain, url):
     """A proxy and a server might read different ones."""
     place = url.removeprefix("http://")
-    assert http_get(url_of(plain), Host=EVIL, host="localhost")[0] == 200
-    assert http_get(url, Host=place, host=EVIL)[0] == 403
+    assert server.http_get(server.url_of(plain), Host=EVIL, host="localhost")[0] == 200
+    assert server.http_get(url, Host=place, host=EVIL)[0] == 403
 
 
 NOT_LOOPBACK = ("localhost", "192.168.1.5:8080", "user@127.0.0.1:8080", "127.0.0.1:8080/x")
@@ -138,8 +125,8 @@ def test_an_invalid_public_url_is_named(text):
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a second address of its own")
 def test_only_this_machine_can_connect_by_default(url):
     """viser listens at all addresses of the machine."""
-    with plain_viser_server("0.0.0.0") as viser_server:
-        assert http_get(f"http://127.0.0.2:{viser_server.get_port()}")[0] == 200
+    with server.plain_viser_server("0.0.0.0") as viser_server:
+        assert server.http_get(f"http://127.0.0.2:{viser_server.get_port()}")[0] == 200
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", int(url.rsplit(":", 1)[1])), timeout=10)
 
@@ -149,11 +136,11 @@ def test_only_this_machine_can_connect_by_default(url):
 
 def test_on_a_network_the_key_is_required(plain, open_url):
     """viser accepts all by default."""
-    assert statuses(url_of(plain)) == (200, 101)
+    assert statuses(server.url_of(plain)) == (200, 101)
     for path in KEYLESS:
         assert statuses(open_url, path) == (403, 403)
-        assert b"viser" not in http_get(open_url, path)[2]
-    assert handshake_status(open_url, additional_headers={"Cookie": "beamviz=1; x"}) == 403
+        assert b"viser" not in server.http_get(open_url, path)[2]
+    assert server.handshake_status(open_url, additional_headers={"Cookie": "beamviz=1; x"}) == 403
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
@@ -161,8 +148,8 @@ def test_no_process_accepts_a_foreign_page_or_a_request_without_the_key(tmp_path
     """Connections go to the processes in turn; each has also tested itself at its start. A foreign
     page and a rebound name are refused even if the browser has the key; all answers have the
     security headers."""
-    port = str(free_port())
-    with ServeProcess(tmp_path, "--host", "0.0.0.0", "--port", port) as served:
+    port = str(server.free_port())
+    with server.ServeProcess(tmp_path, "--host", "0.0.0.0", "--port", port) as served:
         assert len(served.workers) == 2
         url, key = f"http://127.0.0.1:{port}", served.url.partition("?token=")[2]
         cookie = {"Cookie": f"beamviz-{port}={key}"}
@@ -175,28 +162,31 @@ def test_no_process_accepts_a_foreign_page_or_a_request_without_the_key(tmp_path
         ):
             for _ in range(4):
                 assert statuses(url, path, **headers) == answers
-            assert not missing_headers(http_get(url, path, **headers)[1])
+            assert not server.missing_headers(server.http_get(url, path, **headers)[1])
         for message, code in (
             ({"type": "ShareUrlRequest"}, 1008),  # a public tunnel
-            (CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, 1008),
+            (server.CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, 1008),
             ({"type": "CommandTriggerMessage", "uuid": "x" * connection.MAX_BYTES}, 1009),
         ):
             for _ in range(4):
-                assert close_code(url, encoded(**message), additional_headers=cookie) == code
+                assert (
+                    server.close_code(url, server.encoded(**message), additional_headers=cookie)
+                    == code
+                )
 
 
 def test_the_key_moves_from_the_address_to_a_cookie(open_url):
     """So that a projector does not show it, and scripts cannot read it."""
-    status, headers, _ = http_get(open_url, f"/?token={KEY}")
+    status, headers, _ = server.http_get(open_url, f"/?token={KEY}")
     assert (status, headers["Location"]) == (303, "/")
     cookie, _, rules = headers["Set-Cookie"].partition(";")
     assert {"HttpOnly", "SameSite=Lax"} <= set(rules.replace(" ", "").split(";"))
-    assert http_get(open_url, Cookie=cookie)[0] == 200
-    assert http_get(open_url, Cookie=f"other=1; {cookie}; more=2")[0] == 200
+    assert server.http_get(open_url, Cookie=cookie)[0] == 200
+    assert server.http_get(open_url, Cookie=f"other=1; {cookie}; more=2")[0] == 200
     for address, sent in ((open_url, {"Cookie": cookie}), (f"{open_url}/?token={KEY}", {})):
         with visitor(address, additional_headers=sent):
             pass
-    _, headers, _ = http_get(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
+    _, headers, _ = server.http_get(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
     assert headers["Location"] == "/?lesson=nodes&dark=true"
 
 
@@ -210,10 +200,10 @@ def test_keys_are_compared_in_constant_time():
 @pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
 def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
     """Of 128 bits, and another for the presenter of a lecture; on loopback there is none."""
-    monkeypatch.setattr(server, "wait_for_signal", lambda _: None)
-    server.serve(SCENE, host=host, port=0, public=public, processes=1)
-    server.serve(SCENE, host=host, port=0, public=public, follow=True)
-    server.serve(SCENE, port=0)
+    monkeypatch.setattr(app, "wait_for_signal", lambda _: None)
+    app.serve(SCENE, host=host, port=0, public=public, processes=1)
+    app.serve(SCENE, host=host, port=0, public=public, follow=True)
+    app.serve(SCENE, port=0)
     first, second, presenter, local = capsys.readouterr().out.splitlines()
     links = [line.partition("?token=") for line in (first, second, presenter)]
     keys = {key.split()[0] for _, _, key in links}
@@ -231,13 +221,13 @@ def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
 def test_every_response_has_the_security_headers(plain, url):
     """No frames, no MIME sniffing, no referrer, no other connections, no version; also where no
     file is served and no folder listed, as viser ensures itself."""
-    headers = http_get(url_of(plain))[1]
-    assert "Content-Security-Policy" in missing_headers(headers)
+    headers = server.http_get(server.url_of(plain))[1]
+    assert "Content-Security-Policy" in server.missing_headers(headers)
     assert "websockets" in headers["Server"]
-    assert not missing_headers(http_get(url)[1])
+    assert not server.missing_headers(server.http_get(url)[1])
     for path in OTHER_FILES:
-        status, headers, _ = http_get(url, path)
-        assert (path, status, missing_headers(headers)) == (path, 404, set())
+        status, headers, _ = server.http_get(url, path)
+        assert (path, status, server.missing_headers(headers)) == (path, 404, set())
 
 
 def test_a_page_of_another_version_gets_an_answer(url, capsys):
@@ -269,22 +259,24 @@ def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
     with explorer(SCENE, max_visitors=1) as found, socket.socket() as deaf:
         deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
-        page = ClientProtocol(parse_uri(found.replace("http", "ws")), subprotocols=[PROTOCOL])
-        message = Frame(Opcode.BINARY, encoded(**CAMERA_MESSAGE)).serialize(mask=True)
+        page = ClientProtocol(
+            parse_uri(found.replace("http", "ws")), subprotocols=[server.PROTOCOL]
+        )
+        message = Frame(Opcode.BINARY, server.encoded(**server.CAMERA_MESSAGE)).serialize(mask=True)
         deaf.sendall(page.connect().serialize() + message)
-        wait_until(lambda: http_get(found)[0] == 503)
-        wait_until(lambda: http_get(found)[0] == 200)
+        server.wait_until(lambda: server.http_get(found)[0] == 503)
+        server.wait_until(lambda: server.http_get(found)[0] == 200)
 
 
 def test_beyond_the_limit_a_page_waits_and_tries_again():
     """Of two; the third page is served when one visitor has left."""
     with explorer(SCENE, max_visitors=2) as found:
         with visitor(found), visitor(found):
-            status, headers, body = http_get(found)
+            status, headers, body = server.http_get(found)
             assert (status, headers["Retry-After"]) == (503, "10")
             assert b"Too many visitors" in body
             assert b'http-equiv="refresh"' in body
-            assert handshake_status(found) == 503
-        wait_until(lambda: http_get(found)[0] == 200)
+            assert server.handshake_status(found) == 503
+        server.wait_until(lambda: server.http_get(found)[0] == 200)
         with visitor(found):
             pass
