@@ -120,26 +120,21 @@ def test_a_picture_is_saved_in_two_clicks(shown, tmp_path):
     assert dark < 100 < 200 < light
 
 
-def test_two_modes_are_mixed_by_a_click_and_a_drag(shown):
-    """One alone by its row, then the amount of another."""
-    click(shown, button("B2"))
-    shown.wait(f"{SHOWN}.join() === 'B2'")
-    shown.drag(by_id("share-2"), 0.1, 0.7)
-    shown.wait(f"{SHOWN}.join() === 'B2,B3'")
-
-
-@pytest.mark.parametrize("focus", ["document.body", by_id("share-2")])
-def test_a_command_is_run_by_its_name(shown, focus):
-    """Ctrl+K opens the list, also from a slider; after it is closed the pointer works as before."""
-    shown.evaluate(f"{focus}.focus()")
-    shown.key("k", modifiers=2)
-    shown.wait("!!document.activeElement.closest('[role=dialog]')")
-    shown.call("Input.insertText", text="mode 3")
-    shown.wait(says("Show mode 3 alone"))
-    shown.key("Enter")
-    shown.wait(f"{SHOWN}.join() === 'B3'")
-    click(shown, button("B2"))
-    shown.wait(f"{SHOWN}.join() === 'B2'")
+def test_modes_are_shown_by_a_click_a_drag_or_a_command(shown):
+    """One alone by its row, then the amount of another. Ctrl+K opens the list of commands, also
+    from a slider; after it is closed the pointer works as before."""
+    for focus in ("document.body", by_id("share-2"), "document.body"):
+        click(shown, button("B2"))
+        shown.wait(f"{SHOWN}.join() === 'B2'")
+        shown.drag(by_id("share-2"), 0.1, 0.7)
+        shown.wait(f"{SHOWN}.join() === 'B2,B3'")
+        shown.evaluate(f"{focus}.focus()")
+        shown.key("k", modifiers=2)
+        shown.wait("!!document.activeElement.closest('[role=dialog]')")
+        shown.call("Input.insertText", text="mode 3")
+        shown.wait(says("Show mode 3 alone"))
+        shown.key("Enter")
+        shown.wait(f"{SHOWN}.join() === 'B3'")
 
 
 @pytest.mark.slow

@@ -9,11 +9,11 @@ from live.browser import page, says
 from live.visitor import Visitor, visitor
 from PIL import Image
 
-from beamviz.beam import MAX_TOML_BYTES, Beam
+from beamviz.beam import MAX_TOML_BYTES, Beam, Units
 from beamviz.explorer.features import sharing
 from beamviz.exports import animate
 from beamviz.exports.solved_scene import Loop
-from beamviz.scene import Scene
+from beamviz.scene import Camera, Scene
 
 FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
@@ -51,15 +51,18 @@ def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, An
 
 
 def test_a_loaded_scene_is_shown(guest):
-    """Another beam, model and view; saved again it is equal, with its camera, and later with the
-    present values."""
-    wanted = Scene.of(alpha=2, gamma=5, coriolis=True, shares=[0.5, 0.0, 1.0], over="delta")
+    """Another beam, with its units, model and view; saved again it is equal, with its camera, and
+    later with the present values."""
+    beam = Beam(alpha=2, gamma=5, units=Units(length=1.0, time=0.01))
+    wanted = Scene(beam, camera=Camera((1.0, 2.0, 3.0))).changed(
+        coriolis=True, shares=[0.5, *5 * [0.0], 1.0], over="delta", per_rev=(2, 3)
+    )
     upload(guest, wanted.to_toml())
     guest.shows(wanted.beam, **wanted.options)
     assert saved(guest) == wanted
     guest.choose("dark", True)
-    guest.edit(gamma=6.0)
-    assert saved(guest) == wanted.changed(gamma=6.0, dark=True)
+    guest.edit(strain="biot")
+    assert saved(guest) == wanted.changed(strain="biot", dark=True)
 
 
 @pytest.mark.parametrize(

@@ -101,20 +101,6 @@ def test_slow_solves_of_many_visitors_go_to_the_workers(crowd):
     assert not crowd.waiting
 
 
-def test_an_unexpectedly_slow_solve_does_not_delay_the_others(crowd, release):
-    """It continues in the background, and those after it are done in order."""
-    begun, done = threading.Event(), []
-    for k in (1, 2):
-        crowd.solve(lambda k=k: done.append(k), lambda: True)
-        crowd.solve(lambda: (begun.set(), release.wait(60), done.append(-1)), lambda: True)
-    crowd.solve(lambda: done.append(3), lambda: True)
-    crowd.run_batch(9)
-    assert begun.is_set()
-    wait_until(lambda: done == [1, 2, 3])
-    release.set()
-    wait_until(lambda: sorted(done) == [-1, -1, 1, 2, 3])
-
-
 # Jobs
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from live.browser import NODES, Page, field, says
-from live.visitor import PAPER, Visitor, frequency_text
+from live.browser import NODES, Page, by_id, field, says
+from live.visitor import PAPER, frequency_text
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView
@@ -22,7 +22,6 @@ from beamviz.scene import Scene, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
 
-OVERLAY = "/scene/rotor/overlay"
 BENT = Beam(alpha=0.2, beta=0.6, gamma=4, delta=-1)
 unit = st.floats(-1, 1)
 points = st.tuples(unit, unit, unit).map(np.array)
@@ -78,30 +77,6 @@ def test_a_point_of_the_beam_gives_its_coordinate(beam, state, rotating_frame):
             assert drag.nearest_coordinate(sight) == pytest.approx(shapes.x[k], abs=1e-3)
 
 
-def drag(guest: Visitor, phase: str, x: float) -> None:
-    """A step of a drag of the mass, over a place of the picture."""
-    node, middle = "/scene/rotor/mass", (0.5, 0.5)
-    what = {"name": node, "owner": guest.nodes[node]["owner"], "instance_index": 0}
-    start = {"start_position": (0.0, 0.0, 0.0), "start_screen_pos": middle}
-    end = {"end_position": (x, 0.0, 0.0), "end_screen_pos": middle}
-    how = {"phase": phase, "button": "left", "modifier": None}
-    guest.send(type="SceneNodeDragMessage", **what, **start, **end, **how)
-
-
-def test_dragging_the_mass_sets_beta_and_shows_an_overlay(guest):
-    """By 0.2 to the right; the beam before is drawn pale, with its frequencies."""
-    guest.choose("playing", False)
-    assert OVERLAY not in guest.nodes
-    for phase, x in (("start", 0.0), ("update", 0.1), ("update", 0.2), ("end", 0.2)):
-        drag(guest, phase, x)
-    guest.says(number(solve(PAPER).frequencies[0]))  # as the comparison prints it: before
-    guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible"))
-    guest.says("before, ω")
-    guest.wait(lambda _: abs(guest.values.get("beta", math.inf) - 0.7) < 0.01)
-    beam = PAPER.replace(beta=float(guest.values["beta"]))
-    guest.says(number(solve(beam).frequencies[0]))
-
-
 # By a mouse, on the page
 
 # What viser's own page complains about when a body of the scene is dragged.
@@ -136,7 +111,8 @@ def move(shown: Page, start: list[float], end: list[float]) -> None:
 )
 def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end):
     """Along a beam, straight or bent, towards the tip: beta is where the drag ended, to a
-    hundredth, also if the shape of the beam changes; the overlay is visible."""
+    hundredth, also if the shape of the beam changes. The beam before is drawn pale, with its
+    frequencies beside the new ones."""
     scene = Scene.of(beam, state=state, shares=[1.0], amplitude=0.0, playing=False)
     shown.send("load", f"beam.toml\n{scene.to_toml()}")
     shown.wait(f"{NODES}?.['/scene/rotor/mass'] && {says(frequency_text(beam, state=state))}")
@@ -161,4 +137,8 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end):
             break
     assert shown.evaluate(stays(end))
     shown.wait(f"{NODES}['/scene/rotor/overlay']?.visible === true")
+    after = float(shown.evaluate(position))
+    omegas = [solve(beam.replace(beta=x), state=state).frequencies[0] for x in (beam.beta, after)]
+    for words in ("before, ω", *map(number, omegas)):
+        shown.wait(f"{by_id('comparison')}.textContent.includes('{words}')")
     assert [problem for problem in shown.problems if KNOWN not in problem] == []

@@ -5,23 +5,11 @@ import math
 import pytest
 from live.visitor import PAPER
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
 from beamviz.scene import Camera, Scene
 
 START = State.of(Scene(PAPER))
-
-
-def test_a_state_keeps_its_scene():
-    """All keys of a scene are kept, and the number of modes solved is that of the scene."""
-    units = Units(length=1.0, time=0.01)
-    scene = Scene(PAPER.replace(units=units), camera=Camera((1, 2, 3))).changed(
-        plane="flapwise", mode=7, dark=True, over="alpha", per_rev=(2, 3)
-    )
-    state = State.of(scene)
-    assert state.to_scene() == scene
-    assert state.case.options["modes"] == 7
-    assert START.loaded(scene).to_scene() == scene
 
 
 @pytest.mark.parametrize(
@@ -55,14 +43,11 @@ def test_an_edit_changes_one_value_and_an_invalid_one_none(name, value, expected
     assert state.values[other] == START.values[other]
 
 
-def test_shares_of_modes_are_clamped():
-    """To 0 .. 1, for modes that had none; one mode may be shown alone."""
+def test_shares_of_modes_are_clamped_and_a_spin_up_bends_a_straight_beam():
+    """To 0 .. 1, for modes that had none; one mode may be shown alone. With a spin-up there is no
+    straight state; a state that was chosen is kept."""
     assert START.share(-5, 3).view.shares == (0.0, 1.0, 0.0, 0.0)
     assert START.only(2).view.shares == (0.0, 0.0, 1.0)
-
-
-def test_a_spin_up_bends_a_straight_beam():
-    """It has no straight state; a state that was chosen is kept."""
     state = START.changed("spin_up", 3.0)
     assert state.values["state"] == "stable"
     assert state.to_scene().beam == PAPER.replace(spin_up=3.0)
