@@ -226,12 +226,17 @@ class FrameLoop:
         session = self.sessions.pop(visitor, None)
         if session:
             session.close()
+        if visitor == self.presenter:
+            self.wake(visitor)
 
     def wake(self, visitor: int) -> None:
         """Draw for a visitor soon, and for the visitors who follow them."""
         self.woken[visitor] = None
         if visitor == self.presenter:
-            self.woken.update(dict.fromkeys(list(self.sessions)))
+            for follower, session in list(self.sessions.items()):
+                if session.visitor.state.following:
+                    session.visitor.version = object()
+                    self.woken[follower] = None
         self.resume()
 
     def resume(self) -> None:

@@ -30,19 +30,20 @@ from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
 from beamviz.explorer.features.mass_drag import MassDrag
 from beamviz.explorer.features.method_timing import MethodTimingTab
-from beamviz.explorer.features.presenter_mode import PresenterMode
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RESPONSE, RunUpPlayback, RunUpTab
 from beamviz.explorer.features.sharing import Files, Links
 from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.jobs import Solved, SolverAnswer
-from beamviz.explorer.page import panel
+from beamviz.explorer.page import checkbox, panel
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
 
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
 REST = 0.3  # [s] that a slider is at rest before the charts are updated, with many visitors
 ZOOMED = 1.25  # ratio of scales from which on the beam is subdivided again
+FOLLOW_LABEL = "follow the presenter"
+FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
 class SceneView(Feature):
@@ -73,19 +74,17 @@ class SceneView(Feature):
         self.is_pending = True  # no answer to this scene has come
         self.choose_pace = True
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        state = self.visitor.state
-        return (
-            state.view, state.scene, self.visitor.solver.answer, state.comparison, state.kept,
-            state.stacked, self.comparison.job.answer, *self.run_up.inputs,
-        )  # fmt: skip
+    def is_outdated(self) -> bool:
+        """Whether the state, an answer or the viewpoint has changed since the last call."""
+        jobs = self.visitor.solver, self.comparison.job, self.run_up.job
+        changed = self.redraws(self.visitor.state, *(job.answer for job in jobs))
+        return changed or self.has_moved
 
     @property
-    def outdated(self) -> bool:
-        """Whether an input has changed, or the scale so much that the beam must be subdivided
-        again."""
-        if self.camera.requested or super().outdated:
+    def has_moved(self) -> bool:
+        """Whether a new viewpoint is requested, or the scale has changed so much that the beam must
+        be subdivided again."""
+        if self.camera.requested:
             return True
         ratio = self.camera.scale / self.drawn.scale
         return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
@@ -179,15 +178,21 @@ class SceneView(Feature):
 
 class Session:
     """The page of one visitor. Callbacks change the visitor's state; `tick`, called by the frame
-    loop, draws. presenter: returns the presenter, for a visitor of a lecture; last_tick: time [s]
-    of the last frame; charts_due: time [s] when the charts follow."""
+    loop, draws.
 
-    def __init__(self, visitor: Visitor, presenter: Callable[[], Visitor | None] | None = None):
+    presenter: returns the presenter of a lecture, None while there is none; itself None without a
+    lecture; presented_tab: the one that the presenter had open last, while visitors may open
+    another; last_tick: time [s] of the last frame; charts_due: time [s] when the charts follow;
+    version: of the visitor, in the last frame.
+    """
+
+    def __init__(self, visitor: Visitor, presenter: Callable[[], Visitor | None] | None):
         self.visitor, self.last_tick, self.charts_due = visitor, 0.0, 0.0
+        self.presenter, self.presented_tab = presenter, visitor.state.tab
+        self.version: object = None
         panel.build(visitor)
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
-        BeamControls(visitor)
-        RealBeamPanel(visitor)
+        self.controls: list[Feature] = [BeamControls(visitor), RealBeamPanel(visitor)]
         loci, lessons = LociTab(visitor), Lessons(visitor)
         self.features: list[Feature] = [
             loci, VeeringTab(visitor, loci), ComparisonTab(visitor, self.comparison),
@@ -196,8 +201,10 @@ class Session:
         panel.add_commands(visitor)
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
-        self.presenter = PresenterMode(visitor, presenter)
         self.mass_drag = MassDrag(visitor, self.view.beam)
+        if presenter:
+            visitor.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
+            visitor.bind("following")
         visitor.page.on("preferences", self.take_preferences)
         visitor.client.camera.on_update(self.camera_moved)
         self.links = Links(visitor, lessons)
@@ -210,7 +217,7 @@ class Session:
             camera.set_viewpoint(None)
         camera.requested |= camera.outdated
         self.links.moved = True
-        if self.view.outdated:
+        if self.view.has_moved:
             self.visitor.wake()
 
     def take_preferences(self, preferences: Any) -> None:
@@ -227,6 +234,27 @@ class Session:
             visitor.set_state(state)
 
     @property
+    def followed(self) -> Visitor | None:
+        """The presenter, while the visitor follows them."""
+        return self.presenter() if self.presenter and self.visitor.state.following else None
+
+    def follow(self) -> None:
+        """Use the answers and the state of the presenter, without the viewpoint; nothing is
+        computed for the visitor then."""
+        own, other = self.visitor, self.followed
+        for k, job in enumerate(own.jobs):
+            job.follow(other.jobs[k] if other else None)
+        if other is None:
+            return
+        with own.lock:
+            state = replace(other.state, camera=own.state.camera, following=True)
+            if self.presented_tab == state.tab:
+                state = replace(state, tab=own.state.tab)
+            self.presented_tab = other.state.tab
+            if state != own.state:
+                own.set_state(state)
+
+    @property
     def is_moving(self) -> bool:
         """Whether the picture changes with time."""
         view = self.view.state.view
@@ -236,28 +264,39 @@ class Session:
     @property
     def needs_tick(self) -> bool:
         visitor = self.visitor
-        late = visitor.state is not visitor.shown or visitor.chart_answer is not visitor.answer
         moving = self.is_moving or visitor.camera.change is not None
-        return late or moving or self.outdated or self.links.outdated
+        late = visitor.chart_answer is not visitor.answer
+        return moving or late or self.has_changed or self.links.outdated
 
     @property
     def outdated(self) -> bool:
+        """Whether to draw before the next round of frames; while a case is solved, there is soon
+        more to draw."""
+        return self.has_changed and not self.visitor.solver.busy
+
+    @property
+    def has_changed(self) -> bool:
         """Whether a part of the page is outdated."""
-        behind = self.presenter.outdated or self.mass_drag.outdated
-        behind = behind or not self.visitor.page.shows("work", panel.work(self.visitor.jobs))
-        return behind or any(one.outdated for one in (self.view, *self.features))
+        visitor = self.visitor
+        is_current = visitor.page.shows("work", panel.work(visitor.jobs))
+        return visitor.version is not self.version or self.view.has_moved or not is_current
 
     def tick(self, now: float) -> None:
         """Draw the frame of the time `now` [s]."""
         visitor, view = self.visitor, self.view
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        if self.presenter.outdated:
-            self.presenter.update()
+        if outdated := self.has_changed:
+            self.follow()
         self.run_up.step(elapsed)
+        before, self.version = self.version, visitor.version
+        outdated = outdated or before is not self.version
         with visitor.client.atomic():
-            visitor.update_controls()
+            if outdated:
+                visitor.show_controls()
+                for feature in self.controls:
+                    feature.show()
             change = visitor.camera.change
-            if view.outdated:
+            if view.is_outdated():
                 self.draw()
                 self.charts_due = now + (REST if visitor.workers.crowded() else 0.0)
             time = elapsed * view.pace if self.is_moving else 0.0
@@ -265,7 +304,8 @@ class Session:
             self.mass_drag.update()
             is_under_way = visitor.camera.change is change  # since an earlier frame
             visitor.camera.step(elapsed if is_under_way else 0.0, view.clock.angle)
-            self.presenter.update_clock()
+            if (other := self.followed) and len(other.clock.phases) == len(view.clock.phases):
+                vars(view.clock).update(vars(other.clock))
             view.move(time)
             self.links.update(now)
             visitor.page.html("work", panel.work(visitor.jobs))
@@ -276,13 +316,14 @@ class Session:
             ):
                 visitor.page.props("scene", data_ready="")  # it is hidden at first
         visitor.client.flush()
-        self.update_features(now)
+        if outdated or visitor.chart_answer is not visitor.answer:
+            self.update_features(now)
 
     def draw(self) -> None:
         """Draw the latest answer and state; the colours have no scale where the beam is grey. The
         caption is an invitation until the first edit."""
         page, view, case = self.visitor.page, self.view, self.visitor.state.case
-        view.update()
+        view.show()
         page.captions(view.captions)
         page.props("playing", disabled=bool(view.warning))
         panel.show_answer(self.visitor, view.solved, view.shown_modes)
@@ -294,13 +335,12 @@ class Session:
         page.html("scene-caption", RESPONSE if self.run_up.driven else invitation)
 
     def update_features(self, now: float) -> None:
-        """Update the tabs; with many visitors, charts wait until the slider is at rest."""
+        """Show the tabs; with many visitors, charts wait until the slider is at rest."""
         visitor = self.visitor
         if now >= self.charts_due and not (visitor.solver.busy and visitor.workers.crowded()):
             visitor.chart_answer = visitor.answer
         for feature in self.features:
-            if feature.outdated:
-                feature.update()
+            feature.show()
 
     def close(self) -> None:
         """Cancel the export and close all jobs."""

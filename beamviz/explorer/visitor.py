@@ -1,13 +1,14 @@
 """One visitor: their state, the controls that show and edit it, and their background jobs.
 
 A feature gets a `Visitor`: it reads `state`, edits it by `change`, binds its controls to it, and
-computes its results by a `job`. State is never read out of a control.
+computes its results by a `job`. State is never read out of a control. What changes calls `wake`;
+then each `Feature` shows its part of the page.
 """
 
 import operator
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,29 +22,31 @@ from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, S
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
 
+Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values of the state
+
 
 class Visitor:
     """The single store of one visitor's state.
 
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
-    by each edit; shown: the state that the controls show; solver: the job that solves the case of
-    the state; answer: the answer that the scene shows; chart_answer: the one that the charts show,
-    which with many visitors are updated only when a slider is at rest; wake: tells the frame loop
-    that something has changed; clock: of the scene; dragging: the mass is being dragged, and the
-    clock is stopped.
+    by each edit; version: another object after each change; schedule: tells of a change to the
+    frame loop; solver: the job that solves the case of the state; answer: the answer that the scene
+    shows; chart_answer: the one that the charts show, which with many visitors are updated only
+    when a slider is at rest; controls: what those of each key show; clock: of the scene; dragging:
+    the mass is being dragged, and the clock is stopped.
     """
 
     def __init__(
-        self, client: ClientHandle, state: State, workers: Workers, wake: Callable[[], None]
+        self, client: ClientHandle, state: State, workers: Workers, schedule: Callable[[], None]
     ):
-        self.client, self.wake, self.page = client, wake, Page(client)
+        self.client, self.schedule, self.page = client, schedule, Page(client)
         group_messages(client)
-        self.state = self.shown = state
+        self.state, self.version = state, object()
         self.history = History()
         self.workers, self.background = workers, workers.background
         self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
         self.camera.set_viewpoint(state.camera)
-        self.renderers: list[tuple[str, Callable[[Any], None]]] = []  # of the values by name
+        self.controls: dict[str, Shown] = {}
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
         self.chart_answer: SolverAnswer | None = None
@@ -51,9 +54,13 @@ class Visitor:
         self.solver = self.solve_job()
         self.solver.request(state.case)
         self.page.on("tab", self.open_tab)
-        self.render("tab", self.page.open)
         for key in (*VIEW_KEYS, *CHOICES, *TERMS, *FIELDS.keys() - {"tab", "following"}):
             self.bind(key)
+
+    def wake(self) -> None:
+        """Show the page again soon, as something has changed; from any thread."""
+        self.version = object()
+        self.schedule()
 
     # State
 
@@ -118,42 +125,25 @@ class Visitor:
         self,
         key: str,
         edit: Callable[[State, Any], State] | None = None,
-        of: str | None = None,
-        shown: Callable[[Any], Any] = lambda value: value,
+        shown: Shown | None = None,
     ) -> None:
-        """Bind the controls with data-set="key" to the value of the state named `of` (by default
-        `key`): they show `shown(value)`, and an edit replaces the state by `edit(state, value)`, by
-        default `state.changed(key, value)`."""
-        name = of or key
+        """Bind the controls with data-set="key": they show `shown(values)` of the values of the
+        state by name, by default that of the name `key`; an edit replaces the state by
+        `edit(state, value)`, by default `state.changed(key, value)`."""
+        edit = edit or (lambda state, value: state.changed(key, value))
+        self.page.on(key, lambda value: self.change(lambda state: edit(state, value)))
+        self.controls[key] = shown or operator.itemgetter(key)
 
-        def edited(value: Any) -> None:
-            self.change(lambda state: edit(state, value) if edit else state.changed(key, value))
-            show(self.state.values[name])  # which may differ from what the visitor set
-
-        def show(value: Any) -> None:
-            self.page.value(key, shown(value))
-
-        self.page.on(key, edited)
-        self.render(name, show)
-
-    def render(self, name: str, show: Callable[[Any], None]) -> None:
-        """Call `show` with the value of this name (see `State.values`), now and in each frame in
-        which it is another object."""
-        with self.lock:
-            self.renderers.append((name, show))
-            show(self.shown.values[name])
-
-    def update_controls(self) -> None:
-        """Show the state in the controls whose value has changed since the last frame."""
-        with self.lock:
-            if self.state is not self.shown:
-                before, now = self.shown.values, self.state.values
-                self.shown = self.state
-                for name, show in self.renderers:
-                    if now[name] is not before[name]:
-                        show(now[name])
-                self.page.props("undo", disabled=not self.history.past)
-                self.page.props("redo", disabled=not self.history.future)
+    def show_controls(self) -> None:
+        """Show the state in all bound controls, the tab and the theme."""
+        state = self.state
+        values = state.values
+        for key, shown in self.controls.items():
+            self.page.value(key, shown(values))
+        self.page.open(state.tab)
+        self.page.theme(dark=state.view.dark)
+        self.page.props("undo", disabled=not self.history.past)
+        self.page.props("redo", disabled=not self.history.future)
 
     def command(self, name: str, run: Callable[[], None]) -> None:
         """Add a command to the palette (Ctrl+K)."""
@@ -189,39 +179,22 @@ class Visitor:
 
 
 class Feature:
-    """A part of the page that is updated when its `inputs` change, objects compared by identity.
-    Subclasses define `inputs`, and `show`, which updates the page.
+    """A part of the page. `show`, defined by subclasses, is called whenever something has changed;
+    what takes time it draws only `if self.redraws(...)`."""
 
-    drawn_from: what the chart of the feature was drawn from.
-    """
-
-    shown: tuple[object, ...] = ()
     drawn_from: tuple[object, ...] = ()
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        raise NotImplementedError
-
     def show(self) -> None:
+        """Request what the page needs for the state, and show the last results."""
         raise NotImplementedError
 
-    @property
-    def outdated(self) -> bool:
-        """Whether an input is another object than at the last update."""
-        inputs = self.inputs
-        return len(inputs) != len(self.shown) or any(map(operator.is_not, inputs, self.shown))
-
-    def update(self) -> None:
-        self.shown = self.inputs
-        self.show()
-
-    def redraws(self, *drawn: object) -> bool:
-        """Whether the chart has to be drawn again, from other objects than the last time."""
-        before, self.drawn_from = self.drawn_from, drawn
-        return drawn != before
+    def redraws(self, *drawn_from: object) -> bool:
+        """Whether one of these is another object than at the last call."""
+        before, self.drawn_from = self.drawn_from, drawn_from
+        return len(before) != len(drawn_from) or any(map(operator.is_not, before, drawn_from))
 
     def fade(self, job: Job, *parts: str) -> None:
         """Mark a chart and its lists, by their element ids, while their job has no answer to the

@@ -9,7 +9,7 @@ from beamviz.beam import NUMBERS, PARAMETERS, Units
 from beamviz.drawing.text import Measure, measures
 from beamviz.explorer import page
 from beamviz.explorer.state import State
-from beamviz.explorer.visitor import Visitor
+from beamviz.explorer.visitor import Feature, Visitor
 
 SWITCHES = {
     "stiffening": (
@@ -32,7 +32,7 @@ FIELD_DIGITS = 8
 FIRST_MASS = 1.0  # for a beam that never had one
 
 
-class BeamControls:
+class BeamControls(Feature):
     """The numbers of the beam, each with a slider for its usual range and a field for its full
     range, in the units of the beam; and a switch for each term of the equations and for the mass.
 
@@ -40,7 +40,8 @@ class BeamControls:
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.page, self.alpha = visitor, visitor.page, FIRST_MASS
+        super().__init__(visitor)
+        self.alpha = FIRST_MASS
         self.ranges: dict[str, tuple[float, float]] = {}
         reset = page.button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
         more = f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
@@ -48,31 +49,34 @@ class BeamControls:
         self.page.html("beam", sliders + more + reset)
         switches = (page.checkbox(key, label, help) for key, (label, help) in SWITCHES.items())
         self.page.html("effects", "".join(switches))
-        visitor.render("scene", lambda _: self.choose_ranges(visitor.state))
+        self.measures = measures(visitor.state.case.units)
         for name in NUMBERS:
-            visitor.page.on(name, partial(self.edit, name))
-            visitor.render(name, partial(self.show, name))
-        visitor.bind("mass", self.switch_mass, of="alpha", shown=bool)
+            self.page.on(name, partial(self.edit, name))
+        visitor.bind("mass", self.switch_mass, lambda values: bool(values["alpha"]))
 
     def edit(self, name: str, value: Any) -> None:
         number = self.measures[name].plain(value)
         self.visitor.change(lambda state: state.changed(name, number))
 
-    def show(self, name: str, number: Any) -> None:
-        """Show a number; a slider whose range does not contain it gets the full range."""
-        if not is_finite(number):
-            return
-        if name == "alpha" and number > 0:
-            self.alpha = number
-        measure, (low, high) = self.measures[name], self.ranges[name]
-        shown = float(f"{measure.factor * number:.{FIELD_DIGITS}g}")
-        if not low <= shown <= high:
-            low, high = (measure.factor * limit for limit in NUMBERS[name].limits)
-            self.page.props(f"{name}-slider", min=low, max=high)
-        self.page.value(name, shown)
+    def show(self) -> None:
+        """Show the numbers; a slider gets the full range if the usual one lacks its number."""
+        state = self.visitor.state
+        if self.redraws(state.scene):
+            self.choose_ranges(state)
+        for name, number in state.case.numbers.items():
+            if not is_finite(number):
+                continue
+            if name == "alpha" and number > 0:
+                self.alpha = number
+            measure, (low, high) = self.measures[name], self.ranges[name]
+            shown = float(f"{measure.factor * number:.{FIELD_DIGITS}g}")
+            if not low <= shown <= high:
+                low, high = (measure.factor * limit for limit in NUMBERS[name].limits)
+                self.page.props(f"{name}-slider", min=low, max=high)
+            self.page.value(name, shown)
 
     def choose_ranges(self, state: State) -> None:
-        """Choose labels and ranges for a scene that was loaded, and show its numbers."""
+        """Choose labels and ranges for a scene that was loaded."""
         units = state.case.units
         self.measures = measures(units)
         for name, number in state.case.numbers.items():
@@ -83,7 +87,6 @@ class BeamControls:
             self.page.props(f"{name}-slider", **values)
             self.page.props(f"{name}-field", aria_label=measure.label)
             self.page.html(f"{name}-label", escape(measure.label))
-            self.show(name, number)
         self.page.props("mu-row", hidden=units is not None)
         self.page.html("units", "SI units" if units else "Real beam…")
 

@@ -197,14 +197,11 @@ class ComparisonTab(Feature):
         self.page.html("tab-compare", f'{TAB}<div id="comparison"></div>')
         self.page.on("keep", lambda _: visitor.change(State.keep))
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        comparison, state = self.comparison, self.visitor.state
-        return self.visitor.answer, state.comparison, state.kept, comparison.answer, comparison.case
-
     def show(self) -> None:
         """Show the frequencies of both beams, or a message why there are none."""
         case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
+        if not self.redraws(case, answer, second):
+            return
         if case.case is None:
             self.page.html("comparison", f"<p>{escape(case.title or INVITATION)}</p>")
         elif second and second.error:

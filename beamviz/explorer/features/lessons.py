@@ -12,6 +12,7 @@ from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.modes import rotated
 from beamviz.errors import BeamvizError
 from beamviz.explorer import page
+from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.state import TABS
 from beamviz.explorer.visitor import Feature, Visitor
@@ -88,15 +89,12 @@ class Lessons(Feature):
         else:
             self.open(names[(names.index(state.lesson) + by) % len(names)])
 
-    @property
-    def inputs(self) -> tuple[SolverAnswer | None, str, int, tuple[str, ...]]:
-        state = self.visitor.state
-        answer = self.visitor.answer if state.lesson and state.step == CHALLENGE else None
-        return answer, state.lesson, state.step, self.named
-
     def show(self) -> None:
         """Show the cards, and the open lesson with the verdict on its challenge."""
-        answer, name, step, named = self.inputs
+        name, step, named = self.visitor.state.lesson, self.visitor.state.step, self.named
+        answer = self.visitor.answer if name and step == CHALLENGE else None
+        if not self.redraws(answer, name, step, named):
+            return
         verdict = self.check(lesson(name), answer, answer.beam) if answer and answer.beam else ""
         self.page.html("lesson-text", lesson_html(lesson(name), step) if name else "")
         self.page.html("verdict", verdict)
@@ -205,13 +203,13 @@ AMPLITUDE = 0.17  # of the length
 X = np.linspace(0.0, 1.0, 41)
 TICKS = slice(0, None, 5)  # points of X with a cross-section
 POINTS = 41  # of loci
-LOCI = {  # lessons with a chart: start and stop of the axis, first and last mode
-    "mode-shift": (0.6, 2.4, 3, 4),
-    "crossing": (3.5, 6.0, 3, 4),
-    "veering": (4.2, 5.1, 3, 4),
-    "resonance": (0.0, 14.0, 1, 3),
-    "paradox": (0.0, 3.5, 1, 1),
-    "buckling": (0.0, 2.99, 1, 1),
+LOCI = {  # lessons with a chart: start and stop of the axis, branches
+    "mode-shift": (0.6, 2.4, ("B3", "S1")),
+    "crossing": (3.5, 6.0, ("B3", "S1")),
+    "veering": (4.2, 5.1, ("B3", "S1")),
+    "resonance": (0.0, 14.0, ("B1", "B2", "B3")),
+    "paradox": (0.0, 3.5, ("B1",)),
+    "buckling": (0.0, 2.99, ("B1",)),
 }
 
 
@@ -258,13 +256,12 @@ def hub(delta: float) -> str:
 
 def chart(shown: Lesson) -> str:
     """Loci of some modes, in the colours of their families, with the multiples of the speed."""
-    scene, (start, stop, first, last) = shown.scene, LOCI[shown.name]
+    scene, (start, stop, labels) = shown.scene, LOCI[shown.name]
     values = np.linspace(start, stop, POINTS)
-    found = loci(scene.beam, scene.over, values, last + 1, **scene.options)
-    numbers = np.array([branch.mode_index for branch in found.branches]) + 1
-    inside = (first <= numbers) & (numbers <= last)
-    frequency = np.where(inside, [branch.frequency for branch in found.branches], np.nan)
-    low, high = 0.0 if first == 1 else np.nanmin(frequency), np.nanmax(frequency)
+    found = loci(scene.beam, scene.over, values, **scene.options)
+    branches = [found[label] for label in labels]
+    frequency = np.array([branch.frequency for branch in branches])
+    low, high = 0.0 if "B1" in labels else np.nanmin(frequency), np.nanmax(frequency)
 
     def height(frequency: np.ndarray) -> np.ndarray:
         return HEIGHT - MARGIN - (HEIGHT - 2 * MARGIN) * (frequency - low) / (high - low)
@@ -273,13 +270,10 @@ def chart(shown: Lesson) -> str:
     parts = [f'<path class="rest" d="M{MARGIN} {MARGIN}V{HEIGHT - MARGIN}H{WIDTH - MARGIN}"/>']
     multiples = (height(k * values) for k in scene.per_rev)
     parts += [page.polyline(x[y >= MARGIN], y[y >= MARGIN], "hub") for y in multiples]
-    for branch, row in zip(found.branches, height(frequency), strict=True):
-        family = np.array(branch.family, str)
-        for name in np.unique(family):
-            here = (family == name) & np.isfinite(row)
-            here |= np.r_[False, here[:-1]] & np.isfinite(row)  # without a gap to the next colour
-            runs = np.split(np.arange(POINTS), np.flatnonzero(np.diff(here)) + 1)
-            parts += [page.polyline(x[run], row[run], name) for run in runs if here[run[0]]]
+    for locus in loci_lines(found, values, 1.0, branches):
+        y = height(np.array(locus["y"], float))
+        for first, last, family, _ in locus["runs"]:
+            parts.append(page.polyline(x[first : last + 1], y[first : last + 1], family))
     return "".join(parts)
 
 

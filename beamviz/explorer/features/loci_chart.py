@@ -4,7 +4,7 @@ veerings and resonances."""
 import contextlib
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from html import escape
@@ -252,8 +252,7 @@ class LociTab(Feature):
         for k in PER_REV:
             names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
             tools += page.button(f"{k} ×", class_="toggle", **names)
-            edit, shown = partial(with_line, k=k), lambda multiples, k=k: k in multiples
-            visitor.bind(f"per_rev_{k}", edit, of="per_rev", shown=shown)
+            visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
         tools += f"{page.hint('per-rev lines', PER_REV_HELP)}</div>"
         lists = "loci-resonances", "loci-events"
         self.page.html("tab-frequencies", page.chart_tab(tools, "loci-chart", *lists, hidden=False))
@@ -276,15 +275,6 @@ class LociTab(Feature):
         value = getattr(answer.beam, chart.request.over)
         nearest = min(chart.events.values(), key=lambda event: abs(event.at - value))
         return chart.events.get(self.chosen, nearest)
-
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        state = self.visitor.state
-        return (
-            self.visitor.chart_answer, state.over, state.per_rev, state.comparison, state.kept,
-            state.following, self.choice, self.charts.answer, self.second_charts.answer,
-            self.charts.slow,
-        )  # fmt: skip
 
     def show(self) -> None:
         """Request the charts, and show the last ones."""
@@ -333,6 +323,10 @@ class LociTab(Feature):
             if other.case:
                 self.second_charts.request(request.same_axis(other.case))
         return other.case is not None
+
+
+def has_line(values: Mapping[str, Any], k: int) -> bool:
+    return k in values["per_rev"]
 
 
 def with_line(state: State, on: Any, k: int) -> State:

@@ -125,12 +125,6 @@ class MapTab(Feature):
                 x, y = first.plain(x), second.plain(y)
                 self.visitor.change(lambda state: state.changed(along, x).changed(up, y))
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        state, job = self.visitor.state, self.job
-        choices = state.tab, state.over, state.across, state.mapped
-        return self.visitor.chart_answer, *choices, job.answer, job.slow
-
     def show(self) -> None:
         """Request the map while the tab is open, and show the last one."""
         state, shown = self.visitor.state, self.visitor.chart_answer

@@ -66,11 +66,6 @@ class MassDrag:
         self.visitor.change(moved)
         self.case = self.visitor.state.case
 
-    @property
-    def outdated(self) -> bool:
-        """Whether the drag has ended, and the scene still keeps its position."""
-        return self.sight is not None and not self.visitor.dragging
-
     def update(self) -> None:
         """Move the mass under the pointer again if the shape of the beam has changed since, unless
         something else was edited; after the drag, move the scene to its usual position."""

@@ -99,12 +99,6 @@ class MethodTimingTab(Feature):
         tools = page.checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
         self.page.html("tab-methods", page.chart_tab(tools, "timing-chart", "timings"))
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        visitor, job = self.visitor, self.job
-        state = visitor.state
-        return state.tab, visitor.chart_answer, state.time_methods, job.answer, job.slow
-
     def show(self) -> None:
         """Describe the method in use; request the timings and draw the last ones. They are only
         measured while the tab is open: another one needs the processor, and would falsify them."""
@@ -117,6 +111,8 @@ class MethodTimingTab(Feature):
             self.job.request(answer.request.with_options(method="auto"))
             timings = self.job.answer
         self.fade(self.job, "timing-chart", "timings")
+        if not self.redraws(solution, timings):
+            return
         self.page.html("method", summary(solution) if solution else "")
         self.page.props("timing-chart", hidden=not (timings and timings.result))
         if timings and timings.result:

@@ -12,8 +12,7 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Be
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.state import State
-from beamviz.explorer.visitor import Visitor
+from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
 
 RPM = math.pi / 30  # [rad/s]
@@ -244,19 +243,17 @@ def material(beam: Beam) -> str:
 # The panel
 
 
-class RealBeamPanel:
+class RealBeamPanel(Feature):
     """The panel. `section` of the state is the kind of section whose dimensions it shows."""
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.page = visitor, visitor.page
+        super().__init__(visitor)
         for name in FIELDS:
             self.page.on(f"real.{name}", partial(self.edit, name))
         self.page.on("real.preset", self.choose)
         self.page.on("real.material", self.choose_material)
         self.page.on("real.section", self.choose_section)
         self.page.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
-        for name in ("case", "section"):
-            visitor.render(name, lambda _: self.show(visitor.state))
 
     def edit(self, name: str, value: Any) -> None:
         self.load(lambda beam: edited(beam, name, value))
@@ -293,8 +290,11 @@ class RealBeamPanel:
             message = str(error)
         self.page.html("real-error", escape(message))
 
-    def show(self, state: State) -> None:
+    def show(self) -> None:
         """Show the values of the beam, unless a number is out of range."""
+        state = self.visitor.state
+        if not self.redraws(state.case, state.section):
+            return
         try:
             beam = state.case.beam()
         except InvalidInput:

@@ -83,12 +83,6 @@ class RunUpPlayback:
         shown = state.forced_response and not state.view.all_modes
         return shown and self.run is not None and self.field.size > 0
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        """The answer, and whether the speed increases and the response is shown."""
-        state = self.visitor.state
-        return self.answer, self.running, state.forced_response, state.view.all_modes
-
     def start_or_stop(self) -> None:
         """Start from rest, or stop; nothing for a number out of range."""
         if self.running:
@@ -196,12 +190,8 @@ class RunUpTab(Feature):
             + page.button("", id="run-up-button", class_="main", data_do="run_up")
         )
         self.page.html("tab-run-up", page.chart_tab(tools, "run-up-chart", "run-up-list"))
-        visitor.bind("damping", with_damping, shown=lambda ratio: round(100 * ratio, 6))
+        visitor.bind("damping", with_damping, lambda values: round(100 * values["damping"], 6))
         self.page.on("run_up", lambda _: playback.start_or_stop())
-
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        return *self.playback.inputs, self.visitor.answer
 
     def show(self) -> None:
         """Show the run-up with the speed of the beam, or the reason why there is none."""
@@ -210,9 +200,11 @@ class RunUpTab(Feature):
         self.page.props("run-up-chart", hidden=run is None)
         if run:
             line = cursor(self.visitor.answer, "gamma", measure("gamma", run.beam.units))
-            self.page.chart("run-up-chart", {**run_data(run), "cursor": line})
+            self.page.chart("run-up-chart", {"cursor": line})
+        if self.redraws(playback.answer) and run:
+            self.page.chart("run-up-chart", run_data(run))
             self.page.html("run-up-list", resonance_table(run) + NOTE)
-        else:
+        elif not run:
             reason = page.note(playback.answer.message) if playback.answer else ""
             self.page.html("run-up-list", reason or NOTE)
 

@@ -182,12 +182,6 @@ class VeeringTab(Feature):
         self.loci_tab, self.job = loci_tab, visitor.job("veering", VeeringRequest.pairs)
         self.page.html("tab-veering", SKELETON)
 
-    @property
-    def inputs(self) -> tuple[object, ...]:
-        tab, job, answer = self.loci_tab, self.job, self.visitor.chart_answer
-        is_open = self.visitor.state.tab == "veering"
-        return is_open, answer, tab.chosen, tab.charts.answer, job.answer, job.slow
-
     def show(self) -> None:
         """Request the loci around the event while the tab is open, and show the last ones."""
         if self.visitor.state.tab != "veering":

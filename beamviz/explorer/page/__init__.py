@@ -117,8 +117,9 @@ class Page:
 
     def theme(self, *, dark: bool) -> None:
         """Choose dark or light colours for the page and for viser's scene."""
-        choose_theme(self.client, dark=dark)
-        self.send(dark, "dark")
+        if self.sent.get(("dark",)) is not dark:
+            choose_theme(self.client, dark=dark)
+        self.send_changed(dark, "dark")
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache, partial
 from html import escape
 from typing import Any
@@ -89,8 +89,7 @@ def build(visitor: Visitor) -> None:
         own.html(id, content)
     for mode in range(MODES):
         edit = partial(State.share, mode=mode)
-        visitor.bind(f"share-{mode}", edit, of="shares", shown=partial(share_of, mode))
-    visitor.render("dark", lambda dark: own.theme(dark=dark))
+        visitor.bind(f"share-{mode}", edit, partial(share_of, mode))
     own.on("only", partial(show_alone, visitor))
     own.on("undo", lambda _: visitor.restore(visitor.history.undo))
     own.on("redo", lambda _: visitor.restore(visitor.history.redo))
@@ -152,7 +151,8 @@ def invitation(case: Case) -> str:
     return f"Drag {mass}the line of the speed in the chart below."
 
 
-def share_of(mode: int, shares: Sequence[float]) -> float:
+def share_of(mode: int, values: Mapping[str, Any]) -> float:
+    shares = values["shares"]
     return shares[mode] if mode < len(shares) else 0.0
 
 
