@@ -125,10 +125,11 @@ def mode_values(solution: "Solution") -> dict[str, Any]:
     return values
 
 
-def along_beam(solution: "Solution", x: np.ndarray) -> dict[str, np.ndarray]:
-    """The equilibrium and the shapes at stations x (n,): position (n, 2), stretch (n,), shape
-    (modes, n, 2); lengths in L, unit modal mass."""
-    state = solution.equilibrium
+def along_beam(solution: "Solution") -> dict[str, np.ndarray]:
+    """The equilibrium and the shapes at equally spaced stations and the mass, x (n,): position
+    (n, 2), stretch (n,), shape (modes, n, 2); lengths in L, unit modal mass."""
+    state, x = solution.equilibrium, np.linspace(0.0, 1.0, STATIONS)
+    x = np.union1d(x, [solution.beam.beta])
     shape = np.moveaxis(solution.displacement(x), 2, 0) + 0.0  # -0.0 becomes 0.0
     return {"x": x, "position": state.position(x), "stretch": state.stretch(x), "shape": shape}
 
@@ -216,7 +217,7 @@ def mode_columns(solution: "Solution") -> dict[str, Iterable[Any]]:
 
 def solution_dataset(solution: "Solution") -> "xarray.Dataset":
     """See Solution.to_xarray."""
-    values, line = mode_values(solution), along_beam(solution, np.linspace(0.0, 1.0, STATIONS))
+    values, line = mode_values(solution), along_beam(solution)
     return optional("xarray", "xarray").Dataset(
         {
             **{key: ("mode", np.array(values[key]), UNITS.get(key)) for key in BRANCH_KEYS[1:]},

@@ -15,7 +15,7 @@ from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
 STATIONS = 601
-CLOSE = 1e-9  # distance from an end of the beam within which a mass is drawn at the end
+CLOSE = 1e-6  # distance from an end of the beam within which a mass is drawn at the end
 SAMPLES = np.linspace(0.0, 1.0, 401)
 CACHED_POSITIONS = 100  # of the mass, whose stations are cached
 LAYER = 0.05  # [beam lengths] typical width of a boundary layer
@@ -65,7 +65,7 @@ class SampledModes:
             frequencies=solution.frequencies,
             modes=modes if previous is None else align_signs(modes, labels, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
-            nodes=node_positions(x, solution.beam.beta, larger),
+            nodes=node_positions(x, larger),
         )
 
     @classmethod
@@ -111,23 +111,14 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
     return np.stack((c * u - s * w, s * u + c * w), axis=-1)
 
 
-def node_positions(x: np.ndarray, mass: float, components: np.ndarray) -> list[np.ndarray]:
-    """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,).
-
-    Quadratic interpolation between stations, accurate to 1e-5 for a shape that is smooth between
-    them, and never across the mass, where the slope may be discontinuous; `Solution.nodes` is
-    exact, but slower."""
+def node_positions(x: np.ndarray, components: np.ndarray) -> list[np.ndarray]:
+    """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,). Linear
+    interpolation, accurate to 1e-4; `Solution.nodes` is exact, but slower."""
     far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
     v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
-    i += 1
-    third = np.where((i + 2 < len(x)) & (x[i + 1] != mass), i + 2, i - 1)
-    slope = (v[k, i + 1] - v[k, i]) / (x[i + 1] - x[i])
-    further = (v[k, third] - v[k, i + 1]) / (x[third] - x[i + 1])
-    bend = (further - slope) / (x[third] - x[i])
-    b = slope - bend * (x[i + 1] - x[i])  # v + b t + bend t^2 = 0 at the node, t from station i
-    root = np.sign(v[k, i]) * np.sqrt(b**2 - 4 * bend * v[k, i])
-    nodes = x[i] + 2 * v[k, i] / (root - b)
+    before, after = v[k, i + 1], v[k, i + 2]
+    nodes = x[i + 1] + (x[i + 2] - x[i + 1]) * before / (before - after)
     return np.split(nodes, np.searchsorted(k, np.arange(1, len(v))))
 
 

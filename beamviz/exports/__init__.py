@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from beamviz.beam import Beam, check_float, check_int
+from beamviz.beam import check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, Moment, SolvedScene
 from beamviz.files import check_suffix, csv_text, plain, replaced
-from beamviz.output import STATIONS, along_beam, mode_values
+from beamviz.output import along_beam, mode_values
 from beamviz.scene import Scene
 from beamviz.solver import Solution
 
@@ -61,7 +61,7 @@ def export(path: str | Path, scene: Scene) -> None:
 def write_csv(file: Path, solution: Solution) -> None:
     """Equilibrium and modes along the beam, one line for each mode and station; a number that is
     not finite is left empty."""
-    modes, line = mode_values(solution), along_beam(solution, stations(solution.beam))
+    modes, line = mode_values(solution), along_beam(solution)
     (x, y), (u, w) = line["position"].T, np.moveaxis(line["shape"], 2, 0)
     columns = {"mode": modes["index"][:, None]}
     columns |= {key: np.array(modes[key])[:, None] for key in MODE_COLUMNS}
@@ -76,8 +76,7 @@ def write_csv(file: Path, solution: Solution) -> None:
 def field_arrays(solution: Solution) -> dict[str, Any]:
     """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
     (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
-    beam = solution.beam
-    line = along_beam(solution, stations(beam))
+    beam, line = solution.beam, along_beam(solution)
     shapes = line.pop("shape")
     return {
         "beam": np.array(list(beam.numbers.values())),
@@ -90,11 +89,6 @@ def field_arrays(solution: Solution) -> dict[str, Any]:
         **line,
         "shapes": shapes,
     }
-
-
-def stations(beam: Beam) -> np.ndarray:
-    """Equally spaced stations along the beam, and the position of the mass."""
-    return np.union1d(np.linspace(0.0, 1.0, STATIONS), [beam.beta])
 
 
 def screenshot(

@@ -19,9 +19,10 @@ from beamviz import exports
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.errors import InvalidInput, Unavailable
-from beamviz.exports import STATIONS, animate, export, screenshot
+from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
+from beamviz.output import STATIONS
 from beamviz.scene import Scene
 from beamviz.server.viser_private import offline_scene
 from beamviz.solver import MAX_MODES, solve
