@@ -43,26 +43,15 @@ def open_browser(browser: str, url: str) -> Iterator[Path]:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            env={**os.environ, "TMPDIR": profile},  # what it leaves, killed, is removed too
             start_new_session=True,  # a process group of its own
         )
         try:
             yield Path(profile)
         finally:
-            end_browser(process, Path(profile))
-
-
-def end_browser(process: subprocess.Popen, profile: Path) -> None:
-    """End a browser and its child processes, and remove the folder that Chromium, killed, leaves
-    outside its profile (for a short socket path), empty where its profile has no link to it yet."""
-    if os.name == "posix":
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-    else:
-        process.kill()
-    process.wait()
-    socket = profile / "SingletonSocket"
-    if socket.is_symlink() and socket.readlink().parent.name.startswith("org.chromium."):
-        shutil.rmtree(socket.readlink().parent, ignore_errors=True)
-    for folder in Path(tempfile.gettempdir()).glob("org.chromium.Chromium.*"):
-        with contextlib.suppress(OSError):
-            folder.rmdir()
+            if os.name == "posix":
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)  # its child processes too
+            else:
+                process.kill()
+            process.wait()
