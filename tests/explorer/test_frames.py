@@ -36,11 +36,9 @@ def test_a_round_draws_one_frame_for_each_visitor():
     made.woken = dict.fromkeys([0, 1, 4, 5])  # one at rest, and one who has left
     made.draw_next()
     assert not made.woken
-    assert [one.pictures for one in sessions] == [1, 1, 0, 0, 0]
-    asyncio.run(made.draw_all(made.step))
-    assert [one.pictures for one in sessions] == [1, 1, 1, 1, 0]
-    asyncio.run(made.draw_all(made.step))
-    assert [one.pictures for one in sessions] == [2, 2, 2, 2, 0]
+    for pictures in ([1, 1, 0, 0, 0], [1, 1, 1, 1, 0], [2, 2, 2, 2, 0]):
+        assert [one.pictures for one in sessions] == pictures
+        asyncio.run(made.draw_all(made.step))
 
 
 def test_answers_are_drawn_in_batches():
@@ -48,10 +46,9 @@ def test_answers_are_drawn_in_batches():
     sessions = [Still(outdated=True) for _ in range(BATCH + 3)]
     made = frame_loop(*sessions)
     made.woken = dict.fromkeys(reversed(range(len(sessions))))
-    made.draw_next()
-    assert [one.pictures for one in sessions] == [0] * 3 + [1] * BATCH
-    made.draw_next()
-    assert all(one.pictures == 1 for one in sessions)
+    for pictures in ([0] * 3 + [1] * BATCH, [1] * len(sessions)):
+        made.draw_next()
+        assert [one.pictures for one in sessions] == pictures
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 
 import pytest
 from charts import case
@@ -89,8 +90,9 @@ def test_solves_of_many_visitors_run_in_batches(crowd):
         assert done == expected
 
 
-def test_slow_solves_of_many_visitors_go_to_the_workers(crowd):
-    """At submission, or if the method is changed while they wait."""
+def test_slow_solves_of_many_visitors_go_to_the_workers(crowd, release):
+    """At submission, or if the method is changed while they wait. One that is unexpectedly slow
+    goes on in the background, and those after it are done in order."""
     quick, done = [True], threading.Event()
     crowd.solve(done.set, lambda: quick[0])
     quick[0] = False
@@ -99,6 +101,11 @@ def test_slow_solves_of_many_visitors_go_to_the_workers(crowd):
     crowd.solve(done.clear, lambda: quick[0])
     wait_until(lambda: not done.is_set())
     assert not crowd.waiting
+    order: list[int] = []
+    for work in (partial(release.wait, 60), partial(order.append, 1), partial(order.append, 2)):
+        crowd.solve(work, lambda: True)
+    crowd.run_batch(9)
+    wait_until(lambda: order == [1, 2])
 
 
 # Jobs

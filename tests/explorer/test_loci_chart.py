@@ -82,14 +82,6 @@ def test_the_lines_are_the_branches_in_their_families(coriolis):
     assert families == {"bending", "stretching"} | ({"mixed"} if coriolis else set())
 
 
-def test_per_rev_lines_are_in_display_units(tip):
-    """omega = k gamma for the chosen k; none over another axis."""
-    assert chart_data(tip, (2, 4))["perRev"] == {"slope": 1.0, "multiples": [2, 4]}
-    assert chart_data(tip)["perRev"] is None
-    over_alpha = chart_of(TIP, "alpha", per_rev=5)
-    assert (chart_data(over_alpha, (2,))["perRev"], over_alpha.resonances) == (None, ())
-
-
 def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):
     """Those of the other beam at the same speeds."""
     request = tip.request.same_axis(case(TIP.replace(alpha=2)))
@@ -110,16 +102,21 @@ def test_marks_are_buttons_with_names(tip):
     assert (crossing["kind"], veering["kind"]) == ("crossing", "veering")
 
 
-def test_resonances_are_listed_in_order_of_speed():
-    """Each is an intersection with a chosen line."""
+def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
+    """omega = k gamma for the chosen k, in display units, listed in order of speed; there are none
+    over another axis."""
+    assert chart_data(tip)["perRev"] is None
+    assert chart_data(tip, (2, 4))["perRev"] == {"slope": 1.0, "multiples": [2, 4]}
     chart = chart_of(TIP, per_rev=6)
-    marks = [mark for mark in chart_data(chart, (2,))["marks"] if mark["kind"] == "resonance"]
-    assert [mark["x"] for mark in marks] == [pytest.approx(0.79791, abs=1e-5)]
-    assert [mark["y"] for mark in marks] == pytest.approx([2 * mark["x"] for mark in marks])
+    (mark,) = (one for one in chart_data(chart, (2,))["marks"] if one["kind"] == "resonance")
+    assert mark["x"] == pytest.approx(0.79791, abs=1e-5)
+    assert mark["y"] == pytest.approx(2 * mark["x"])
     speeds = re.findall(r"×</td><td>([\d.]+)", resonance_table(chart, (1, 2, 3, 4, 5, 6)))
     assert len(speeds) == len(chart.resonances) > 5
     assert speeds == sorted(speeds, key=float)
     assert "No line 6 × speed" in resonance_table(replace(chart, resonances=()), (6,))
+    over_alpha = chart_of(TIP, "alpha", per_rev=5)
+    assert (chart_data(over_alpha, (2,))["perRev"], over_alpha.resonances) == (None, ())
 
 
 # Messages and names
@@ -208,40 +205,32 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
     assert "mixed" not in veering.shape_table(off, "")
 
 
-def test_both_events_and_all_of_the_gap_are_in_view(tip, pairs):
-    """The distance at its ends is more than twice the gap; the view is a part of the chart."""
+def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
+    """It is a part of the chart, at whose ends the distance is more than twice the gap, and where
+    shapes correlate with that at the event, at a crossing with one beside it. A branch has no shape
+    above the modes solved for."""
+    chart = request(tip, 0).chart
     for pair in pairs:
         assert pair.found.values[0] < pair.at < pair.found.values[-1]
-        assert np.ptp(pair.found.values) < 0.2 * (
-            request(tip, 0).chart.stop - request(tip, 0).chart.start
-        )
-    a, b = pairs[1].branches
-    assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
-
-
-def test_shapes_keep_their_signs_across_the_view(pairs):
-    """Those at the ends correlate with that at the event, at a crossing with one beside it."""
-    for pair in pairs:
+        assert np.ptp(pair.found.values) < 0.2 * (chart.stop - chart.start)
         for first, middle, last in pair.shapes:
             for end in (first, last):
                 assert (end.displacement * middle.displacement).sum() >= 0
     assert pairs[0].at not in pairs[0].found.values
-
-
-def test_a_branch_has_no_shape_where_it_is_not_solved(tip):
-    """Above the modes solved for."""
+    a, b = pairs[1].branches
+    assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
     branch = replace(tip.loci.branches[0], mode_index=np.full(len(tip.loci.values), -1))
     assert np.isnan(veering.mode_shape(branch, 0).displacement).all()
 
 
 def test_loci_that_stay_far_apart_are_no_veering(tip):
     """S1 and B2 cross at 16.32; with Coriolis forces their gap is large."""
-    pairs = request(tip, 1).pairs()
+    far = request(tip, 1)
+    pairs = far.pairs()
     assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
-    assert "the gap is too large for a veering" in veering.sentence(
-        pairs[1], *request(tip, 1).chart.measures
-    )
-    lines = veering.pairs_data(pairs, request(tip, 1).chart)["lines"]
+    sentence = veering.sentence(pairs[1], *far.chart.measures)
+    assert "the gap is too large for a veering" in sentence
+    lines = veering.pairs_data(pairs, far.chart)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]
 
 

@@ -64,19 +64,16 @@ def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
 
 
 def test_a_kept_case_belongs_to_its_scene():
-    """Another scene drops it; keeping a case does not replace another comparison."""
+    """Another scene drops it; keeping a case does not replace another comparison. A case has all
+    options, so that cases with equal solutions are equal."""
     kept = START.keep_for_comparison()
     assert (kept.kept, kept.comparison) == (START.case, EARLIER)
     assert (kept.loaded(Scene()).kept, kept.loaded(Scene()).comparison) == (None, "nothing")
-    assert START.changed("gamma", 3.0).keep().kept == START.changed("gamma", 3.0).case
-
-
-def test_a_case_of_a_scene_has_all_options():
-    """So that cases with equal solutions are equal."""
-    case = Case.of(Scene(Beam(gamma=3)))
-    assert case == Case.of(Scene(Beam(gamma=3), {"strain": "green"}))
+    case = START.changed("gamma", 3.0).case
+    assert START.changed("gamma", 3.0).keep().kept == case
+    assert case == Case.of(Scene(PAPER.replace(gamma=3), {"strain": "green"}))
     assert case.changed("unknown", 1.0) is case
-    assert case.beam() == Beam(gamma=3)
+    assert case.beam() == PAPER.replace(gamma=3)
 
 
 def test_undo_and_redo_go_by_steps():
