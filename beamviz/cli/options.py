@@ -159,11 +159,8 @@ def scene_from_options(
         start = Scene.from_toml(file) if file else Scene()
     if si := beam_options.pop("si"):
         start = replace(start, beam=beam)
-    given = {  # on the command line, even with its default value
-        name: value
-        for name, value in {"mode": mode, "dark": dark, **beam_options}.items()
-        if getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
-    }
+    values = {"mode": mode, "dark": dark, **beam_options}
+    given = {name: values[name] for name in given_options(context) if name in values}
     if context.command.name == "serve" and not (file or lesson or si or given):
         return (START,)
     return (start.changed(**given),)
@@ -228,22 +225,43 @@ def sweep_axes(texts: Iterable[str]) -> dict[str, list[float]]:
     one."""
     axes: dict[str, list[float]] = {}
     for text in texts:
-        name, _, values = text.partition("=")
-        numbers = [parse_number(part) for part in re.split("[:,]", values)]
-        floats = [float(value) for value in numbers if not isinstance(value, str)]
-        known = name in NUMBERS and len(floats) == len(numbers)
-        if not known or (":" in values and not re.fullmatch("[^:,]+:[^:,]+:[^:,]+", values)):
-            raise InvalidInput(
-                f"--over {text}: must be NAME=START:STOP:POINTS or NAME=VALUE,VALUE,..., NAME one"
-                f" of {', '.join(NUMBERS)}"
-            )
+        valid = ":" not in text or re.fullmatch("[^:,]+:[^:,]+:[^:,]+", text)
+        form = "NAME=START:STOP:POINTS or NAME=VALUE,VALUE,..."
+        name, numbers = named_numbers(f"--over {text}", text if valid else "", form)
         if name in axes:
             raise InvalidInput(f"--over {text}: {name} is given twice")
         try:
-            axes[name] = sweep_values("", name, *floats) if ":" in values else floats
+            axes[name] = sweep_values("", name, *numbers) if ":" in text else numbers
         except InvalidInput as error:
             raise InvalidInput(f"--over {text}: {error}") from None
     return axes
+
+
+def parse_place(text: str) -> dict[str, float]:
+    """The values given as NAME=VALUE,NAME=VALUE; InvalidInput names a wrong one."""
+    place = {}
+    for part in filter(None, text.split(",")):
+        valid = "" if ":" in part else part
+        name, values = named_numbers(f"--at {part}", valid, "NAME=VALUE")
+        place[name] = values[0]
+    return place
+
+
+def named_numbers(option: str, text: str, form: str) -> tuple[str, list[float]]:
+    """One of the beam's numbers by name, and values of it, from a text as NAME=VALUE,VALUE or
+    NAME=VALUE:VALUE. Raises InvalidInput, which names the option and the form expected."""
+    name, _, values = text.partition("=")
+    numbers = [parse_number(part) for part in re.split("[:,]", values)]
+    floats = [float(value) for value in numbers if not isinstance(value, str)]
+    if name not in NUMBERS or len(floats) < len(numbers):
+        raise InvalidInput(f"{option}: must be {form}, NAME one of {', '.join(NUMBERS)}")
+    return name, floats
+
+
+def given_options(context: typer.Context) -> list[str]:
+    """The names of the options on the command line, also of those with their default value."""
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    return [name for name, source in sources.items() if source and source.name == "COMMANDLINE"]
 
 
 def note_unused(beam: Beam, axes: Iterable[str]) -> None:
@@ -260,25 +278,12 @@ def check_store_options(
 ) -> None:
     """InvalidInput for an option `needing` a store that is given without one, and beside a store
     for any other than these and `others`."""
-    for name in context.params:
-        given = getattr(context.get_parameter_source(name), "name", "") == "COMMANDLINE"
+    for name in given_options(context):
         option = f"--{name.replace('_', '-')}"
-        if given and store and name not in ("sweep", *needing, *others):
+        if store and name not in ("sweep", *needing, *others):
             raise InvalidInput(f"{option} and --sweep {store} exclude each other: the store has it")
-        if given and not store and name in needing:
+        if not store and name in needing:
             raise InvalidInput(f"{option}: needs --sweep STORE.zarr")
-
-
-def parse_place(text: str) -> dict[str, float]:
-    """The values given as NAME=VALUE,NAME=VALUE; InvalidInput names a wrong one."""
-    place = {}
-    for part in filter(None, text.split(",")):
-        name, _, value = part.partition("=")
-        number = parse_number(value)
-        if name not in NUMBERS or isinstance(number, str):
-            raise InvalidInput(f"--at {part}: must be NAME=VALUE, NAME one of {', '.join(NUMBERS)}")
-        place[name] = float(number)
-    return place
 
 
 SWEEP_STORE = option("Sweep store to read the beams and the model from.", metavar="STORE.zarr")

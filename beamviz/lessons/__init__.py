@@ -2,8 +2,7 @@
 
 import textwrap
 
-from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
+from beamviz.beam import Beam, check_choice
 from beamviz.lessons import model
 from beamviz.lessons.model import BARE, MIDDLE, TIP, Lesson, frequency
 from beamviz.scene import Scene
@@ -309,16 +308,14 @@ LESSONS = (
     ),
 )
 
-NAMES = tuple(lesson.name for lesson in LESSONS)
+NAMED = {one.name: one for one in LESSONS}
+NAMES = tuple(NAMED)
 LINE_WIDTH = 88  # of the table
 
 
 def lesson(name: str) -> Lesson:
     """The lesson of that name; InvalidInput lists them all."""
-    for one in LESSONS:
-        if one.name == name:
-            return one
-    raise InvalidInput(f"lesson = {name}: must be one of {', '.join(NAMES)}")
+    return NAMED[check_choice("lesson", name, NAMED)]
 
 
 def lessons_table() -> str:

@@ -25,7 +25,7 @@ EXACT = {  # the whole message
     " gives all numbers",
     "screenshot a.png --scene SCENE": "SCENE [beam]: unknown key 'gama'; known: "
     + ", ".join(NUMBERS),
-    "screenshot a.png --lesson magic": f"lesson = magic: must be one of {', '.join(NAMES)}",
+    "screenshot a.png --lesson magic": f"lesson = 'magic': must be one of {', '.join(NAMES)}",
 }
 NAMED = {  # parts of the message, separated by |
     "modes --alhpa 1": "--alhpa|--alpha",
@@ -73,6 +73,7 @@ NAMED = {  # parts of the message, separated by |
     "loci --over gamma --sweep STORE": "alpha is missing, one of its 4 values 0 .. 2",
     f"{LINE} alpha=1,beta=0.6": "beta=0.6: not in this sweep; the nearest is",
     f"{LINE} alpha=x": "--at alpha=x: must be NAME=VALUE",
+    f"{LINE} alpha=1:2": "--at alpha=1:2: must be NAME=VALUE",
     f"{LINE} gamma=1": "at gamma=1: gamma varies",
     f"{LINE} {AT} --start 1": "--start and --sweep",
     f"{LINE} {AT} --coriolis": "--coriolis and --sweep",

@@ -127,7 +127,7 @@ def test_the_address_names_the_lesson_and_its_step(guest):
 def test_an_invalid_link_shows_a_message(guest):
     """And the page shows the scene of the server."""
     guest.do("link", "?lesson=magic")
-    guest.wait(lambda _: "lesson = magic: must be one of stiffening" in str(guest.said))
+    guest.wait(lambda _: "lesson = 'magic': must be one of stiffening" in str(guest.said))
     guest.says(frequency_text(PAPER))
 
 

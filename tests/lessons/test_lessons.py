@@ -13,11 +13,10 @@ from oracle.equilibrium import shoot, stretch
 from scipy.optimize import brentq
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.lessons import INWARD, LESSONS, ON_A_HUB
+from beamviz.lessons import INWARD, LESSONS, NAMED, ON_A_HUB
 from beamviz.lessons.model import BARE, MIDDLE, MIN_MASS, TIP, UNDEFINED, Lesson
 from beamviz.solver import solve
 
-NAMED = {one.name: one for one in LESSONS}
 EACH = pytest.mark.parametrize("one", LESSONS, ids=NAMED)
 
 
