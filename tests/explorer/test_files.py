@@ -65,17 +65,11 @@ def test_a_loaded_scene_is_shown(guest):
     assert saved(guest) == wanted.changed(strain="biot", dark=True)
 
 
-@pytest.mark.parametrize(
-    ("kind", "begin"),
-    [
-        (".gif", b"GIF89a"),
-        (".webp", b"RIFF"),
-        (".html", b"<!"),
-        (".glb", b"glTF"),
-        (".csv", b"mode,label"),
-        (".npz", b"PK"),
-    ],
-)
+BEGINNINGS = {".gif": b"GIF89a", ".webp": b"RIFF", ".html": b"<!", ".glb": b"glTF", ".npz": b"PK"}
+BEGINNINGS[".csv"] = b"mode,label"
+
+
+@pytest.mark.parametrize(("kind", "begin"), BEGINNINGS.items())
 def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     """The button sends a complete file in the format of the command line."""
     monkeypatch.setattr(sharing, "animate", small_film)

@@ -4,7 +4,6 @@ of these frames is drawn by the processor, so that window is small."""
 import base64
 import io
 from collections.abc import Iterator
-from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -194,22 +193,26 @@ def press(shown: Page, key: str, expected: int) -> None:
     shown.next_frame()
 
 
-def seen(shown: Page, file: Path) -> np.ndarray:
-    """The scene (h, w, 3) on the screen."""
-    shown.picture(file)
-    box = "(r => [r.x, r.y, r.width, r.height])(document.querySelector('#root canvas')"
-    left, top, width, height = map(round, shown.evaluate(f"{box}.getBoundingClientRect())"))
-    return matplotlib.image.imread(file)[top : top + height, left : left + width, :3]
+def pixels(png: str) -> np.ndarray:
+    """A picture (h, w, 3) in base64."""
+    return matplotlib.image.imread(io.BytesIO(base64.b64decode(png)))[..., :3]
+
+
+def seen(shown: Page) -> np.ndarray:
+    """The scene on the screen."""
+    left, top, width, height = map(round, shown.box("document.querySelector('#root canvas')", 1))
+    screen = pixels(shown.call("Page.captureScreenshot")["data"])
+    return screen[top : top + height, left : left + width]
 
 
 def saved(shown: Page) -> np.ndarray:
-    """The scene (h, w, 3) in the file that the page saves."""
-    url = shown.evaluate("""new Promise(done => beamvizCaptions.picture(png => {
+    """The scene in the file that the page saves."""
+    return pixels(
+        shown.evaluate("""new Promise(done => beamvizCaptions.picture(png => {
       const reader = new FileReader();
-      reader.onload = () => done(reader.result);
+      reader.onload = () => done(reader.result.split(',')[1]);
       reader.readAsDataURL(png); }))""")
-    content = base64.b64decode(url.partition(",")[2])
-    return matplotlib.image.imread(io.BytesIO(content))[..., :3]
+    )
 
 
 def block_means(pixels: np.ndarray) -> np.ndarray:
@@ -219,11 +222,10 @@ def block_means(pixels: np.ndarray) -> np.ndarray:
     return blocks.mean(axis=(1, 3, 4))
 
 
-def picture(shown: Page, file: Path) -> np.ndarray:
+def picture(shown: Page) -> np.ndarray:
     """Where the scene (h, w) shows the colours of the beam: strong ones from blue over green to
     yellow, neither the collars of nodes nor the mark of the hub."""
-    scene = seen(shown, file)
-    red, green, blue = np.moveaxis(scene, 2, 0)
+    red, green, blue = np.moveaxis(seen(shown), 2, 0)
     strong = np.maximum(np.maximum(red, green), blue) - np.minimum(np.minimum(red, green), blue)
     return (strong > 0.25) & (green > 0.15) & (np.maximum(green, blue) > red)
 
@@ -237,21 +239,21 @@ def is_whole(beam: np.ndarray) -> bool:
 
 
 @pytest.mark.slow
-def test_a_saved_picture_equals_the_scene(drawn, tmp_path):
+def test_a_saved_picture_equals_the_scene(drawn):
     """The present moment and viewpoint, on the background of the page."""
     pixels = saved(drawn)
     assert np.ptp(pixels, axis=2).max() > 0.25
-    assert np.abs(pixels - seen(drawn, tmp_path / "page.png")).max() < 0.05
+    assert np.abs(pixels - seen(drawn)).max() < 0.05
 
 
 @pytest.mark.slow
-def test_the_beam_stays_whole_while_its_pieces_change(drawn, tmp_path):
+def test_the_beam_stays_whole_while_its_pieces_change(drawn):
     """From few to many and back, paused and in motion: each frame has one set of pieces, and the
     beam is connected; pictures of two modes differ."""
     pictures = []
     for key, expected in (("1", 64), ("3", 256), ("1", 64), ("5", 256)):
         press(drawn, key, expected)
-        pictures.append(picture(drawn, tmp_path / "page.png"))
+        pictures.append(picture(drawn))
         assert is_whole(pictures[-1])
     assert (pictures[0] != pictures[1]).mean() > 0.005
     for key, expected in (("p", 256), ("1", 64), ("3", 256)):
@@ -261,12 +263,12 @@ def test_the_beam_stays_whole_while_its_pieces_change(drawn, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_saved_picture_has_its_captions(drawn, tmp_path):
+def test_a_saved_picture_has_its_captions(drawn):
     """Of two nodes, and the speed: where they are on the screen."""
     scene = Scene.of(Beam(gamma=5), mode=3, playing=False)
     drawn.send("load", f"beam.toml\n{scene.to_toml()}")
     drawn.wait("document.querySelectorAll('#caption-layer > span').length === 3")
     drawn.evaluate("document.querySelector('#caption-layer').style.visibility = 'visible'")
     drawn.next_frame(10)
-    means = [block_means(each) for each in (saved(drawn), seen(drawn, tmp_path / "page.png"))]
+    means = [block_means(each) for each in (saved(drawn), seen(drawn))]
     assert np.abs(means[0] - means[1]).max() < 0.08

@@ -109,14 +109,6 @@ def test_after_the_last_frame_comes_the_first(scene):
         assert (name in loop.note) == (abs(change) > 5e-4)
 
 
-def test_one_mode_alone_runs_at_its_own_pace():
-    """Nothing has to be changed, one period is enough; more on request."""
-    solved = SolvedScene(Scene.of(mode=1))
-    assert Loop(solved).note == ""
-    assert Loop(solved).periods == 1
-    assert Loop(solved, 3).seconds == pytest.approx(3 * Loop(solved).seconds)
-
-
 @pytest.mark.parametrize(
     ("scene", "options", "message"),
     [
@@ -133,13 +125,20 @@ def test_impossible_films_are_reported(tmp_path, scene, options, message):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_one_mode_alone_runs_at_its_own_pace():
+    """Nothing has to be changed, one period is enough; more on request."""
+    solved = SolvedScene(Scene.of(mode=1))
+    alone = Loop(solved)
+    assert (alone.note, alone.periods) == ("", 1)
+    assert Loop(solved, 3).seconds == pytest.approx(3 * alone.seconds)
+
+
 def test_a_missing_encoder_is_reported(tmp_path, monkeypatch):
     """With the remedy, before any work; no file is left."""
-    with monkeypatch.context() as patch:
-        patch.setattr(exports, "find_spec", lambda name: None)
-        patch.setattr(exports, "SolvedScene", None)
-        with pytest.raises(Unavailable, match=r"MP4 needs PyAV: pip install av"):
-            animate(tmp_path / "a.mp4", Scene())
+    monkeypatch.setattr(exports, "find_spec", lambda name: None)
+    monkeypatch.setattr(exports, "SolvedScene", None)
+    with pytest.raises(Unavailable, match=r"MP4 needs PyAV: pip install av"):
+        animate(tmp_path / "a.mp4", Scene())
     assert list(tmp_path.iterdir()) == []
 
 

@@ -4,7 +4,6 @@ One browser serves the whole run; every page is a window with a storage of its o
 """
 
 import atexit
-import base64
 import contextlib
 import itertools
 import json
@@ -155,10 +154,6 @@ class Page:
             f"new Promise(done => {{ let left = {frames};"
             " (function next() { left-- ? requestAnimationFrame(next) : done(1) })() })"
         )
-
-    def picture(self, path: Path) -> None:
-        """Save a screenshot of the page as PNG."""
-        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
 
 
 def says(words: str) -> str:
