@@ -1,22 +1,107 @@
-"""Several processes behind one address: by visits, by signals, by force."""
+"""The server, in one process and in several behind one address: where it listens, who is served by
+whom, no work while nothing moves, and a clean end."""
 
 import contextlib
 import os
+import re
 import signal
+import socket
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import pytest
-import websockets.exceptions
+from helpers import slow
 from live.server import ServeProcess, free_port, handshake_status, http_get, is_alive, wait_until
-from live.visitor import PAPER, frequency_text, visitor
+from live.visitor import PAPER, pause, visitor
+from websockets.exceptions import ConnectionClosed
 
+from beamviz import explorer as app
 from beamviz.errors import InvalidInput
+from beamviz.explorer import explorer, serve
+from beamviz.explorer.jobs import PATIENCE
+from beamviz.scene import Scene
 from beamviz.server.processes import MIN_LIFETIME, listening_sockets, process_count
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
+on_linux = pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
+
+
+def test_nothing_is_computed_while_nothing_moves(monkeypatch):
+    """With a paused visitor, and without any, the frame loop does not wake."""
+    sleep = mock.Mock(wraps=app.FrameLoop.sleep)
+    monkeypatch.setattr(app.FrameLoop, "sleep", lambda loop, due: sleep(loop, due))
+
+    def wakes() -> int:
+        sleep.reset_mock()
+        time.sleep(1.2 * PATIENCE)  # a loop that is awake sleeps less
+        return sleep.call_count
+
+    with explorer(Scene(PAPER)) as url:
+        with visitor(url) as guest:
+            pause(guest)
+            wait_until(lambda: wakes() == 0)  # once charts and what else was asked for are there
+        wait_until(lambda: wakes() == 0)
+
+
+def test_an_explorer_leaves_no_thread():
+    """Neither that opens sessions nor its solvers."""
+    before = set(threading.enumerate())
+
+    def new_threads() -> set[str]:
+        return {thread.name.split("_")[0] for thread in set(threading.enumerate()) - before}
+
+    with explorer(Scene(PAPER)) as url, visitor(url):
+        assert "opener" in new_threads()
+    wait_until(lambda: not {"opener", "solver", "chart"} & new_threads())
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "999.1.1.1", "192.0.2.1", "no such host"])
+@pytest.mark.parametrize("processes", ["1", "2"])
+def test_a_busy_port_or_a_host_that_does_not_exist_is_an_error_of_one_line(run, processes, host):
+    """With the address and the remedy; no other port is used silently, and viser would wait for
+    such a host forever."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        code, out, err = run("serve", "--host", host, "--port", port, "--processes", processes)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert re.match(rf"beamviz: cannot serve on {host}:{port} .*--port or --host", err)
+
+
+def test_invalid_options_are_refused_before_serving():
+    with pytest.raises(InvalidInput, match="rubber"):
+        serve(Scene(PAPER, {"strain": "rubber"}), port=0)
+
+
+@pytest.mark.parametrize(
+    ("number", "processes"),
+    [(signal.SIGTERM, 1), *slow((signal.SIGINT, 1), (signal.SIGTERM, 2), (signal.SIGINT, 2))],
+)
+def test_a_signal_ends_the_server_cleanly(tmp_path, number, processes):
+    """With a visitor connected; Ctrl-C reaches all processes at once. Exit code 0, nothing on
+    stderr, no process and no file is left, and the port is free."""
+    if processes > 1 and sys.platform != "linux":
+        pytest.skip("one process on other systems")
+    port = free_port()
+    with ServeProcess(tmp_path, "--port", str(port), processes=processes) as served:
+        workers = served.workers if processes > 1 else []
+        assert processes == max(len(workers), 1)
+        with contextlib.suppress(ConnectionClosed), visitor(served.url) as guest:
+            for pid in [*(workers if number == signal.SIGINT else ()), served.process.pid]:
+                os.kill(pid, number)
+            while True:
+                guest.receive(10)
+        output, errors = served.process.communicate(timeout=60)
+    assert (served.process.returncode, output, errors) == (0, "", "")
+    assert not any(map(is_alive, workers))
+    assert list(tmp_path.iterdir()) == []
+    with socket.create_server(("127.0.0.1", port)):
+        pass
+
+
+# Several processes
 
 
 def open_sockets(pid: int) -> int:
@@ -35,6 +120,7 @@ def hall(tmp_path_factory) -> Iterator[ServeProcess]:
         yield served
 
 
+@on_linux
 def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
     """Two in each process do not see the edits of others. All processes send the same page."""
     wait_until(lambda: len({open_sockets(pid) for pid in hall.workers}) == 1)  # after the self-test
@@ -46,11 +132,12 @@ def test_visitors_are_shared_evenly_and_have_private_scenes(hall):
         for k, guest in enumerate(guests):
             guest.choose("gamma", 20.0 + k)
         for k, guest in enumerate(guests):
-            guest.says(frequency_text(PAPER.replace(gamma=20 + k)))
+            guest.shows(PAPER.replace(gamma=20 + k))
     wait_until(lambda: [open_sockets(pid) for pid in hall.workers] == before)
     assert len({http_get(hall.url)[2] for _ in range(4)}) == 1
 
 
+@on_linux
 @pytest.mark.slow
 def test_the_limit_of_visitors_is_that_of_all_processes(hall):
     """Five are served in any process; the sixth is refused, and served when one has left."""
@@ -65,6 +152,7 @@ def test_the_limit_of_visitors_is_that_of_all_processes(hall):
         pass
 
 
+@on_linux
 @pytest.mark.slow
 def test_a_worker_that_dies_is_replaced(hall):
     """Its visitor connects again, others are not affected; one line is printed."""
@@ -77,7 +165,7 @@ def test_a_worker_that_dies_is_replaced(hall):
         for guest in (one, other):
             try:
                 guest.edit(gamma=31.0)
-            except websockets.exceptions.ConnectionClosed:
+            except ConnectionClosed:
                 disconnected += 1
         assert disconnected == 1
         with visitor(hall.url) as again:
@@ -85,6 +173,7 @@ def test_a_worker_that_dies_is_replaced(hall):
     wait_until(lambda: "died (exit code -9)" in hall.process.stderr.readline())
 
 
+@on_linux
 def test_workers_end_with_the_main_process(hall):
     """Even if that was killed. The last test of these processes."""
     workers = hall.workers
@@ -92,6 +181,7 @@ def test_workers_end_with_the_main_process(hall):
     wait_until(lambda: not any(map(is_alive, workers)))
 
 
+@on_linux
 @pytest.mark.slow
 def test_one_visitor_has_one_process(tmp_path):
     """Several would count each other's self-test as visitors."""
@@ -106,6 +196,7 @@ def test_all_addresses_of_a_host_are_served():
         assert {line.getsockname()[0] for line in found} >= {"127.0.0.1"}
 
 
+@on_linux
 def test_the_number_of_processes(monkeypatch):
     """One for this machine, for a presenter or without fork, else one per core, unless set."""
     assert process_count(None, shared=False, follow=False) == 1
