@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from matplotlib.transforms import Bbox
 from scipy.optimize import isotonic_regression
 
@@ -36,19 +37,12 @@ class LabelPlacer:
         figure: Any = axes.get_figure(root=True)
         self.point = figure.dpi / 72  # [px]
         self.frame = axes.get_window_extent()
-        self.line_points = np.vstack(  # (n, 2) [px]
-            [self._sample(np.column_stack(line.get_data())) for line in axes.lines]
-        )
+        paths = [line.get_transform().transform_path(line.get_path()) for line in axes.lines]
+        self.lines = [path for path in paths if len(path)]  # [px]
+        steps = [SAMPLES // max(len(path) - 1, 1) + 1 for path in self.lines]
+        dense = [path.interpolated(n) for path, n in zip(self.lines, steps, strict=True)]
+        self.line_points = np.concatenate([path.vertices for path in dense])  # (n, 2)
         self.taken: list[Bbox] = [text.get_window_extent() for text in axes.texts]
-
-    def _sample(self, line: np.ndarray) -> np.ndarray:
-        """Points (SAMPLES, 2) close to each other on a line (n, 2), in pixels."""
-        line = np.asarray(line, float)
-        pixels = self.axes.transData.transform(line[np.isfinite(line).all(axis=1)])
-        if not len(pixels):
-            return pixels
-        fine = np.linspace(0, len(pixels) - 1, SAMPLES)
-        return np.column_stack([np.interp(fine, np.arange(len(pixels)), side) for side in pixels.T])
 
     def annotate(self, text: str, x: float, y: float, **style: Any) -> None:
         """Write a label near a point of the chart, with a connector where it is not beside it.
@@ -81,33 +75,25 @@ class LabelPlacer:
         corner = here + self.point * (offset - size / 2)
         return Bbox.from_bounds(*corner, *(self.point * size)).padded(PAD * self.point)
 
-    def covered(self, box: Bbox) -> int:
-        """The number of points of lines in a box."""
-        inside = (self.line_points > box.min) & (self.line_points < box.max)
-        return int(inside.all(axis=1).sum())
-
     def _cost(self, here: np.ndarray, offset: np.ndarray, size: np.ndarray) -> float:
         """The distance of a label [pt], plus penalties for what it covers."""
         box = self._box(here, offset, size)
-        forbidden = sum(box.overlaps(other) for other in self.taken)
-        forbidden += box.x0 < self.frame.x0 or box.x1 > self.frame.x1
-        forbidden += box.y0 < self.frame.y0 or box.y1 > self.frame.y1
-        penalty = (
-            COVERED * self.covered(box) + CROSSED * self._crosses(here, box) + FORBIDDEN * forbidden
+        outside = sum(not self.frame.contains(*corner) for corner in (box.min, box.max))
+        return (
+            _distance(offset, size)
+            + COVERED * box.count_contains(self.line_points)
+            + CROSSED * self._crosses(here, box)
+            + FORBIDDEN * (box.count_overlaps(self.taken) + outside)
         )
-        return _distance(offset, size) + penalty
 
     def _crosses(self, here: np.ndarray, box: Bbox) -> bool:
         """Whether the connector from a point to its label crosses a line of the chart."""
         there = np.clip(here, box.min, box.max)
-        length = float(np.linalg.norm(there - here))
-        start = NEAR * self.point
+        length, start = float(np.linalg.norm(there - here)), NEAR * self.point
         if length <= start:
             return False
-        along = (there - here) / length
-        relative = self.line_points - here
-        forward, aside = relative @ along, relative @ np.array([-along[1], along[0]])
-        return bool(((forward > start) & (forward < length) & (abs(aside) < 2)).any())
+        connector = Path([here + start / length * (there - here), there])
+        return any(connector.intersects_path(line, filled=False) for line in self.lines)
 
 
 def _distance(offset: np.ndarray, size: np.ndarray) -> float:

@@ -306,7 +306,7 @@ def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
     for y, x in product(INSET_GRID[::-1], INSET_GRID):
         corner = (1 - size) * (x, y) + INSET_MARGIN[0] / 2
         box = Bbox(placer.axes.transAxes.transform([corner, corner + size]))
-        if not (placer.covered(box) or any(box.overlaps(other) for other in placer.taken)):
+        if not (box.count_contains(placer.line_points) or box.count_overlaps(placer.taken)):
             return corner
     return None
 
