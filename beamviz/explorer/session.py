@@ -23,12 +23,11 @@ from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
-from beamviz.explorer.features.beam_controls import BeamControls
 from beamviz.explorer.features.comparison import THIS, Comparison, ComparisonTab
+from beamviz.explorer.features.controls import Controls, MassDrag
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.map import MapTab
-from beamviz.explorer.features.mass_drag import MassDrag
 from beamviz.explorer.features.method_timing import MethodTimingTab
 from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RESPONSE, RunUpPlayback, RunUpTab
@@ -190,15 +189,13 @@ class Session:
         self.visitor, self.last_tick, self.charts_due = visitor, 0.0, 0.0
         self.presenter, self.presented_tab = presenter, visitor.state.tab
         self.version: object = None
-        panel.build(visitor)
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
-        self.controls: list[Feature] = [BeamControls(visitor), RealBeamPanel(visitor)]
+        self.controls: list[Feature] = [Controls(visitor), RealBeamPanel(visitor)]
         loci, lessons = LociTab(visitor), Lessons(visitor)
         self.features: list[Feature] = [
             loci, VeeringTab(visitor, loci), ComparisonTab(visitor, self.comparison),
             RunUpTab(visitor, self.run_up), MethodTimingTab(visitor), lessons, MapTab(visitor),
         ]  # fmt: skip
-        panel.add_commands(visitor)
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.mass_drag = MassDrag(visitor, self.view.beam)

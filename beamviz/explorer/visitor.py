@@ -5,10 +5,11 @@ computes its results by a `job`. State is never read out of a control. What chan
 then each `Feature` shows its part of the page.
 """
 
+import contextlib
 import operator
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from viser import ClientHandle
 
 from beamviz.drawing.camera import PageCamera
 from beamviz.drawing.modes import Clock
+from beamviz.errors import InvalidInput
 from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
@@ -152,6 +154,14 @@ class Visitor:
     def notify(self, title: str, message: str) -> None:
         """Show an error message for some seconds."""
         self.page.say(f"{title}: {message}", error=True)
+
+    @contextlib.contextmanager
+    def reporting(self, title: str) -> Iterator[None]:
+        """Context in which an InvalidInput is shown to the visitor, under a title."""
+        try:
+            yield
+        except InvalidInput as error:
+            self.notify(title, str(error))
 
     # Jobs
 

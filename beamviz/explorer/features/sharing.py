@@ -97,14 +97,11 @@ class Links:
         """Show the scene of the address, which the page sends when it starts."""
         text = query.lstrip("?") if isinstance(query, str) else ""
         self.reserved = [pair for pair in parse_qsl(text) if pair[0] in RESERVED]
-        try:
-            link = parse_link(text)
-        except InvalidInput as error:
-            self.visitor.notify("The link is not valid", str(error))
-            link = None
-        if link:
-            self.visitor.background.submit(partial(self.show, *link))
-        self.opened = link is None
+        self.opened = True
+        with self.visitor.reporting("The link is not valid"):
+            if link := parse_link(text):
+                self.opened = False
+                self.visitor.background.submit(partial(self.show, *link))
         self.visitor.wake()
 
     def show(self, scene: Scene, values: dict[str, Any]) -> None:
@@ -205,10 +202,8 @@ class Files:
         visitor.page.on("cancel_export", lambda _: self.job.cancel())
 
     def save(self) -> None:
-        try:
+        with self.visitor.reporting("This scene cannot be saved"):
             self.send("scene.toml", self.visitor.to_scene().to_toml().encode())
-        except InvalidInput as error:
-            self.visitor.notify("This scene cannot be saved", str(error))
 
     def send(self, name: str, content: bytes) -> None:
         self.visitor.client.send_file_download(name, content, save_immediately=True)
@@ -217,27 +212,21 @@ class Files:
         """Show the scene of a file, given as its name and, from the second line on, its contents;
         an invalid file changes nothing."""
         name, _, content = str(file).partition("\n")
-        try:
+        with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
-        except InvalidInput as error:
-            self.visitor.notify("The scene was not loaded", str(error))
-        else:
             self.visitor.background.submit(partial(self.visitor.load, scene, opened=scene))
 
     def start(self, suffix: Any) -> None:
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
-        try:
-            scene = self.visitor.to_scene()
-        except InvalidInput as error:
-            self.visitor.notify("Nothing to export", str(error))
-            return
         size = GIF_SIZE if suffix == ".gif" else {}  # the largest files
         periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
-        self.job.withdraw()
-        self.job.request(File(scene, f"beam{suffix}", film))
+        with self.visitor.reporting("Nothing to export"):
+            file = File(self.visitor.to_scene(), f"beam{suffix}", film)
+            self.job.withdraw()
+            self.job.request(file)
 
     def write(self, file: File) -> bytes:
         """The content of a file, written after those before it."""

@@ -1,11 +1,10 @@
-"""The page around the scene, except the tabs: status, table of modes, controls, help."""
+"""The answer around the scene: state of the equilibrium, table of modes, legend, running jobs."""
 
 import math
 import time
-from collections.abc import Collection, Mapping, Sequence
-from functools import lru_cache, partial
+from collections.abc import Collection, Sequence
+from functools import lru_cache
 from html import escape
-from typing import Any
 
 import numpy as np
 
@@ -15,110 +14,16 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, frequencies, mode_value, significant
 from beamviz.explorer import page
 from beamviz.explorer.jobs import Job, Solved, SolverAnswer
-from beamviz.explorer.state import CHOICES, Case, State
+from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 from beamviz.solver import Solution
 
-PACE_HINT = "Speed of rotation and vibration on the screen, relative to a suitable one"
-AMPLITUDE_HINT = "Largest displacement drawn, over the length of the beam"
-MODEL = {
-    "strain": "The relation of stretch and axial force; green is that of the paper",
-    "curvature": "The measure of bending of a stretched beam; spatial is that of the paper",
-    "state": "straight; bent: off its axis, as under spin-up; stable: straight if that is stable,"
-    " else bent",
-}
-METHOD_HINT = "The method of solution; auto is exact to the error shown. It is chosen at the top."
-PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
-PICTURE = {
-    "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),
-    "nodes": ("nodes", "Points of the beam that a mode leaves at rest"),
-    "thicken": ("draw thicker", "Draw a thin beam thicker than it is"),
-}
 STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
-MODES_HINT = (
-    "The shapes of free vibration, each with its own frequency. Click one to see it alone; the"
-    " sliders mix several. B: bending, S: stretching. The errors are estimates of the numerical"
-    " error."
-)
-HEADING = (
-    f'<div class="row"><h2>Natural modes</h2>{page.hint("natural modes", MODES_HINT)}'
-    '<span class="space"></span>'
-    f"{page.button('All', data_set='all_modes', aria_label='All modes, one above the other')}</div>"
-    '<div id="mode-rows"></div>'
-)
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
-
-# The fixed content of the page by element id: what Python's tables of choices and limits determine.
-CONTENT = {
-    "status": (
-        '<select class="quiet" data-set="plane" aria-label="Plane of vibration">'
-        f"{page.options(PLANES)}</select>"
-        '<button type="button" class="quiet switch" data-set="coriolis" data-key="c"'
-        ' title="Coriolis forces (C)">Coriolis</button>'
-        '<select class="quiet" data-set="method" aria-label="Method">'
-        f"{page.options(CHOICES['method'])}</select>"
-        '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
-    ),
-    "modes": HEADING,
-    "motion": (
-        page.slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
-        + '<div id="pace-text" class="soft"></div>'
-        + page.slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
-    ),
-    "picture": (
-        page.select("colouring", "colour", COLOURINGS)
-        + "".join(page.checkbox(key, label, text) for key, (label, text) in PICTURE.items())
-        + page.button("Dark page", data_set="dark", data_key="d", title="Dark or light page (D)")
-    ),
-    "model": (
-        "".join(page.select(name, name, CHOICES[name], text) for name, text in MODEL.items())
-        + f'<p class="soft">Method {page.hint("the method", METHOD_HINT)}</p>'
-    ),
-}
-
-
-def build(visitor: Visitor) -> None:
-    """Fill the page of a visitor, except the tabs, and handle its actions."""
-    own = visitor.page
-    for id, content in CONTENT.items():
-        own.html(id, content)
-    for mode in range(MODES):
-        edit = partial(State.share, mode=mode)
-        visitor.bind(f"share-{mode}", edit, partial(share_of, mode))
-    own.on("only", partial(show_alone, visitor))
-    own.on("undo", lambda _: visitor.restore(visitor.history.undo))
-    own.on("redo", lambda _: visitor.restore(visitor.history.redo))
-    own.on("reset", lambda _: visitor.reset())
-    own.on("reset_view", lambda _: visitor.reset_view())
-    own.on("cancel_jobs", lambda _: visitor.cancel_jobs())
-    own.on("retry_jobs", lambda _: visitor.retry_jobs())
-
-
-def show_alone(visitor: Visitor, mode: Any) -> None:
-    """Show one mode (from 0) alone."""
-    if mode in range(MAX_SHARES):
-        visitor.change(partial(State.only, mode=int(mode)))
-
-
-def add_commands(visitor: Visitor) -> None:
-    """Add the commands of the page, except those that begin a lesson."""
-    edits = {
-        "Play or pause": partial(toggled, "playing"),
-        "Coriolis forces on or off": partial(toggled, "coriolis"),
-        "Dark or light page": partial(toggled, "dark"),
-        **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
-        "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
-        "Stationary frame": partial(State.changed, name="rotating_frame", value=False),
-    }
-    for name, edit in edits.items():
-        visitor.command(name, partial(visitor.change, edit))
-    visitor.command("Reset the scene", visitor.reset)
-    visitor.command("Fit the view", visitor.reset_view)
 
 
 def show_answer(visitor: Visitor, solved: Solved | None, shown: list[int]) -> None:
@@ -149,16 +54,6 @@ def invitation(case: Case) -> str:
     """What can be dragged: the mass if there is one, and the speed."""
     mass = "the mass along the beam, or " if case.numbers["alpha"] else ""
     return f"Drag {mass}the line of the speed in the chart below."
-
-
-def share_of(mode: int, values: Mapping[str, Any]) -> float:
-    shares = values["shares"]
-    return shares[mode] if mode < len(shares) else 0.0
-
-
-def toggled(name: str, state: State) -> State:
-    """With a switch toggled."""
-    return state.changed(name, not state.values[name])
 
 
 # The scene: its legend and its pace
