@@ -73,27 +73,26 @@ def test_mode_2_shows_its_node(shown):
 
 def test_dragging_a_slider_changes_beam_and_table(shown):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
+
+    def number(label: str) -> float:
+        return float(shown.evaluate(f"{field(label)}.value"))
+
+    def shows(**numbers: float) -> None:
+        shown.wait(says(frequency_text(START.replace(**numbers))))
+
     size = thickness(shown)
     shown.drag(control("slenderness μ"), 0.33, 0.1)
-
-    def is_thicker() -> bool:
-        beam = solved_beam(shown)
-        expected = pytest.approx(70 / beam.mu, rel=1e-3) if beam else None
-        return beam and 10 <= beam.mu < 50 and thickness(shown) / size == expected
-
-    wait_until(is_thicker)
+    wait_until(
+        lambda: (
+            10 <= (mu := number("slenderness μ")) < 50
+            and mu * thickness(shown) == pytest.approx(70 * size, rel=1e-3)
+        )
+    )
+    shows(mu=number("slenderness μ"))
     before = pieces(shown)
     shown.drag(control("mass α"), 0.02, 0.6)
-    wait_until(lambda: (solved_beam(shown) or START).alpha > 1 and not same(pieces(shown), before))
-
-
-def solved_beam(shown: Page) -> Beam | None:
-    """The beam of the fields beside the sliders, once the table has its frequency."""
-    mu, alpha = (
-        float(shown.evaluate(f"{field(label)}.value")) for label in ("slenderness μ", "mass α")
-    )
-    beam = START.replace(mu=mu, alpha=alpha)
-    return beam if shown.evaluate(says(frequency_text(beam))) else None
+    wait_until(lambda: number("mass α") > 1 and not same(pieces(shown), before))
+    shows(mu=number("slenderness μ"), alpha=number("mass α"))
 
 
 def thickness(shown: Page) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from fontTools.ttLib import TTFont
 from matplotlib import get_data_path
-from PIL import Image
+from PIL import Image, ImageCms
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
@@ -22,6 +22,8 @@ from beamviz.scene import Scene
 REFERENCES = Path(__file__).with_name("references")
 BLOCK = 5  # [pixels] over which a difference is averaged: edges of samples may move by rounding
 SIZE = (480, 270)
+PROFILES = [ImageCms.createProfile(name) for name in ("sRGB", "LAB")]
+TO_LAB = ImageCms.buildTransform(*PROFILES, "RGB", "LAB")
 SCENES = {
     "mass": Scene.of(Beam(alpha=1, beta=0.5, gamma=10), mode=2),
     "bent": Scene.of(Beam(gamma=4, delta=-1), state="bent", mode=1, dark=True),
@@ -53,15 +55,9 @@ def difference(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def lab(picture: np.ndarray) -> np.ndarray:
-    """sRGB bytes (..., 3) in CIELAB."""
-    c = picture / 255
-    c = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-    xyz = c @ np.array(
-        [[0.4339, 0.2126, 0.0178], [0.3762, 0.7152, 0.1095], [0.1899, 0.0722, 0.8727]]
-    )
-    f = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
-    x, y, z = np.moveaxis(f, -1, 0)
-    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], -1)
+    """sRGB bytes (h, w, 3) in CIELAB."""
+    found = np.asarray(ImageCms.applyTransform(Image.fromarray(picture), TO_LAB))
+    return np.concatenate([found[..., :1] / 2.55, found[..., 1:].view(np.int8)], axis=-1)
 
 
 def coloured(picture: np.ndarray) -> np.ndarray:
