@@ -3,7 +3,6 @@
 import csv
 import io
 import math
-import re
 from dataclasses import replace
 from itertools import combinations
 
@@ -92,23 +91,6 @@ def test_csv_for_numpy(run):
     assert len(next(csv.reader(io.StringIO(out)))) == 11
 
 
-def test_table(run):
-    """At most 21 values, the events below them; a family other than the label's is marked."""
-    code, out, _ = run(*SWEEP, "--coriolis")
-    assert code == 0
-    assert "Frequencies [1/T*], one value in 10 (--format csv has all)" in out
-    assert len(re.findall(r"^ +\d+(\.\d)?  ", out, re.MULTILINE)) == 21
-    assert re.search(r"veering +B3 S1 +4\.650\d{3} +61\.297\d\d +0\.241 +1\.000", out)
-    assert re.search(r"61\.\d+ s +62\.\d+ b", out)
-
-
-def test_table_of_an_unstable_beam(run):
-    out = run(*INWARD)[1]
-    assert "unstable for gamma = 2.99604 .. 8" in out
-    assert "No crossing or veering in this range." in out
-    assert re.search(r"^ +8 +unstable ", out, re.MULTILINE)
-
-
 def test_si_units(run, steel):
     """rpm and Hz beside the numbers without dimension."""
     arguments = ("--over", "gamma", "--start", "0", "--stop", "20", "--si", steel, "--points", "3")
@@ -121,7 +103,6 @@ def test_si_units(run, steel):
     header = run("loci", *arguments, "--format", "csv")[1].splitlines()[0]
     assert header.startswith("gamma,rpm,B1,")
     assert ",B1_hertz," in header
-    assert "rpm" in run("loci", *arguments, "--per-rev", "2")[1]
 
 
 STARTS = {"svg": b"<?xml", "pdf": b"%PDF", "PNG": b"\x89PNG", "png": b"\x89PNG"}
