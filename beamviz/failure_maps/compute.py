@@ -35,40 +35,35 @@ TRUE_LOSS = 0.95  # of the reference's buckling speed: a model that buckles late
 STATE_TOLERANCE = 1e-3  # of the frequency, which the map of states does not show
 SEARCHED = 4  # columns of the map from one search for a second state to the next
 
-RIGHT = "right"
-INACCURATE = "inaccurate"
-OTHER_MODEL = "other model"
-FALSELY_UNSTABLE = "falsely unstable"
-TRULY_UNSTABLE = "truly unstable"
-NO_EQUILIBRIUM = "no equilibrium"
-NOT_CONVERGED = "did not converge"
-ROUNDING = "rounding"
-OUTSIDE = "outside"  # not an accepted beam
 
-KINDS = {
-    RIGHT: "right: within 0.001 of its own model's exact frequencies",
-    INACCURATE: "inaccurate: a larger discretisation error",
-    OTHER_MODEL: "its model is more than 1 % off the reference",
-    FALSELY_UNSTABLE: "falsely unstable: the beam is stable",
-    TRULY_UNSTABLE: "truly unstable, and reported as such",
-    NO_EQUILIBRIUM: "no equilibrium in its model, and reported as such",
-    NOT_CONVERGED: "did not converge",
-    ROUNDING: "rounding error: more terms do not help",
-}
+class Kind(NamedTuple):
+    """A kind of cell, and the colour that it is drawn in."""
+
+    name: str
+    meaning: str
+    colour: str
+
+
+RIGHT = Kind("right", "right: within 0.001 of its own model's exact frequencies", "white")
+INACCURATE = Kind("inaccurate", "inaccurate: a larger discretisation error", "yellow")
+OTHER_MODEL = Kind("other model", "its model is more than 1 % off the reference", "blue")
+TRULY_UNSTABLE = Kind("truly unstable", "truly unstable, and reported as such", "grey")
+ROUNDING = Kind("rounding", "rounding error: more terms do not help", "green")
+NOT_CONVERGED = Kind("did not converge", "did not converge", "purple")
+FALSELY_UNSTABLE = Kind("falsely unstable", "falsely unstable: the beam is stable", "orange")
+NO_EQUILIBRIUM = Kind("no equilibrium", "no equilibrium in its model, reported as such", "black")
+OUTSIDE = Kind("outside", "not accepted: γ above 5 μ", "pale")
+KINDS = (
+    *(RIGHT, INACCURATE, OTHER_MODEL, TRULY_UNSTABLE),
+    *(ROUNDING, NOT_CONVERGED, FALSELY_UNSTABLE, NO_EQUILIBRIUM),
+)
 CORRECT = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
-STRAIGHT = "straight"
-BENT = "bent"
-SEVERAL = "more than one"
-NO_STATE = "no stable state"
-
-STATES = {
-    STRAIGHT: "straight, and stable",
-    BENT: "bent; the straight state is unstable",
-    SEVERAL: "more than one stable state, mirror images apart",
-    NO_STATE: "no stable state found",
-    NOT_CONVERGED: "did not converge",
-}
+STRAIGHT = Kind("straight", "straight, and stable", "white")
+BENT = Kind("bent", "bent; the straight state is unstable", "blue")
+SEVERAL = Kind("more than one", "more than one stable state, mirror images apart", "green")
+NO_STATE = Kind("no stable state", "no stable state found", "black")
+STATES = (STRAIGHT, BENT, SEVERAL, NO_STATE, NOT_CONVERGED)
 
 # Models: the options of `solve` that give their exact frequencies.
 REFERENCE = "green"
@@ -110,7 +105,7 @@ class Verdict(NamedTuple):
     """Its kind, the two errors behind it (nan where there are none), the message of an error, and
     the gamma beyond which the method reports no equilibrium."""
 
-    kind: str
+    kind: Kind
     discretisation: float = np.nan
     model: float = np.nan
     message: str = ""
@@ -179,8 +174,8 @@ def distance(one: Outcome, other: Outcome, labels: tuple[str, ...]) -> float:
 
 
 class Plane(NamedTuple):
-    """The number that varies beside the speed, the beam of the others, and its description.
-    states: whether its map is of stable states instead of failures."""
+    """The number that varies beside the speed, the beam of the others, its description, the kinds
+    of its cells, and options of `solve` besides those of each method."""
 
     over: str
     beam: Beam
@@ -188,11 +183,17 @@ class Plane(NamedTuple):
     stop: float
     logarithmic: bool
     held: str
-    states: bool = False
+    kinds: tuple[Kind, ...] = KINDS
+    options: dict[str, Any] = {}  # noqa: RUF012  never changed
 
     def at(self, gamma: float, value: float) -> Beam:
         """The beam at a place of the plane."""
         return self.beam.replace(gamma=float(gamma), **{self.over: float(value)})
+
+    @property
+    def states(self) -> bool:
+        """Whether its map is of stable states instead of failures."""
+        return self.kinds is STATES
 
 
 PLANES = (
@@ -200,7 +201,9 @@ PLANES = (
     Plane("alpha", Beam(beta=0.5, delta=1), 0.01, 100, True, "mass at β = 0.5, δ = 1, μ = 70"),
     Plane("mu", Beam(delta=1), 10, 10000, True, "no mass, δ = 1"),
 )
-INWARD = Plane("delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70", states=True)
+INWARD = Plane(
+    "delta", Beam(delta=-1), -2.0, 0.0, False, "no mass, μ = 70", STATES, {"state": "stable"}
+)
 
 
 class Row(NamedTuple):
@@ -214,25 +217,34 @@ class Row(NamedTuple):
     refusal: str = ""
 
 
+class MethodMap(NamedTuple):
+    """A method over a plane, row by row."""
+
+    method: Method
+    rows: Sequence[Row]
+
+    @property
+    def kinds(self) -> np.ndarray:
+        """Names of kinds (rows, columns)."""
+        return np.array([[cell.kind.name for cell in row.cells] for row in self.rows])
+
+    def speeds(self, name: str) -> np.ndarray:
+        """Speeds (rows,) by their name in `Row`."""
+        return np.array([getattr(row, name) for row in self.rows])
+
+    @property
+    def refusal(self) -> str:
+        """The message of a method without bent states; empty where it has some."""
+        return self.rows[0].refusal
+
+
 class Map(NamedTuple):
-    """A plane with the rows of each method."""
+    """A plane, and each method over it."""
 
     plane: Plane
     gammas: np.ndarray  # (columns,) middles of the cells
     values: np.ndarray  # (rows,)
-    rows: Sequence[Sequence[Row]]  # by METHODS
-
-    def kinds(self, method: int) -> np.ndarray:
-        """Kinds (rows, columns) of the verdicts on a method."""
-        return np.array([[cell.kind for cell in row.cells] for row in self.rows[method]])
-
-    def speeds(self, method: int, name: str) -> np.ndarray:
-        """Speeds (rows,) of a method by their name in `Row`."""
-        return np.array([getattr(row, name) for row in self.rows[method]])
-
-    def refusal(self, method: int) -> str:
-        """The message of a method without bent states; empty where it has some."""
-        return self.rows[method][0].refusal
+    methods: Sequence[MethodMap]
 
 
 def edges(start: float, stop: float, count: int, logarithmic: bool) -> np.ndarray:
@@ -281,7 +293,7 @@ def state_rows(plane: Plane, gammas: np.ndarray, value: float) -> list[Row]:
     """The stable states by each method at one value."""
     beam, rows = plane.beam.replace(**{plane.over: value}), []
     for method in METHODS:
-        options = {"state": "stable", "modes": 1, "tolerance": STATE_TOLERANCE} | method.options
+        options = {"modes": 1, "tolerance": STATE_TOLERANCE, **plane.options, **method.options}
         answers: list[Outcome] = []
         try:
             for gamma in gammas:
@@ -316,13 +328,13 @@ def has_others(answers: Sequence[Outcome]) -> list[bool]:
     return [bool(others) for others in found]
 
 
-def state_kind(found: Outcome, several: bool) -> str:
+def state_kind(found: Outcome, several: bool) -> Kind:
     """The kind of a cell by its answer, and whether there is another stable state."""
     if isinstance(found, NoEquilibrium):
         return NO_STATE
     if not isinstance(found, Solution):
         return NOT_CONVERGED
-    return SEVERAL if several else found.equilibrium.shape
+    return SEVERAL if several else BENT if found.equilibrium.shape == "bent" else STRAIGHT
 
 
 def compute_map(plane: Plane, size: tuple[int, int], pool: Executor) -> Map:
@@ -335,4 +347,5 @@ def compute_map(plane: Plane, size: tuple[int, int], pool: Executor) -> Map:
     for k, row in enumerate(pool.map(partial(solve_row, plane, gammas), values.tolist())):
         done.append(row)
         print(f"{subject}gamma and {plane.over}: row {k + 1} of {rows}", file=sys.stderr)
-    return Map(plane, gammas, values, list(zip(*done, strict=True)))
+    methods = [*map(MethodMap, METHODS, zip(*done, strict=True))]
+    return Map(plane, gammas, values, methods)

@@ -155,7 +155,7 @@ def test_files_of_the_command(written):
         assert set(found["methods"]) == set(NAMES)
         for method in found["methods"].values():
             flat = [name for row in method["kinds"] for name in row]
-            failing = [name for name in flat if name not in failure_maps.CORRECT]
+            failing = [name for name in flat if name not in {kind.name for kind in kinds.CORRECT}]
             assert [row["kind"] for row in method["failing"]] == failing
             for row in method["failing"]:
                 assert f"--gamma {row['gamma']:.10g} " in row["command"]
@@ -181,8 +181,8 @@ def test_the_map_of_stable_states(written):
             *(one[key] for key in ("states", "buckling", "limit")), strict=True
         ):
             for gamma, state in zip(found["gamma"], row, strict=True):
-                assert (state == kinds.STRAIGHT) == (gamma < buckling)
-                assert (state == kinds.NO_STATE) == (limit is not None and gamma > limit)
+                assert (state == kinds.STRAIGHT.name) == (gamma < buckling)
+                assert (state == kinds.NO_STATE.name) == (limit is not None and gamma > limit)
     assert "--state stable" in printed
 
 
