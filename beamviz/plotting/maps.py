@@ -14,9 +14,8 @@ from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STYLE, current_axes, new_figure, on_axis, save_figure
 from beamviz.solver import DEFAULTS, Problem
-from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
-from beamviz.sweeps.store import STATUSES, chunks_read
+from beamviz.sweeps.store import STATUSES, chunks_read, find_place
 
 if TYPE_CHECKING:
     import xarray

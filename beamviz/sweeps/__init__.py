@@ -24,8 +24,7 @@ from beamviz.errors import Unavailable, optional, unknown_keyword
 from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS
 from beamviz.sweeps.lines import solve_and_write
-from beamviz.sweeps.plan import Plan, Task, find_place, make_plan
-from beamviz.sweeps.store import ARRAYS, open_store, stored_plan
+from beamviz.sweeps.store import ARRAYS, Plan, Task, find_place, make_plan, open_store, stored_plan
 from beamviz.sweeps.store import count_statuses as count_statuses
 
 if TYPE_CHECKING:

@@ -25,8 +25,15 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import TOLERANCES, Problem, interpolation_matrix, solve_many
 from beamviz.solver.solution import PURE, Solution
-from beamviz.sweeps.plan import Plan, Task
-from beamviz.sweeps.store import ARRAYS, FAMILIES, STATUSES, stored_plan, write_chunk
+from beamviz.sweeps.store import (
+    ARRAYS,
+    FAMILIES,
+    STATUSES,
+    Plan,
+    Task,
+    stored_plan,
+    write_chunk,
+)
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
 SAFETY = 5.0

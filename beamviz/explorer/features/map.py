@@ -20,9 +20,8 @@ from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import interruption
 from beamviz.sweeps.lines import solve_in_memory
-from beamviz.sweeps.plan import Plan, make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
-from beamviz.sweeps.store import STATUSES
+from beamviz.sweeps.store import STATUSES, Plan, make_plan
 
 SIZE = (81, 41)  # columns and rows of beams in a map
 SMALL_SIZE = (41, 21)  # where beams are solved one by one
