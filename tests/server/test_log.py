@@ -8,7 +8,8 @@ from beamviz.server.log import INTERVAL, MAX_KINDS, RateLimitedLog
 
 def test_repeated_errors_are_one_line_and_a_count(monkeypatch, caplog):
     """Other visitors and other errors have lines of their own; after a while there is another line.
-    A text with line breaks is one line."""
+    A text with line breaks is one line. The memory is limited: errors are forgotten, so that some
+    lines are written again."""
     clock = mock.Mock(return_value=1000.0)
     monkeypatch.setattr("beamviz.server.log.time.monotonic", clock)
     log = RateLimitedLog("a test")
@@ -24,11 +25,6 @@ def test_repeated_errors_are_one_line_and_a_count(monkeypatch, caplog):
         "visitor 2: ignored: rubber",
         "visitor 1: ignored: gum (4999 more like this since the last line)",
     ]
-
-
-def test_the_memory_of_the_log_is_limited():
-    """Errors are forgotten, so that some lines are written again."""
-    log = RateLimitedLog("a silent test")
     with log.muted():
         for k in range(3 * MAX_KINDS):
             log.warn(f"visitor {k}", "text", "ignored")

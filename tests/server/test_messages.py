@@ -103,6 +103,12 @@ def test_messages_have_a_maximum_size(line, url):
     assert close_code(url, huge) == TOO_BIG
 
 
+WRONG_CAMERAS: list[dict[str, Any]] = [
+    *({"fov": float("nan")}, {"position": (1e300, 0.0, 0.0)}, {"look_at": (0.0, 0.0)}),
+    *({"image_height": 0}, {"image_width": -5}, {"excluded_self_client": 1}),
+]
+
+
 @pytest.mark.parametrize(
     "message",
     [
@@ -116,21 +122,12 @@ def test_messages_have_a_maximum_size(line, url):
         encoded(type="SetPositionMessage", name="/scene", position=(0, 0, 0)),
         encoded(type="GuiRemoveMessage", uuid="x"),
         encoded(type="ViewerCameraMessage"),
-        encoded(**CAMERA_MESSAGE | {"fov": float("nan")}),
-        encoded(**CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}),
-        encoded(**CAMERA_MESSAGE | {"image_height": 0}),
-        encoded(**CAMERA_MESSAGE | {"image_width": -5}),
-        encoded(**CAMERA_MESSAGE | {"look_at": (0.0, 0.0)}),
-        encoded(**CAMERA_MESSAGE | {"excluded_self_client": 1}),
+        *(encoded(**CAMERA_MESSAGE | wrong) for wrong in WRONG_CAMERAS),
         encoded(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
         encoded(type="GuiUpdateMessage", uuid="x", updates={"value": 1}, more=1),
         update("x"),
         update("x", update_cb=[]),
-        update("x", value=None),
-        update("x", value={"a": 1}),
-        update("x", value=[[[1]]]),
-        update("x", value=1),
-        update("x", value=["x"]),
+        *(update("x", value=value) for value in (None, {"a": 1}, [[[1]]], 1, ["x"])),
         encoded(type="CommandTriggerMessage", uuid="x" * 2000),
     ],
     ids=lambda message: str(message)[:40],
