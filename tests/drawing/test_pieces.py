@@ -153,15 +153,12 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
     return len(subdivide(DrawnBeam.of(shapes, ViewOptions(), scale, sizes)).strain)
 
 
-def test_simple_pictures_take_few_pieces():
-    """A straight beam 16, its first mode 64, the fifth many more; and more at a larger scale."""
+def test_the_count_is_small_follows_a_slider_and_does_not_flicker():
+    """A straight beam has 16 pieces, its first mode 64, the fifth many more; and more at a larger
+    scale. Amplitude up and down with noise: the number changes once in each direction."""
     assert [count(PAPER, mode) for mode in range(3)] == [16, 64, 128]
     assert count(PAPER, 5, 0.4) == 256
     assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
-
-
-def test_the_count_follows_a_slider_and_does_not_flicker():
-    """Amplitude up and down with noise: the number of pieces changes once in each direction."""
     shapes, counts = SampledModes.sampled(solve(PAPER)), [0]
     noise = np.random.default_rng(1).uniform(0.97, 1.03, 200)
     for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)) * noise:
@@ -181,13 +178,17 @@ def test_the_count_follows_a_slider_and_does_not_flicker():
 @example(PAPER.replace(beta=0.9999), 1)
 def test_the_mass_lies_where_two_pieces_meet(beam, mode):
     """Where it is drawn, and the stretch is discontinuous; also next to an end. The strain of a
-    piece is its relative elongation in the equilibrium, which is straight."""
+    piece is its relative elongation in the equilibrium, which is straight. Stations of the shapes,
+    too, hold the mass, and are dense in the boundary layer at the clamp."""
     drawn = Drawn(beam, np.eye(5)[mode].tolist(), 0.15, "axial strain")
-    pieces = drawn.pieces
-    assert pieces.x[[0, -1]].tolist() == [0.0, 1.0]
-    assert (np.diff(pieces.x) > 0).all()
-    assert pieces.x[pieces.mass] == pytest.approx(beam.beta, abs=CLOSE)
-    assert not drawn.shapes.centreline[:, 1].any()
+    shapes, pieces = drawn.shapes, drawn.pieces
+    for places in (shapes, pieces):
+        assert places.x[[0, -1]].tolist() == [0.0, 1.0]
+        assert (np.diff(places.x) > 0).all()
+        assert places.x[places.mass] == pytest.approx(beam.beta, abs=CLOSE)
+    assert len(shapes.x) == STATIONS
+    assert (shapes.x < LAYER).sum() > 1.2 * LAYER * STATIONS
+    assert not shapes.centreline[:, 1].any()
     longer = np.diff(pieces.centreline[:, 0]) / np.diff(pieces.x) - 1
     assert pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))
 
@@ -209,7 +210,7 @@ def test_a_scene_shows_one_set_of_pieces_and_an_overlay_has_faces_for_its_vertic
             assert overlay.body.faces.max() + 1 == len(overlay.body.vertices)
 
 
-# The surface and its stations
+# The surface
 
 PLANES = pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
 
@@ -248,14 +249,3 @@ def test_pieces_follow_the_line_and_meet_outside_a_bend(plane):
     breadth = np.abs(normal).argmax()
     assert np.allclose(sizes[:, breadth], 0.2)
     assert np.allclose(np.delete(sizes, [0, breadth], axis=1), 0.1)
-
-
-@given(BEAMS)
-def test_stations_are_dense_in_boundary_layers_and_hold_the_mass(beam):
-    """They increase from 0 to 1, the mass is at one, and the layer at the clamp has more."""
-    shapes = SampledModes.at_rest(beam, "chordwise")
-    assert shapes.x[[0, -1]].tolist() == [0, 1]
-    assert len(shapes.x) == STATIONS
-    assert (np.diff(shapes.x) > 0).all()
-    assert shapes.x[shapes.mass] == pytest.approx(beam.beta, abs=CLOSE)
-    assert (shapes.x < LAYER).sum() > 1.2 * LAYER * STATIONS

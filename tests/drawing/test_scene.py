@@ -122,16 +122,27 @@ def test_flapwise_motion_is_out_of_the_plane_of_rotation(scene, plane, axis):
     assert scene.beam.batched_scales[0, axis] == pytest.approx(section_size(PAPER)[0], rel=1e-6)
 
 
-def test_a_beam_without_a_mass_has_none_and_an_inward_beam_a_hoop(scene):
-    """delta < 0 swaps the drum for a hoop, from whose rim the beam points to the axis."""
+def test_the_hub_its_arrow_and_the_mass_are_those_of_the_beam(scene):
+    """A beam without a mass has none; delta < 0 swaps the drum for a hoop, from whose rim the beam
+    points to the axis. Arrow and speed are hidden at rest, and the text is never near the beam."""
     around = scene.surroundings
     scene.show(DrawnBeam.of(sampled(Beam()), ViewOptions()))
     assert np.allclose(np.asarray(scene.mass.batched_scales), HIDDEN)
     assert (around.drum.visible, around.hoop.visible) == (True, False)
+    assert (around.arrow.visible, around.speed.text) == (False, "")
+    scene.show(DrawnBeam.of(sampled(Beam(gamma=3)), ViewOptions()))
+    assert (around.arrow.visible, around.speed.text) == (True, "speed γ = 3")
+    scene.choose_frame(0.0)
+    for hub in np.linspace(0, 2 * np.pi, 50):
+        scene.move(np.zeros(5), hub)
+        x, y, _ = around.speed.point.position
+        assert abs(math.remainder(math.atan2(y, x) - hub, 2 * math.pi)) > 0.8
+    assert (around.arrow.vertices[:, 0] < 0.05).all()
     inward = SampledModes.at_rest(Beam(delta=-0.5), "chordwise")
     points, _ = to_hub_frame(inward, inward.centreline)
     assert np.allclose(points[[0, -1]], [[-0.5, 0, 0], [0.5, 0, 0]], atol=1e-12)
     scene.show(DrawnBeam.of(inward, ViewOptions()))
+    assert (around.arrow.visible, around.speed.text) == (False, "")
     assert (around.drum.visible, around.hoop.visible) == (False, True)
     inner = np.linalg.norm(around.hoop.vertices[:, :2], axis=1).min()
     assert inner == pytest.approx(0.5, rel=1e-3)
@@ -185,21 +196,3 @@ def test_a_change_of_view_is_eased(scene, back):
     for points in (path, places):
         ways = np.abs(np.diff(points, axis=0))
         assert ways.max() < 0.05 * np.linalg.norm(np.ptp(points, axis=0)) * (1 if inside else 4)
-
-
-def test_an_arrow_shows_the_speed_of_a_rotating_beam(scene):
-    """Arrow and text are hidden at rest, and the text is never near the beam."""
-    around = scene.surroundings
-    scene.show(DrawnBeam.of(sampled(Beam(gamma=3)), ViewOptions()))
-    assert around.arrow.visible
-    assert around.speed.text == "speed γ = 3"
-    rest = np.zeros(5)
-    scene.choose_frame(0.0)
-    for hub in np.linspace(0, 2 * np.pi, 50):
-        scene.move(rest, hub)
-        x, y, _ = around.speed.point.position
-        assert abs(math.remainder(math.atan2(y, x) - hub, 2 * math.pi)) > 0.8
-    assert (around.arrow.vertices[:, 0] < 0.05).all()
-    scene.show(DrawnBeam.of(sampled(Beam()), ViewOptions()))
-    assert not around.arrow.visible
-    assert not around.speed.text

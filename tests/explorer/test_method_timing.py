@@ -32,7 +32,8 @@ def timings():
 
 
 def test_every_method_is_timed_at_each_of_its_resolutions(timings):
-    """Each has an error or a reason why it has none: without stiffening the beam is unstable."""
+    """Each has an error or a reason why it has none: without stiffening the beam is unstable. The
+    paper's 20 elements are 0.09 % off in S1, constant tension 2.8 %; auto is exact."""
     options = {m: getattr(row.resolution, "option", "tolerance") for m, row in METHODS.items()}
     expected = {(m, option, r) for m, option in options.items() for r in RESOLUTIONS[option]}
     found = [(timing.method, *timing.resolution.split()) for timing in timings]
@@ -41,10 +42,6 @@ def test_every_method_is_timed_at_each_of_its_resolutions(timings):
     reason = "predicts an unstable beam; it is stable"
     assert {timing.reason for timing in timings if timing.method == "zoac"} == {reason}
     assert reason in method_timing.timing_table(timings)
-
-
-def test_errors_are_those_of_the_frequencies(timings):
-    """The paper's 20 elements are 0.09 % off in S1, constant tension 2.8 %; auto is exact."""
     errors = {m: [t.error for t in timings if t.method == m] for m in ("ancf", "foac", "auto")}
     assert errors["ancf"][2] == pytest.approx(76.934327 / 76.863266 - 1, rel=1e-3)
     assert errors["foac"] == pytest.approx([0.02795] * 4, rel=1e-3)

@@ -78,7 +78,8 @@ def test_a_kept_case_belongs_to_its_scene():
 
 def test_undo_and_redo_go_by_steps():
     """A drag of one slider is one step, also if it keeps the beam for comparison; a drag of another
-    value, or after a pause, is another; an edit discards what could be redone."""
+    value, or after a pause, is another; an edit discards what could be redone. Theme and pause are
+    no steps."""
     history, mass = History(), START.keep_for_comparison()
     drag = [(0.1 * k, mass.changed("beta", 0.5 + 0.01 * k)) for k in range(5)]
     faster = drag[-1][1].changed("gamma", 3.0)
@@ -98,10 +99,6 @@ def test_undo_and_redo_go_by_steps():
     assert [history.redo(START), history.redo(back[1])] == [drag[-1][1], faster]
     history.record(faster, other := faster.only(0), 9.0)
     assert history.redo(other) is other
-
-
-def test_undo_keeps_theme_and_pause():
-    """They are no steps."""
     history, still = History(), START.changed("dark", True).changed("playing", False)
     history.record(START, still, 0.0)
     assert history.undo(still) is still

@@ -6,6 +6,7 @@ import math
 import re
 import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pygltflib
@@ -56,18 +57,6 @@ def model(request, tmp_path_factory) -> tuple[Path, SolvedScene]:
     return path, SolvedScene(scene)
 
 
-def test_trimesh_reads_a_model(model):
-    """Hub, beam and mass; the beam is closed, and reaches from the clamp to its stretched tip."""
-    path, solved = model
-    read = trimesh.load(path)
-    assert set(read.geometry) == {"hub", "beam", "mass"}
-    beam = read.geometry["beam"]
-    assert beam.is_watertight
-    assert read.geometry["mass"].is_watertight
-    ends = beam.bounds[:, 0]
-    assert ends == pytest.approx([0, solved.solution.equilibrium.tip[0]], rel=1e-5, abs=1e-6)
-
-
 def test_a_model_swings_as_the_solution_does(model):
     """At each key of the animation, morph targets and weights put the beam's axis and the mass
     where the solution has them; the end is the beginning."""
@@ -109,9 +98,10 @@ def test_a_model_swings_as_the_solution_does(model):
 
 
 def test_a_model_keeps_the_rules_of_gltf(model):
-    """What the specification asks of the container and its views."""
-    blob = model[0].read_bytes()
-    gltf = pygltflib.GLTF2().load(model[0])
+    """What the specification asks of the container and its views. Trimesh reads hub, beam and mass;
+    the beam is closed, and reaches from the clamp to its stretched tip."""
+    path, solved = model
+    blob, gltf = path.read_bytes(), pygltflib.GLTF2().load(path)
     assert blob[:4] == b"glTF"
     assert int.from_bytes(blob[4:8], "little") == 2
     assert int.from_bytes(blob[8:12], "little") == len(blob)
@@ -128,6 +118,12 @@ def test_a_model_keeps_the_rules_of_gltf(model):
         for primitive in mesh.primitives:
             indices = values(gltf, primitive.indices)
             assert indices.max() < gltf.accessors[primitive.attributes.POSITION].count
+    read = trimesh.load(path).geometry
+    assert set(read) == {"hub", "beam", "mass"}
+    assert read["beam"].is_watertight
+    assert read["mass"].is_watertight
+    ends = read["beam"].bounds[:, 0]
+    assert ends == pytest.approx([0, solved.solution.equilibrium.tip[0]], rel=1e-5, abs=1e-6)
 
 
 def test_an_unstable_beam_is_a_still_model_and_has_growth_rates(tmp_path):
@@ -252,25 +248,18 @@ def test_all_modes_are_in_the_picture_of_a_page(tmp_path, size):
     assert max(bottom) <= height
 
 
+TWENTY: dict[str, Any] = {"shares": [1.0] * MAX_MODES, "coriolis": True, "all_modes": True}
+SCENES = {
+    "two modes": Scene.of(PAPER, shares=[0.5, 0.0, 1.0]),
+    "coriolis": Scene.of(PAPER, mode=4, coriolis=True),
+    "bent": Scene.of(gamma=4, delta=-1, state="bent", mode=1),
+    "end": Scene.of(delta=-1, gamma=1, mode=1, all_modes=True, colouring="axial strain"),
+    "twenty modes": Scene.of(gamma=3, spin_up=2, state="stable", **TWENTY),
+}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "scene",
-    [
-        Scene.of(PAPER, shares=[0.5, 0.0, 1.0]),
-        Scene.of(PAPER, mode=4, coriolis=True),
-        Scene.of(gamma=4, delta=-1, state="bent", mode=1),
-        Scene.of(delta=-1, gamma=1, mode=1, all_modes=True, colouring="axial strain"),
-        Scene.of(
-            gamma=3,
-            spin_up=2,
-            state="stable",
-            shares=[1.0] * MAX_MODES,
-            coriolis=True,
-            all_modes=True,
-        ),
-    ],
-    ids=["two modes", "coriolis", "bent", "range with an end", "twenty modes"],
-)
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
     """41 solved speeds or more with all shapes, in less than 3 MB; half-way between two of them
     the interpolated frequency and axis are those of a solution there."""
@@ -308,14 +297,18 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
         (animate, "a.avi", {}, r"must end in \.gif, \.webp or \.mp4"),
         (screenshot, "a.png", {"width": 5}, r"width = 5: must be a whole number in 64 \.\. 4096"),
         (animate, "a.mp4", {"width": 65}, "width = 65: must be even for MP4"),
+        (animate, "a.mp4", {}, "MP4 needs PyAV: pip install av"),
     ],
 )
 def test_what_cannot_be_written_is_not_solved(tmp_path, monkeypatch, write, name, options, message):
-    """A missing folder, a folder itself, a wrong suffix or size."""
+    """A missing folder, a folder itself, a wrong suffix or size, a missing encoder, each with the
+    remedy; no file is left."""
     monkeypatch.setattr(exports, "SolvedScene", None)
+    monkeypatch.setattr(exports, "find_spec", lambda _: None if "PyAV" in message else "installed")
     (tmp_path / "folder.png").mkdir()
     with pytest.raises((InvalidInput, Unavailable), match=message):
         write(tmp_path / name, Scene(), **options)
+    assert list(tmp_path.iterdir()) == [tmp_path / "folder.png"]
 
 
 @pytest.mark.parametrize("rotating_frame", [True, False])
