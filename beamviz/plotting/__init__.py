@@ -85,17 +85,16 @@ def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":
     axes = axes or current_axes()
     x = np.linspace(0.0, 1.0, STATIONS)
     shapes = solution.displacement(x)
-    for k, share in enumerate(solution.bending_energy_fraction):
-        shape = shapes[:, int(share >= 0.5), k].real
-        family = "bending" if share >= 0.5 else "stretching"
-        own = [label for label in solution.labels[:k] if label[0] == solution.labels[k][0]]
+    for k, label in enumerate(solution.labels):
+        component = solution.larger_component[k]
+        shape = shapes[:, component, k].real
         axes.plot(
             x,
             shape / abs(shape).max(),
-            color=COLOURS[family],
-            alpha=max(1 - 0.2 * len(own), 0.3),
-            ls="-" if family == "bending" else "--",
-            label=f"{solution.labels[k]}  ω = {solution.frequencies[k]:.5g}",
+            color=COLOURS[("stretching", "bending")[component]],
+            alpha=max(1.2 - 0.2 * int(label[1:]), 0.3),
+            ls=("--", "-")[component],
+            label=f"{label}  ω = {solution.frequencies[k]:.5g}",
         )
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
     axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")

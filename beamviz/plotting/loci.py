@@ -211,27 +211,25 @@ class Chart:
     def label_inside(self, marks: Sequence[Resonance | Event]) -> None:
         """Labels on the branches that end inside the frame or change their family, each where the
         nearest other line, mark or label is farthest."""
-        loci, x, y, pixels = self.loci, self.x, self.y, self.axes.transData.transform
-        heights = y(np.array([branch.frequency for branch in loci.branches]))
-        taken = [pixels((x(mark.at), y(mark.frequency))) for mark in marks]
-        for branch, own in zip(loci.branches, heights, strict=True):
-
-            def clearance(k: int, own: np.ndarray = own) -> float:
-                here = pixels((x(loci.values[k]), own[k]))
-                lines = [abs(pixels((0, h)) - here)[1] for h in heights[:, k] if h != own[k]]
-                others = [np.linalg.norm(other - here) / 3 for other in taken]  # they are wider
-                return min([*filter(math.isfinite, lines), *others], default=math.inf)
-
-            present = np.flatnonzero(np.isfinite(own))
+        values, pixels = self.x(self.loci.values), self.axes.transData.transform
+        taken = [pixels((self.x(mark.at), self.y(mark.frequency))) for mark in marks]
+        heights = self.y(np.array([branch.frequency for branch in self.loci.branches]))
+        lines = np.array([pixels(np.column_stack((values, row))) for row in heights])  # [px]
+        for branch, line in zip(self.loci.branches, lines, strict=True):
+            present = np.flatnonzero(np.isfinite(branch.frequency))
             changes = len(present) and branch.family[present[0]] != branch.family[present[-1]]
-            if not len(present) or (present[-1] == len(own) - 1 and not changes):
+            if not len(present) or (present[-1] == len(values) - 1 and not changes):
                 continue
             spots = present[(SPOTS * (len(present) - 1)).astype(int)]
-            best = max(spots[: len(spots) // 3] if changes else spots, key=clearance)
-            at = x(loci.values[best]), own[best]
-            taken.append(pixels(at))
+            spots = spots[: len(spots) // 3] if changes else spots
+            apart = abs(lines[:, spots, 1] - line[spots, 1])
+            apart[apart == 0] = np.nan  # the line itself
+            others = [np.linalg.norm(line[spots] - other, axis=1) / 3 for other in taken]  # wide
+            best = spots[np.fmin.reduce([*apart, *others, np.full(len(spots), np.inf)]).argmax()]
+            taken.append(line[best])
             self.axes.text(
-                *at,
+                values[best],
+                self.y(branch.frequency[best]),
                 branch.label,
                 color=FAMILIES(branch.bending_fraction[best]),
                 ha="center",
