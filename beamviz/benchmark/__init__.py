@@ -27,7 +27,6 @@ from beamviz.plotting.labels import LabelPlacer
 
 NAME = "benchmark"
 TARGETS = (1e-2, 1e-4, 1e-6)
-LAPACK_REPEATS = {False: 400, True: 50}  # by `quick`
 
 # The chart: a frame for each scene, and one for the models.
 WIDTH, HEIGHT = 9.0, 13.8  # [in]
@@ -84,14 +83,14 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     """
     make_folder(folder)
     solvers = METHODS + (PEERS if peers else ())
-    rows = work_precision.measure(solvers, work_precision.QUICK if quick else work_precision.FULL)
+    effort = work_precision.QUICK if quick else work_precision.FULL
+    rows = work_precision.measure(solvers, effort)
     print("bare LAPACK", file=sys.stderr)
-    repeats = LAPACK_REPEATS[quick]
-    found = {scene: work_precision.lapack_ratios(beam, repeats) for scene, beam in SCENES.items()}
-    names = ("bare_lapack", "eigh")
-    ratios = {name: {scene: one[name] for scene, one in found.items()} for name in names}
-    about = environment(solvers, quick, release) | ratios
-    write_files(folder, files(rows, about))
+    ratios: dict[str, dict[str, float]] = {"bare_lapack": {}, "eigh": {}}
+    for scene, beam in SCENES.items():
+        for name, ratio in work_precision.lapack_ratios(beam, effort.repeats).items():
+            ratios[name][scene] = ratio
+    write_files(folder, files(rows, environment(solvers, quick, release) | ratios))
     return "\n".join(summary(rows, ratios))
 
 

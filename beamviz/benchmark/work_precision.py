@@ -14,13 +14,15 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
-from scipy.linalg import eigh, lapack
+from scipy.linalg import blas, eigh, lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
@@ -42,21 +44,24 @@ REFERENCE = "green"  # the paper's model
 FLOOR = 1e-15  # errors are drawn on a logarithmic axis
 EXACT = 1e-13  # an error that no finer resolution need improve
 REPEATS = 400
-ROUTINES = ("dsygv", "dsygvd", "dsygvx", "dsyev", "dsyevd")
+DRIVERS = "dsygv", "dsyev", "dsyevd"  # each solves an eigenproblem
+STEPS = "dpotrf", "dsygst", "dsytrd", "dsterf", "dstein", "dormqr"  # together they do
+ROUTINES = [(lapack, name) for name in (*DRIVERS, *STEPS)] + [(blas, "dtrsm")]
 
 Limits = dict[str, dict[str, np.ndarray | str]]  # scene, theory -> omega^2 (modes,) or a reason
 
 
 class Effort(NamedTuple):
     """How long to measure: `seconds` of repeats for each row, at most `budget` seconds for one
-    call, and only every `stride`-th resolution, the finest included."""
+    call, only every `stride`-th resolution, the finest included, and `repeats` of eigenproblems."""
 
     seconds: float
     budget: float
     stride: int = 1
+    repeats: int = REPEATS
 
 
-FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2)
+FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2, 50)
 
 
 class Solver(NamedTuple):
@@ -205,32 +210,49 @@ def lapack_ratios(beam: Beam, repeats: int = REPEATS) -> dict[str, float]:
     """The time of a default solve over that of its eigenproblems alone, repeated while caches are
     warm, by LAPACK's routines ("bare_lapack": the least that any solver of them would take) and by
     scipy.linalg.eigh ("eigh": the usual one, with all modes)."""
-    problems, whole = lapack_problems(beam), least_time(partial(solve, beam), repeats)
-    usual = [partial(eigh, *one.args) for one in problems]
-    return {
-        name: whole / sum(least_time(one, repeats) for one in alone)
-        for name, alone in {"bare_lapack": problems, "eigh": usual}.items()
+    calls, whole = lapack_calls(beam), least_time(partial(solve, beam), repeats)
+    alone = {
+        "bare_lapack": [call for _, call in calls],
+        "eigh": [partial(eigh, *matrices) for matrices in eigenproblems(calls)],
     }
+    times = {name: sum(least_time(one, repeats) for one in works) for name, works in alone.items()}
+    return {name: whole / seconds for name, seconds in times.items()}
 
 
-def lapack_problems(beam: Beam) -> list[partial[tuple]]:
-    """The calls of LAPACK's eigensolvers in a default solve, with copies of their arguments."""
-    problems: list[partial[tuple]] = []
+Call = tuple[str, partial[Any]]  # of a routine of LAPACK, by its name
 
-    def record(routine: Callable[..., tuple], *matrices: Any, **options: Any) -> tuple:
-        kept = [matrix.copy(order="K") for matrix in matrices]  # LAPACK may overwrite them
-        problems.append(partial(routine, *kept, **options | {"overwrite_a": False}))
-        return routine(*matrices, **options)
 
-    routines = {name: getattr(lapack, name) for name in ROUTINES}
-    try:
-        for name, routine in routines.items():
-            setattr(lapack, name, partial(record, routine))
+def lapack_calls(beam: Beam) -> list[Call]:
+    """The calls of LAPACK for eigenproblems in a default solve, with copies of their arguments."""
+    calls: list[Call] = []
+
+    def record(name: str, routine: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
+        # LAPACK may overwrite its arguments.
+        kept = [one.copy(order="K") if isinstance(one, np.ndarray) else one for one in arguments]
+        calls.append((name, partial(routine, *kept, **options)))
+        return routine(*arguments, **options)
+
+    with ExitStack() as stack:
+        for module, name in ROUTINES:
+            routine = partial(record, name, getattr(module, name))
+            stack.enter_context(patch.object(module, name, routine))
         solve(beam)
-    finally:
-        for name, routine in routines.items():
-            setattr(lapack, name, routine)
-    return problems
+    return calls
+
+
+def eigenproblems(calls: list[Call]) -> Iterator[tuple[np.ndarray, ...]]:
+    """The matrices A of A v = nu v, or A and B of A v = nu B v, that these calls solve: by one
+    driver, or step by step from Cholesky's factor of B (dpotrf) and the problem reduced by it
+    (dsygst)."""
+    before, factored = "", np.empty(0)
+    for name, call in calls:
+        if name == "dpotrf":
+            factored = call.args[0]
+        elif name == "dsygst":
+            yield call.args[0], factored
+        elif name in (*DRIVERS, "dsytrd") and before != "dsygst":
+            yield call.args
+        before = name
 
 
 def model_errors() -> dict[str, dict[str, float | str]]:

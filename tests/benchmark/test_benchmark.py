@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import contents, load_script
+from scipy.linalg import eigh
 
 from beamviz import Beam, NoEquilibrium, NotConverged, benchmark, solve
 from beamviz.benchmark import METHODS, PEERS, SCENES, Row, time_to_error, work_precision
@@ -23,7 +24,7 @@ MODELS = {
     "rigid": {"method": "foac"},
     "none": {"method": "zoac"},
 }
-LITTLE = Effort(0.0, 1.0)
+LITTLE = Effort(0.0, 1.0, repeats=2)
 
 
 @pytest.mark.slow
@@ -47,6 +48,17 @@ def test_the_solver_agrees_with_the_limits(scene, theory):
     found = solve(SCENES[scene], MODES, tolerance=1e-9, **MODELS[theory])
     assert np.all(abs(found.omega_squared - exact) <= found.omega_squared_errors)
     assert relative_error(found.omega_squared, exact) < 1e-8
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_the_eigenproblems_of_a_solve_are_timed(scene):
+    """Small ones, by one driver, and large ones, step by step: those of the lowest frequencies."""
+    calls = work_precision.lapack_calls(SCENES[scene])
+    problems = work_precision.eigenproblems(calls)
+    lowest = [1 / eigh(*matrices, eigvals_only=True)[-1] for matrices in problems]
+    found = solve(SCENES[scene]).omega_squared[0] + SCENES[scene].gamma ** 2
+    assert min(lowest) == pytest.approx(found, rel=1e-9)
+    assert min(work_precision.lapack_ratios(SCENES[scene], 1).values()) > 0
 
 
 def test_errors_are_relative_and_count_growth_rates():
@@ -186,7 +198,6 @@ def small(monkeypatch):
     monkeypatch.setattr(benchmark, "METHODS", (METHODS[0], METHODS[7]))
     monkeypatch.setattr(benchmark, "PEERS", (MISSING,))
     monkeypatch.setattr(work_precision, "QUICK", LITTLE)
-    monkeypatch.setattr(benchmark, "LAPACK_REPEATS", {True: 2})
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         monkeypatch.setenv(name, os.environ.get(name, "1"))
 
