@@ -202,6 +202,17 @@ def test_few_elements_of_a_folded_beam(delta, gamma):
     assert found == pytest.approx(exact, abs=0.05)
 
 
+@pytest.mark.parametrize(
+    ("beam", "elements", "modes"),
+    [(SPINS_UP, 5, 2), (Beam(alpha=1, gamma=20, mu=1000, spin_up=1), 20, 10)],
+)
+def test_modes_of_few_elements_are_found(beam, elements, modes):
+    """Arnoldi's method converges in the subspace that it is given."""
+    options = {"state": "bent", "coriolis": True, "modes": modes, "elements": elements}
+    found = solve(beam, method="ancf-planar", **options).frequencies
+    assert (np.diff(found) > 0).all()
+
+
 def test_the_command_line(run):
     """`beamviz modes` takes --state and --spin-up, and says which shape the state has."""
     code, out, _ = run("modes", "--delta=-1", "--gamma", "4", "--state", "stable")

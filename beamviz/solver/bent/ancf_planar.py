@@ -10,11 +10,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.sparse.linalg import splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver.bent.beam import in_axes_of_the_beam, oscillating_or_growing, squared
+from beamviz.solver.bent.beam import in_axes_of_the_beam, inverse_modes, squared
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.families import quadrature
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
@@ -97,7 +97,10 @@ def solve_planar(beam: Beam, problem: Problem, exact: Solution, start: float) ->
     position, f, angle = exact.equilibrium.curve(nodes)
     slopes = f[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     q, iterations = planar.equilibrium(np.hstack((position, slopes)))
-    s, free = _modes(planar, q, problem.gyroscopic, count)
+    C = 2 * beam.gamma * planar.G if problem.gyroscopic and beam.gamma else None
+    s, free = inverse_modes(splu(planar.tangent(q.ravel())).solve, planar.M, C, count)
+    if not (beam.spin_up or problem.gyroscopic):
+        free = free.real
     V = np.zeros((q.size, count), free.dtype)
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
     omega_squared = squared(s)
@@ -127,32 +130,3 @@ def _fields(nodes: NDArray, q: NDArray, V: NDArray, x: NDArray) -> NDArray:
     """Displacements (len(x), 2, modes) along and across the bent beam; V (N, 4, modes)."""
     moved = components(nodes, V, x)
     return in_axes_of_the_beam(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])
-
-
-def _modes(
-    planar: PlanarProblem, q: NDArray, gyroscopic: bool, count: int
-) -> tuple[NDArray, NDArray]:
-    """s and vectors of the lowest modes: the largest eigenvalues of the inverse problem."""
-    n, rng = len(planar.free), np.random.default_rng(0)
-    M, solve = planar.M, splu(planar.tangent(q.ravel())).solve
-    start = rng.standard_normal(2 * n)
-    if not (gyroscopic and planar.beam.gamma):
-        inverse = LinearOperator((n, n), lambda v: solve(M @ v), dtype=float)
-        nu, V = eigs(inverse, min(count + 2, n - 2), v0=start[:n])
-        s = oscillating_or_growing(1j * np.sqrt(1 / nu))
-        chosen = np.argsort(abs(s), kind="stable")[:count]
-        V = V if planar.beam.spin_up else V.real
-    else:
-        C = 2 * planar.beam.gamma * planar.G
-
-        def inverse_pair(v: NDArray) -> NDArray:
-            return np.append(-solve(C @ v[:n] + M @ v[n:]), v[:n])
-
-        operator = LinearOperator((2 * n, 2 * n), inverse_pair, dtype=float)
-        nu, V = eigs(operator, min(2 * count + 6, 2 * n - 2), v0=start)
-        s, V = 1 / nu, V[:n]
-        upward = np.flatnonzero(oscillating_or_growing(s) == s)
-        chosen = upward[np.argsort(abs(s[upward]), kind="stable")[:count]]
-    s, V = s[chosen], V[:, chosen]
-    order = np.lexsort((-s.real, s.imag))
-    return s[order], V[:, order]

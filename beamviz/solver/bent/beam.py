@@ -16,12 +16,13 @@ the inverse problem is solved, as in `beamviz.solver.eigen`: the lowest frequenc
 largest eigenvalues.
 """
 
-from functools import cached_property
+from collections.abc import Callable
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
+from scipy.linalg import lapack, lu_factor, lu_solve
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
@@ -244,72 +245,61 @@ def squared(s: NDArray) -> NDArray:
     return np.where(s.imag <= STILL * abs(s.real), -(s.real**2), s.imag**2)
 
 
-def oscillating_or_growing(s: NDArray) -> NDArray:
-    """Of each pair s and -s the one with a frequency above 0, or that grows."""
-    still = abs(s.imag) <= STILL * abs(s)
-    return np.where(np.where(still, s.real < 0, s.imag < 0), -s, s)
-
-
 def bent_modes(state: State, count: int) -> BentModes:
     """The `count` lowest modes about a state. A state without a spin-up has to be stable, which the
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
     bent, gamma = state.beam, state.beam.beam.gamma
     scale, K, B = bent.scale, state.scaled_stiffness, state.displacements * bent.scale
-    F = B.reshape(-1, len(scale))  # M = F' F
-    G = None
+    F = B.reshape(-1, len(scale))
+    M, C = F.T @ F, None
     if bent.problem.gyroscopic and gamma:
         S = B[1].T @ B[0]
-        G = S - S.T  # e3 x r' against virtual displacements
-    L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
-    if bent.beam.spin_up:
-        found = _general(K, F, G, gamma, count)
-    elif info:
+        C = 2 * gamma * (S - S.T)  # e3 x r' against virtual displacements
+    definite = lapack.dpotrf((K + K.T) / 2, lower=1)[1] == 0
+    if not (definite or bent.beam.spin_up):
         raise NotConverged("the stiffness of a bent state is not positive definite")
-    elif G is None:
-        omega_squared, V = symmetric_modes(K, F.T @ F, count)
-        found = 1j * np.sqrt(omega_squared), V
+    if bent.beam.spin_up or C is not None:
+        s, V = inverse_modes(partial(lu_solve, lu_factor(K)), M, C, count)
     else:
-        found = _gyroscopic(L, F, G, gamma, count)
-    s, V = found
+        omega_squared, V = symmetric_modes(K, M, count)
+        s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
-    order = np.lexsort((-s.real, np.where(s.imag <= STILL * abs(s), 0.0, s.imag)))
-    return BentModes(s[order], scale[:, None] * V[:, order], info == 0)
+    return BentModes(s, scale[:, None] * V, definite)
 
 
-def _gyroscopic(
-    L: NDArray, F: NDArray, G: NDArray, gamma: float, count: int
+def inverse_modes(
+    solve: Callable[[NDArray], NDArray], M: Any, C: Any, count: int
 ) -> tuple[NDArray, NDArray]:
-    """With Coriolis forces, p = L' q and r = F q': the inverse of (p, r)' = s (p, r) is the skew
-    matrix T = [[-C, -X], [X', 0]], C = 2 gamma L^-1 G L^-T, X = L^-1 F'. Its eigenvalues
-    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each."""
-    X = lapack.dtrtrs(L, F.T, lower=1)[0]
-    C = lapack.dtrtrs(L, lapack.dtrtrs(L, 2 * gamma * G, lower=1)[0].T, lower=1)[0].T
-    n, m = X.shape
-    T = np.zeros((n + m, n + m))
-    T[:n, :n], T[:n, n:], T[n:, :n] = -C, -X, X.T
-    nu, Z = np.linalg.eigh(T.T @ T)
-    omega = 1 / np.sqrt(nu[: -2 * count - 1 : -2])
-    z = Z[:, : -2 * count - 1 : -2]
-    real, imaginary = z[:n], omega * (T[:n] @ z)  # z + i omega T z has the eigenvalue -i / omega
-    V = lapack.dtrtrs(L, np.hstack((real, imaginary)), lower=1, trans=1)[0]
-    return 1j * omega, V[:, :count] + 1j * V[:, count:]
+    """s and vectors (n, count) of the lowest modes of s^2 M v + s C v + K v = 0, by ascending
+    frequency, from the largest eigenvalues 1/s^2, or with C (n, n) 1/s, of the inverse problem.
+    solve: f -> K^-1 f. Arnoldi's method finds a few of many in a subspace that is large enough not
+    to be restarted often."""
+    n = M.shape[0]
+    size, wanted = (n, count + 2) if C is None else (2 * n, 2 * count + 6)  # s comes with -s
 
+    start = np.random.default_rng(0).standard_normal(size)
+    unit = np.sqrt(np.linalg.norm(solve(M @ start[:n])) / np.linalg.norm(start[:n]))
 
-def _general(
-    K: NDArray, F: NDArray, G: NDArray | None, gamma: float, count: int
-) -> tuple[NDArray, NDArray]:
-    """s and vectors for an unsymmetric K. Without Coriolis forces M v = (-1 / s^2) K v."""
-    M, n = F.T @ F, len(K)
-    if G is None:
-        nu, V = np.linalg.eig(np.linalg.solve(K, M))  # 1 / omega^2
-        largest = np.argsort(-abs(nu))[:count]
-        return oscillating_or_growing(1j * np.sqrt(1 / nu[largest].astype(complex))), V[:, largest]
-    inverse = np.linalg.solve(K, np.hstack((-2 * gamma * G, -M)))  # q = inverse (s q, s^2 q)
-    P = np.zeros((2 * n, 2 * n))
-    P[:n], P[n:, :n] = inverse, np.eye(n)  # (q, s q) = s P (q, s q)
-    nu, V = np.linalg.eig(P)
-    s = 1 / nu
-    upward = np.flatnonzero(oscillating_or_growing(s) == s)
-    lowest = upward[np.argsort(abs(s[upward]))[:count]]
-    return s[lowest], V[:n, lowest]
+    def inverse(v: NDArray) -> NDArray:
+        if C is None:
+            return -solve(M @ v)
+        # (s q, unit s^2 q) -> (q, unit s q), of one size where s is about 1 / unit
+        return np.concatenate((-solve(C @ v[:n] + M @ (v[n:] / unit)), unit * v[:n]))
+
+    if 2 * wanted + 8 < size:
+        from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
+
+        operator = LinearOperator((size, size), inverse, dtype=float)
+        nu, V = eigs(operator, wanted, ncv=2 * wanted + 8, v0=start)
+    else:
+        nu, V = np.linalg.eig(inverse(np.eye(size)))
+    s = 1 / nu if C is not None else np.sqrt(1 / nu.astype(complex))
+    still = abs(s.imag) <= STILL * abs(s)
+    backward = np.where(still, s.real < 0, s.imag < 0)
+    if C is None:
+        s, backward = np.where(backward, -s, s), np.zeros(len(s), bool)
+    kept = np.flatnonzero(~backward)
+    kept = kept[np.argsort(abs(s[kept]), kind="stable")[:count]]
+    kept = kept[np.lexsort((-s.real[kept], np.where(still, 0.0, s.imag)[kept]))]
+    return s[kept], V[:n, kept]
