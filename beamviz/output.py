@@ -35,7 +35,8 @@ MODE_KEYS = {  # of the JSON, and the attributes of a solution
     "bending_fraction": "bending_energy_fraction",
     "nodes": "nodes",
 }
-BRANCH_KEYS = ("label", "family", "frequency", "growth_rate", "error", "bending_fraction")
+VALUE_KEYS = ("family", "frequency", "growth_rate", "error", "bending_fraction")
+BRANCH_KEYS = ("label", *VALUE_KEYS)
 PER_TIME = {"units": "1/T*"}
 UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}  # of dataset variables
 
@@ -220,7 +221,7 @@ def solution_dataset(solution: "Solution") -> "xarray.Dataset":
     values, line = mode_values(solution), along_beam(solution)
     return optional("xarray", "xarray").Dataset(
         {
-            **{key: ("mode", np.array(values[key]), UNITS.get(key)) for key in BRANCH_KEYS[1:]},
+            **{key: ("mode", np.array(values[key]), UNITS.get(key)) for key in VALUE_KEYS},
             "shape": (("mode", "x", "component"), line["shape"], {"long_name": "unit modal mass"}),
             "position": (("x", "component"), line["position"], {"units": "L"}),
             "stretch": ("x", line["stretch"]),
@@ -369,14 +370,14 @@ def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str
 
 def loci_dataset(loci: "Loci") -> "xarray.Dataset":
     """See Loci.to_xarray."""
-    rows = {key: [getattr(branch, key) for branch in loci.branches] for key in BRANCH_KEYS}
+    rows = {key: [getattr(branch, key) for branch in loci.branches] for key in VALUE_KEYS}
     rows["family"] = [[name or "" for name in family] for family in rows["family"]]
-    labels, dims = rows.pop("label"), (loci.over, "branch")
+    dims = loci.over, "branch"
     attributes = dataset_attributes(loci.beam, loci.problem, loci.units)
     attributes.pop(loci.over, None)
     return optional("xarray", "xarray").Dataset(
         {key: (dims, np.transpose(row), UNITS.get(key)) for key, row in rows.items()},
-        {loci.over: loci.values, "branch": labels},
+        {loci.over: loci.values, "branch": [branch.label for branch in loci.branches]},
         attributes,
     )
 

@@ -112,6 +112,11 @@ def loci(
     from beamviz.output import LOCI_FORMATS
 
     check_store_options(context, sweep, ["at"], ["over", "format", "plot", "per_rev"])
+    if plot:
+        from beamviz.plotting import SUFFIXES, save_figure
+        from beamviz.plotting.loci import draw_chart
+
+        check_suffix(plot, SUFFIXES)
     if sweep:
         from beamviz.sweeps import open_line
 
@@ -121,12 +126,6 @@ def loci(
         for option in (name for name, value in (("start", start), ("stop", stop)) if value is None):
             raise InvalidInput(f"Missing option '--{option}'.")
         values = sweep_values("--", over, start, stop, points)
-    if plot:
-        from beamviz.plotting import SUFFIXES, save_figure
-        from beamviz.plotting.loci import draw_chart
-
-        check_suffix(plot, SUFFIXES)
-    if not sweep:
         note_unused(beam, [over])
     found = loci(beam, over, values, modes, **options)
     crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))

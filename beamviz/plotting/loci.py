@@ -313,8 +313,7 @@ def _head(
     figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]
 ) -> None:
     """The parameters held fixed, the model, and the meaning of colours and marks."""
-    numbers = loci.beam.numbers.items()
-    held = ", ".join(f"{NUMBERS[n].symbol} = {x:.5g}" for n, x in numbers if n != loci.over)
+    held = loci.beam.described(name for name in loci.beam.numbers if name != loci.over)
     title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
     figure.text(0.012, 0.965, title, va="center", weight="bold")
     figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
