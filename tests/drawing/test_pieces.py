@@ -210,8 +210,6 @@ def test_a_scene_shows_one_set_of_pieces_and_an_overlay_has_faces_for_its_vertic
             assert overlay.body.faces.max() + 1 == len(overlay.body.vertices)
 
 
-# The surface
-
 PLANES = pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
 
 

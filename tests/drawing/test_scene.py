@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import Beam
-from beamviz.drawing import BeamView, camera
+from beamviz.drawing import BeamView, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.camera import CHANGE_TIME, PageCamera
 from beamviz.drawing.modes import SampledModes
@@ -58,26 +58,29 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
     assert 0.9 < (seen / [aspect, 1 - lift]).max() <= 1
 
 
-@pytest.mark.parametrize("delta", [-0.5, 0.0, 2.0])
-def test_all_that_the_beam_sweeps_is_in_the_picture(delta):
-    """From outside the tip is inside it at every angle of the hub, its circle in the middle."""
-    reach = max(abs(delta), abs(delta + 1))
-    view = camera.fitted(SampledModes.at_rest(Beam(delta=delta), "chordwise"), False, 1.6)
+def test_all_that_the_beam_sweeps_and_a_bent_beam_are_in_the_picture():
+    """From outside the tip is inside it at every angle of the hub, its circle in the middle; in the
+    rotating frame all of a bent beam, and all rows of modes, be the picture tall or wide."""
     turn = np.linspace(0, 2 * np.pi, 100)
-    across, down = projected(reach * np.stack([np.cos(turn), np.sin(turn), 0 * turn], 1), view).T
-    assert np.abs(across).max() < 1.6
-    assert np.abs(down).max() < 1
-    assert abs(down.min() + down.max()) < 0.2
-
-
-def test_all_of_a_bent_beam_is_in_the_picture():
-    """Be it tall or wide."""
+    for delta in (-0.5, 0.0, 2.0):
+        circle = max(abs(delta), abs(delta + 1)) * np.stack([np.cos(turn), np.sin(turn), 0 * turn])
+        view = camera.fitted(SampledModes.at_rest(Beam(delta=delta), "chordwise"), False, 1.6)
+        across, down = projected(circle.T, view).T
+        assert np.abs(across).max() < 1.6
+        assert np.abs(down).max() < 1
+        assert abs(down.min() + down.max()) < 0.2
     shapes = sampled(BENT, state="bent")
     points, _ = to_hub_frame(shapes, shapes.centreline)
     for aspect in (0.6, 1.0, 1.8):
         view = camera.fitted(shapes, True, aspect)
         seen = np.abs(projected(points - camera.target(shapes, True), view))
         assert (seen < [aspect, 1]).all()
+    straight, heights = SampledModes.at_rest(PAPER, "chordwise"), stacked_heights(5)
+    for aspect in (0.6, 2.0):
+        view = Camera(tuple(camera.viewpoint(straight, True, aspect, 0.1, heights)))
+        for height in heights:
+            corners = camera.corners(straight, True) + [0, 0, height]
+            assert (np.abs(projected(corners, view)) <= [aspect, 1]).all()
 
 
 def test_a_scene_draws_a_beam_and_greys_it(scene):

@@ -69,17 +69,16 @@ JOBS = {
 }  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def opened(request) -> None:
+@pytest.fixture
+def opened(shown) -> Page:
     """The page as it opens: the first scene, whose address has no query, the first tab, no focus,
     and nothing of an earlier test."""
-    if "shown" in request.fixturenames:
-        shown = request.getfixturevalue("shown")
-        for action, value in (("reset", None), ("comparison", "nothing"), ("playing", True)):
-            shown.send(action, value)
-        shown.open_tab("frequencies")
-        shown.evaluate("document.activeElement.blur()")
-        shown.wait(f"location.search === '' && !document.querySelector('{LEFT_OVER}')")
+    for action, value in (("reset", None), ("comparison", "nothing"), ("playing", True)):
+        shown.send(action, value)
+    shown.open_tab("frequencies")
+    shown.evaluate("document.activeElement.blur()")
+    shown.wait(f"location.search === '' && !document.querySelector('{LEFT_OVER}')")
+    return shown
 
 
 SHOWN = "[...document.querySelectorAll('#mode-rows tr.shown button.mode')].map(e => e.innerText)"
@@ -92,49 +91,49 @@ def click(shown: Page, element: str) -> None:
 
 
 @pytest.mark.parametrize(("clicks", "result"), JOBS.values(), ids=list(JOBS))
-def test_a_job_takes_few_clicks(shown, clicks, result):
+def test_a_job_takes_few_clicks(opened, clicks, result):
     """Without a look at the documentation."""
     for one in clicks:
         element, text = (one, "") if isinstance(one, str) else one
-        click(shown, element)
+        click(opened, element)
         if text:
-            shown.evaluate("document.activeElement.select()")
-            shown.call("Input.insertText", text=text)
-            shown.key("Enter")
-    shown.wait(result)
+            opened.evaluate("document.activeElement.select()")
+            opened.call("Input.insertText", text=text)
+            opened.key("Enter")
+    opened.wait(result)
 
 
-def test_a_picture_is_saved_in_two_clicks(shown, tmp_path):
+def test_a_picture_is_saved_in_two_clicks(opened, tmp_path):
     """A PNG of the size of the scene, with its captions; the scene itself is not drawn here."""
-    shown.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
-    shown.wait("!!document.querySelector('#caption-layer span')")
-    click(shown, tab("Export"))
-    click(shown, button("Picture (PNG)"))
+    opened.call("Page.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+    opened.wait("!!document.querySelector('#caption-layer span')")
+    click(opened, tab("Export"))
+    click(opened, button("Picture (PNG)"))
     file = tmp_path / "beam.png"
     wait_until(file.exists)
     canvas = "__viserMutable.canvas"
     with Image.open(file) as saved:
-        ratio = shown.evaluate(f"{canvas}.width / {canvas}.height")  # viser draws fewer when slow
+        ratio = opened.evaluate(f"{canvas}.width / {canvas}.height")  # viser draws fewer when slow
         assert saved.width / saved.height == pytest.approx(ratio, rel=0.01)
         dark, light = np.quantile(saved.convert("L"), [0, 0.5])
     assert dark < 100 < 200 < light
 
 
-def test_modes_are_shown_by_a_click_a_drag_or_a_command(shown):
+def test_modes_are_shown_by_a_click_a_drag_or_a_command(opened):
     """One alone by its row, then the amount of another. Ctrl+K opens the list of commands, also
     from a slider; after it is closed the pointer works as before."""
     for focus in ("document.body", by_id("share-2"), "document.body"):
-        click(shown, button("B2"))
-        shown.wait(f"{SHOWN}.join() === 'B2'")
-        shown.drag(by_id("share-2"), 0.1, 0.7)
-        shown.wait(f"{SHOWN}.join() === 'B2,B3'")
-        shown.evaluate(f"{focus}.focus()")
-        shown.key("k", modifiers=2)
-        shown.wait("!!document.activeElement.closest('[role=dialog]')")
-        shown.call("Input.insertText", text="mode 3")
-        shown.wait(says("Show mode 3 alone"))
-        shown.key("Enter")
-        shown.wait(f"{SHOWN}.join() === 'B3'")
+        click(opened, button("B2"))
+        opened.wait(f"{SHOWN}.join() === 'B2'")
+        opened.drag(by_id("share-2"), 0.1, 0.7)
+        opened.wait(f"{SHOWN}.join() === 'B2,B3'")
+        opened.evaluate(f"{focus}.focus()")
+        opened.key("k", modifiers=2)
+        opened.wait("!!document.activeElement.closest('[role=dialog]')")
+        opened.call("Input.insertText", text="mode 3")
+        opened.wait(says("Show mode 3 alone"))
+        opened.key("Enter")
+        opened.wait(f"{SHOWN}.join() === 'B3'")
 
 
 @pytest.mark.slow

@@ -8,25 +8,22 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import SynchronousVisitor, case
-from drawing.shapes import projected
 from live.visitor import PAPER, TIMEOUT, Visitor
 
 from beamviz.beam import Beam
-from beamviz.drawing import BeamScene, camera, stacked_heights
+from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import Clock, SampledModes, displacement
 from beamviz.drawing.surroundings import MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import comparison_table
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, Case, State
-from beamviz.scene import Camera, Scene, ViewOptions
+from beamviz.scene import Scene, ViewOptions
 from beamviz.server import run_server
 from beamviz.solver import solve
 
 PAPER_CASE = case(PAPER)
 OVERLAY = "/scene/rotor/overlay"
-
-# What is compared
 
 
 def compared(choice: str, own: Case) -> Any:
@@ -60,9 +57,6 @@ def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(cho
     assert compared(NO_COMPARISON, own) == ""
     found = compared(choice, own)
     assert other in found if isinstance(other, str) else found == other
-
-
-# The table
 
 
 def rows(html: str) -> list[list[str]]:
@@ -153,16 +147,6 @@ def test_each_row_shows_one_mode(beam):
             assert around.drum.position[0] == pytest.approx(delta - (delta != 0) * MIN_HUB)
         beams.show(DrawnBeam.of(shapes, ViewOptions()))
         assert not any(part.frame.visible for part in rows)
-
-
-def test_all_rows_are_inside_the_picture():
-    """The top and the bottom row, in a tall picture and in a wide one."""
-    shapes = SampledModes.at_rest(PAPER, "chordwise")
-    for aspect in (0.6, 2.0):
-        view = Camera(tuple(camera.viewpoint(shapes, True, aspect, 0.1, stacked_heights(5))))
-        for height in stacked_heights(5):
-            corners = camera.corners(shapes, True) + [0, 0, height]
-            assert (np.abs(projected(corners, view)) <= [aspect, 1]).all()
 
 
 # In the explorer

@@ -12,13 +12,14 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import pytest
 import websockets.exceptions
 from helpers import slow
 from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
-from live.visitor import BEAM, PAPER, TIMEOUT, Visitor, beam_moved, frequency_text, pause, visitor
+from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz import explorer as frame_loop
 from beamviz.beam import Beam
@@ -95,9 +96,6 @@ def newest(frame_loops: list[FrameLoop]) -> Session:
     return frame_loops[0].sessions[max(frame_loops[0].sessions)]
 
 
-# Visitors who leave
-
-
 @pytest.mark.slow
 def test_visitors_may_vanish_during_drawing_and_solves(url, other, frame_loops):
     """A later visitor gets an answer."""
@@ -142,9 +140,6 @@ def left() -> tuple[int, int, int]:
     return threads, len(os.listdir("/proc/self/fd")), len(gc.get_objects())
 
 
-# Messages
-
-
 def test_messages_may_come_out_of_order(url, other):
     """Controls are moved before the page has sent its camera; cameras are sent without a pause."""
     with raw_socket(url) as line:
@@ -173,6 +168,13 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
     """Every action is sent three times with a value that is invalid for most; the session
     continues, and the log has at most one line for each kind of error."""
     beam = PAPER.replace(gamma=12)
+
+    def is_solved(guest: Visitor, own: Any) -> bool:
+        """Set the numbers, and again, as a file may be loaded meanwhile."""
+        for name, value in beam.numbers.items():
+            guest.choose(name, value)
+        return own.answer is not None and own.answer.beam == beam
+
     for bad in BAD:
         caplog.clear()
         alone(frame_loops)
@@ -181,18 +183,12 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
             own = newest(frame_loops).visitor
             for action in 3 * list(own.page.handlers):
                 guest.do(action, bad)
-            while not own.answer or own.answer.beam != beam:  # a file may be loaded meanwhile
-                for name, value in beam.numbers.items():
-                    guest.choose(name, value)
-                guest.receive(TIMEOUT)
+            wait_until(partial(is_solved, guest, own))
         lines = [record.getMessage() for record in caplog.records]
         assert len(lines) <= 2, (bad, lines)
         assert "\n" not in "".join(lines)
         assert not any(record.exc_info for record in caplog.records), bad
     assert "Traceback" not in capfd.readouterr().err
-
-
-# Work that fails or takes long
 
 
 def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, caplog):

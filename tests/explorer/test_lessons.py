@@ -32,11 +32,9 @@ def challenged(guest: Visitor, name: str) -> None:
     reads(guest, formatted(lesson(name).task))
 
 
-# Cards and steps
-
-
 def test_every_lesson_has_a_card(guest):
-    """With a picture; the scene is that of the server."""
+    """With a picture; the scene is that of the server. Each control that a lesson names exists, and
+    the instructions name at least one control or tab."""
     guest.says(f"{len(LESSONS)} short lessons")
     cards = guest.texts["tab-lessons"]
     pictures = re.findall("<svg.*?</svg>", cards)
@@ -44,6 +42,10 @@ def test_every_lesson_has_a_card(guest):
     assert len(set(pictures)) >= len(LESSONS) - 3
     assert not any("nan" in picture for picture in pictures)
     assert frequency_text(PAPER) in guest.text
+    for one in LESSONS:
+        texts = " ".join((one.do, one.see, one.meaning, one.task))
+        assert {*re.findall(r"\*\*(.+?)\*\*", texts)} <= {*CONTROLS}
+        assert controls(one.do)
 
 
 @pytest.mark.slow
@@ -60,15 +62,6 @@ def test_next_and_back_go_through_the_steps_and_lessons(guest):
     for _ in range(2):
         guest.do("lesson_turn", 1)
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
-
-
-@pytest.mark.parametrize("one", LESSONS, ids=[one.name for one in LESSONS])
-def test_controls_named_in_lessons_exist(one):
-    """Each one, and the instructions name at least one control or tab."""
-    for text in (one.do, one.see, one.meaning, one.task):
-        for name in re.findall(r"\*\*(.+?)\*\*", text):
-            assert name in CONTROLS
-    assert controls(one.do)
 
 
 def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
@@ -159,9 +152,6 @@ def test_invalid_lessons_and_steps_are_ignored(guest):
         guest.do("lesson_step", value)
         guest.do("lesson_turn", 5)
     begin(guest, "nodes")
-
-
-# Keys
 
 
 def test_keys_and_commands_work(guest):

@@ -71,9 +71,6 @@ def test_any_link_is_parsed_or_refused(query):
         parse_link(query)
 
 
-# The address
-
-
 def shows(guest: Visitor, query: str) -> None:
     """Wait until the address of the page has this query."""
     guest.wait(lambda _: guest.parts.get("address") == query)

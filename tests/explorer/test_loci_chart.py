@@ -33,9 +33,6 @@ def tip() -> Chart:
     return chart_of(TIP)
 
 
-# The range of the axis
-
-
 @given(
     st.fixed_dictionaries({name: st.floats(*PARAMETERS[name].limits) for name in PARAMETERS}),
     st.sampled_from(list(PARAMETERS)),
@@ -52,14 +49,14 @@ def test_every_axis_contains_the_beam_and_ends_at_valid_beams(numbers, over):
 
 
 def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
-    """So that it does not change during most of a drag."""
+    """So that it does not change during most of a drag. A number out of range is named; the page
+    keeps the last chart."""
     gammas = np.linspace(0, 16, 50)
     assert {chart_range(TIP.replace(gamma=gamma), "gamma") for gamma in gammas} == {(0, 20)}
     assert chart_range(TIP.replace(gamma=16.1), "gamma") == (0, 40)
     assert chart_range(TIP.replace(delta=-0.5), "delta") == (-1, 1)
-
-
-# The lines
+    with pytest.raises(ValueError, match="alpha = nan"):
+        ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
@@ -119,9 +116,6 @@ def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
     assert (chart_data(over_alpha, (2,))["perRev"], over_alpha.resonances) == (None, ())
 
 
-# Messages and names
-
-
 @pytest.mark.parametrize(("delta", "law"), [(0, " with this material law"), (-0.5, "")])
 def test_gaps_are_explained_by_their_limit(delta, law):
     """biot at mu = 10 has no equilibrium beyond 8.603, where the lines end; inward, thrust is the
@@ -144,12 +138,6 @@ def test_an_incomplete_search_has_a_warning(tip):
         assert "No crossing or veering" not in text
     assert "stopped" not in event_table(tip)
     assert "No crossing or veering in this range" in event_table(chart_of(TIP, modes=1))
-
-
-def test_a_request_out_of_range_is_refused():
-    """The error names the number; the page keeps the last chart."""
-    with pytest.raises(ValueError, match="alpha = nan"):
-        ChartRequest.around(case(TIP).changed("alpha", float("nan")), "gamma")
 
 
 @pytest.mark.parametrize("gamma", [4.65, 20.0])
@@ -223,19 +211,9 @@ def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
     assert np.isnan(veering.mode_shape(branch, 0).displacement).all()
 
 
-def test_loci_that_stay_far_apart_are_no_veering(tip):
-    """S1 and B2 cross at 16.32; with Coriolis forces their gap is large."""
-    far = request(tip, 1)
-    pairs = far.pairs()
-    assert (pairs[0].kind, pairs[1].event) == ("crossing", None)
-    sentence = veering.sentence(pairs[1], *far.chart.measures)
-    assert "the gap is too large for a veering" in sentence
-    lines = veering.pairs_data(pairs, far.chart)["lines"]
-    assert not [line for line in lines if line["runs"][0][2] == "measure"]
-
-
 def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
-    """Dashed without Coriolis forces; the gap as a vertical line of its length; the crossing."""
+    """Dashed without Coriolis forces; the gap as a vertical line of its length; the crossing. S1
+    and B2, which cross at 16.32, stay too far apart with Coriolis forces for a veering."""
     data = veering.pairs_data(pairs, request(tip, 0).chart)
     styles = [{run[2].split()[-1] for run in line["runs"]} for line in data["lines"]]
     assert styles == [{"dashed"}, {"dashed"}, {"thick"}, {"thick"}, {"measure"}]
@@ -243,3 +221,9 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     (crossing,) = data["marks"]
     assert crossing["x"] == pytest.approx(4.4641, abs=1e-4)
     assert len(data["at"]) == len(data["lines"][0]["y"])
+    far = request(tip, 1)
+    off, on = far.pairs()
+    assert (off.kind, on.event) == ("crossing", None)
+    assert "the gap is too large for a veering" in veering.sentence(on, *far.chart.measures)
+    lines = veering.pairs_data((off, on), far.chart)["lines"]
+    assert not [line for line in lines if line["runs"][0][2] == "measure"]

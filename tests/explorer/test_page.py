@@ -73,26 +73,27 @@ def test_mode_2_shows_its_node(shown):
 
 def test_dragging_a_slider_changes_beam_and_table(shown):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
-
-    def number(label: str) -> float:
-        return float(shown.evaluate(f"{field(label)}.value"))
-
-    def shows(**numbers: float) -> None:
-        shown.wait(says(frequency_text(START.replace(**numbers))))
-
     size = thickness(shown)
     shown.drag(control("slenderness μ"), 0.33, 0.1)
-    wait_until(
-        lambda: (
-            10 <= (mu := number("slenderness μ")) < 50
-            and mu * thickness(shown) == pytest.approx(70 * size, rel=1e-3)
-        )
-    )
-    shows(mu=number("slenderness μ"))
+
+    def is_thicker() -> bool:
+        beam = solved_beam(shown)
+        expected = pytest.approx(70 / beam.mu, rel=1e-3) if beam else None
+        return beam and 10 <= beam.mu < 50 and thickness(shown) / size == expected
+
+    wait_until(is_thicker)
     before = pieces(shown)
     shown.drag(control("mass α"), 0.02, 0.6)
-    wait_until(lambda: number("mass α") > 1 and not same(pieces(shown), before))
-    shows(mu=number("slenderness μ"), alpha=number("mass α"))
+    wait_until(lambda: (solved_beam(shown) or START).alpha > 1 and not same(pieces(shown), before))
+
+
+def solved_beam(shown: Page) -> Beam | None:
+    """The beam of the fields beside the sliders, once the table has its frequency."""
+    mu, alpha = (
+        float(shown.evaluate(f"{field(label)}.value")) for label in ("slenderness μ", "mass α")
+    )
+    beam = START.replace(mu=mu, alpha=alpha)
+    return beam if shown.evaluate(says(frequency_text(beam))) else None
 
 
 def thickness(shown: Page) -> float:
@@ -134,8 +135,6 @@ def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown)
     wait_until(lambda: colours(shown) == 1)
     assert shown.problems == []
 
-
-# Texts over the scene
 
 BOXES = """[...document.querySelectorAll("#caption-layer > span:not([hidden])")].map(e =>
   ({text: e.innerText, size: parseFloat(getComputedStyle(e).fontSize),

@@ -22,9 +22,6 @@ def first(beam: Beam, **options: str) -> float:
     return float(beam.units.hertz(solve(beam, **options).frequencies[0]))
 
 
-# What the sources say
-
-
 def test_the_arm_has_the_stiffness_and_mass_of_its_source():
     """EI 1.4e4 N m^2, EA 2.8e7 N, 1.2 kg/m, 10 m, 6 rad/s."""
     it = real_beam.ARM.values
@@ -62,9 +59,6 @@ def test_each_real_beam_is_stable_and_slender(real):
     assert real.beam.mu > 50
     assert 0 < real.beam.gamma < 10
     assert len(real.source) > 50
-
-
-# The panel
 
 
 def test_a_steel_beam_is_entered_in_one_panel(guest):

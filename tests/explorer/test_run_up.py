@@ -10,7 +10,7 @@ from charts import SynchronousVisitor
 from live.visitor import PAPER, TIMEOUT, beam_moved, visitor
 
 from beamviz.beam import Beam
-from beamviz.drawing.modes import SampledModes, displacement
+from beamviz.drawing.modes import displacement
 from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
 from beamviz.explorer.features.run_up import RunUpPlayback, with_damping
@@ -59,18 +59,6 @@ def test_the_speed_increases_to_the_last_one_and_is_restored():
     assert max(near) < 0.2 * max(steps)
     playback.step(0.1)
     assert gamma(playback) == PAPER.gamma
-
-
-def test_the_scene_shows_the_response_until_a_mode_is_chosen():
-    """From the first answer on, also after the end of the run-up."""
-    playback = started()
-    assert not playback.driven
-    playback.drawn(SampledModes.sampled(solve(PAPER)), 1000.0)
-    assert playback.driven
-    playback.start_or_stop()
-    assert playback.driven
-    playback.visitor.change(lambda state: state.only(1))
-    assert not playback.driven
 
 
 def test_it_ends_where_the_beam_becomes_unstable():
@@ -160,8 +148,8 @@ def test_a_run_up_in_the_page(guest):
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
-    """The force drives the first beam only; the scene says so until a mode is chosen, also at
-    another speed."""
+    """The force drives the first beam only; the scene says so until a mode is chosen, also after
+    the run-up, at another speed."""
 
     def is_moving(messages: list[dict[str, Any]]) -> bool:
         masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]

@@ -20,8 +20,6 @@ from beamviz.explorer.features.comparison import number
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
-# Each visitor has a session of their own, and edits numbers and parts of the model
-
 
 def test_a_visitor_gets_the_table_and_the_scene(guest):
     """The first answer has all five modes of the start beam; each slider has an explanation, of a
@@ -123,9 +121,6 @@ def test_the_documented_stations_of_a_slider_move_exist():
         assert not name or hasattr(found[0], name)
 
 
-# Messages between the page and the server
-
-
 def test_the_page_has_our_elements_around_the_scene(url):
     """Once each, compressed or not; its title is the name of the program."""
     _, _, plain = http_get(url)
@@ -167,9 +162,6 @@ def test_invalid_actions_are_ignored(guest, caplog):
         guest.send(type="GuiUpdateMessage", uuid=guest.parts["bridge"], updates=update)
         guest.edit(gamma=12 + k)
         assert caplog.text.count("unknown action") == 1, text
-
-
-# Numbers without an answer: each is named, and nothing is lost
 
 
 def test_a_number_out_of_range_is_named(guest):

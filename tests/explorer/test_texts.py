@@ -90,9 +90,6 @@ def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     guest.says(f"<td>2 ×</td><td>{rpm:.5g}</td><td>{2 * rpm / 60:.4g}</td>")
 
 
-# Messages and tables
-
-
 def test_the_table_shows_accurate_digits():
     """Digits beyond the error are not printed; SI beams are in hertz; shown modes are marked."""
     assert rounded_to_error(22.034491561, 3e-12) == "22.034492"

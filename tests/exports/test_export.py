@@ -309,12 +309,3 @@ def test_what_cannot_be_written_is_not_solved(tmp_path, monkeypatch, write, name
     with pytest.raises((InvalidInput, Unavailable), match=message):
         write(tmp_path / name, Scene(), **options)
     assert list(tmp_path.iterdir()) == [tmp_path / "folder.png"]
-
-
-@pytest.mark.parametrize("rotating_frame", [True, False])
-def test_a_model_rotates_outside_the_rotating_frame(rotating_frame):
-    """In the rotating frame nothing in the model would rotate: there is no ground."""
-    scene = Scene.of(PAPER, mode=2, rotating_frame=rotating_frame)
-    angle = Loop(SolvedScene(scene), film=False).angle
-    assert angle % (2 * math.pi) == pytest.approx(0)
-    assert (angle == 0) is rotating_frame

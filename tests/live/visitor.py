@@ -119,8 +119,6 @@ class Visitor:
             self.nodes.setdefault(message["name"], {}).update(message["updates"])
         elif kind == "SetSceneNodeVisibilityMessage":
             self.nodes.setdefault(message["name"], {})["visible"] = message["visible"]
-        elif kind == "SetSceneNodeDragBindingsMessage":
-            self.nodes.setdefault(message["name"], {})["owner"] = message["owner"]
         elif kind == "RunJavascriptMessage":
             self.apply_script(message["source"])
         elif kind == "GuiUpdateMessage":

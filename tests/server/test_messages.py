@@ -49,9 +49,6 @@ def update(uuid: str, **updates: Any) -> bytes:
     return encoded(type="GuiUpdateMessage", uuid=uuid, updates=updates)
 
 
-# Messages that viser's page does not send
-
-
 def test_no_visitor_can_open_a_public_tunnel(plain, line, url):
     """viser opens one for a single message, with its button hidden or not."""
     with mock.patch("viser._viser.ViserTunnel") as tunnel:
@@ -68,30 +65,22 @@ def test_no_visitor_can_open_a_public_tunnel(plain, line, url):
         assert not tunnel.called
 
 
-def test_a_visitor_cannot_set_attributes_of_controls(line, slider, url):
-    """viser sets any attribute of a control that a message names."""
-    line.send(update(slider._impl.uuid, removed=True, update_cb=[]))
-    wait_until(lambda: slider._impl.removed)
-    assert close_code(url, update("x", value=1, removed=True)) == POLICY_VIOLATION
-
-
-def test_a_visitor_cannot_send_messages_to_others(plain, line, url):
-    """viser forwards "form" messages to all, and stores them for later visitors."""
-    message = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
+def test_a_visitor_cannot_set_attributes_fill_the_memory_or_reach_others(plain, line, slider, url):
+    """viser sets any attribute of a control that a message names, accepts files for any control
+    without a limit, and forwards "form" messages to all, and stores them for later visitors."""
+    file = {"transfer_uuid": "t", "filename": "f", "mime_type": "x", "part_count": 1000}
+    file |= {"type": "FileTransferStartUpload", "size_bytes": 10**12, "source_component_uuid": ""}
+    form = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
     buffer = plain._websock_server._broadcast_buffer.message_from_id
-    before = len(buffer)
-    line.send(message)
+    before, control = len(buffer), slider._impl
+    line.send(form)
     wait_until(lambda: len(buffer) > before)
-    assert close_code(url, message) == POLICY_VIOLATION
-
-
-def test_a_visitor_cannot_fill_the_memory_with_a_file(plain, line, slider, url):
-    """viser accepts files for any control, without a limit."""
-    start = {"source_component_uuid": "", "transfer_uuid": "t", "filename": "f", "mime_type": "x"}
-    start |= {"type": "FileTransferStartUpload", "part_count": 1000, "size_bytes": 10**12}
-    line.send(encoded(**start | {"source_component_uuid": slider._impl.uuid}))
+    line.send(encoded(**file | {"source_component_uuid": control.uuid}))
     wait_until(lambda: plain.gui._current_file_upload_states)
-    assert close_code(url, encoded(**start)) == POLICY_VIOLATION
+    line.send(update(control.uuid, removed=True, update_cb=[]))
+    wait_until(lambda: control.removed)
+    for message in (form, encoded(**file), update("x", value=1, removed=True)):
+        assert close_code(url, message) == POLICY_VIOLATION
 
 
 def test_messages_have_a_maximum_size(line, url):
@@ -147,9 +136,6 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
         assert "127.0.0.1: closed for an invalid message" in line
         other.choose("gamma", 11.0)
         other.wait(beam_moved)
-
-
-# What belongs to one visitor
 
 
 def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, line, slider, url):

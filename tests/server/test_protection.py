@@ -72,9 +72,6 @@ def test_the_self_test_is_neither_logged_nor_counted(caplog):
         assert visitor_count.total == 0
 
 
-# The attributes of viser and websockets
-
-
 @pytest.mark.parametrize(
     ("owner", "name", "path"),
     [

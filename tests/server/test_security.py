@@ -54,9 +54,6 @@ def statuses(url: str, path: str = "/", **headers: str) -> tuple[int, int]:
     return server.http_get(url, path, **headers)[0], opened
 
 
-# Origin and Host
-
-
 @pytest.mark.parametrize("headers", FOREIGN, ids=str)
 def test_a_foreign_page_gets_403(plain, url, headers):
     """Over WebSocket and over HTTP; viser accepts any page under any name."""
@@ -122,9 +119,6 @@ def test_only_this_machine_can_connect_by_default(url):
         assert server.http_get(f"http://127.0.0.2:{viser_server.get_port()}")[0] == 200
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", int(url.rsplit(":", 1)[1])), timeout=10)
-
-
-# The key
 
 
 def test_on_a_network_the_key_is_required(plain, open_url):
@@ -205,12 +199,10 @@ def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
     assert "token" not in local
 
 
-# Responses
-
-
-def test_every_response_has_the_security_headers(plain, url):
+def test_every_response_has_the_security_headers(plain, url, capsys):
     """No frames, no MIME sniffing, no referrer, no other connections, no version; also where no
-    file is served and no folder listed, as viser ensures itself."""
+    file is served and no folder listed, as viser ensures itself. A page of another version, for
+    each of which viser prints a line on stdout, gets an answer."""
     headers = server.http_get(server.url_of(plain))[1]
     assert "Content-Security-Policy" in server.missing_headers(headers)
     assert "websockets" in headers["Server"]
@@ -218,10 +210,6 @@ def test_every_response_has_the_security_headers(plain, url):
     for path in OTHER_FILES:
         status, headers, _ = server.http_get(url, path)
         assert (path, status, server.missing_headers(headers)) == (path, 404, set())
-
-
-def test_a_page_of_another_version_gets_an_answer(url, capsys):
-    """viser prints a line on stdout for each; here it gets a page with the remedy."""
     with pytest.raises(InvalidStatus, match="400"):
         connect(url.replace("http", "ws"), subprotocols=["viser-v0.1"], open_timeout=10)
     assert capsys.readouterr().out == ""
