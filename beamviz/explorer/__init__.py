@@ -7,15 +7,14 @@ the work itself.
 """
 
 import asyncio
-import contextlib
 import gc
-import queue
 import secrets
 import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -37,7 +36,7 @@ from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_ur
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes, disconnect, handshake_request
-from beamviz.signals import handle_signals
+from beamviz.signals import Terminated, terminate_on_signal
 from beamviz.solver import solve
 
 KEY_BYTES = 16
@@ -47,11 +46,10 @@ FEWER_FRAMES = 12.8  # frames per second of one visitor while solves are waiting
 CROWD = 8  # visitors from which on solves run in batches, and charts wait
 BATCH = 4  # solves or frames between two exchanges of messages
 LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
+SLEEP = 0.5  # [s] between two checks for a signal
 STOP_TIMEOUT = 5.0  # [s] for the last frame
 
 log = RateLimitedLog(__name__)
-
-Signals = queue.SimpleQueue[int]  # the signals received
 
 
 def serve(
@@ -78,7 +76,7 @@ def serve(
     required attribute, or if the self-test of the protection fails and other machines can reach the
     server.
     """
-    with contextlib.suppress(NoEquilibrium, NotConverged):  # the page explains these
+    with suppress(NoEquilibrium, NotConverged):  # the page explains these
         solve(scene.beam, **scene.options)
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
@@ -88,14 +86,11 @@ def serve(
     access |= {"max_visitors": visitors}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
-    signals: Signals = queue.SimpleQueue()  # its put may interrupt its get, unlike that of an Event
-    with handle_signals(lambda number, _: signals.put(number)), contextlib.ExitStack() as stack:
-        run: Callable[[], None] = partial(wait_for_signal, signals)
+    with suppress(Terminated), terminate_on_signal(), ExitStack() as stack:
         if count > 1:
-            workers = several_processes(scene, host, port, signals, count, **access)
-            url, run = stack.enter_context(workers)
+            url, run = stack.enter_context(several_processes(scene, host, port, count, **access))
         else:
-            url = stack.enter_context(explorer(scene, host, port, **access))
+            url, run = stack.enter_context(explorer(scene, host, port, **access)), wait_for_signal
         note = "whoever has this link can use it; " if key else ""
         print(f"beamviz is at {url} ({note}Ctrl-C ends it)", flush=True)
         link = f"{url.partition('/?')[0]}/?{KEY_PARAMETER}={presenter_key}"
@@ -106,9 +101,9 @@ def serve(
         run()
 
 
-@contextlib.contextmanager
+@contextmanager
 def several_processes(
-    scene: Scene, host: str, port: int, signals: Signals, processes: int, **access: Any
+    scene: Scene, host: str, port: int, processes: int, **access: Any
 ) -> Iterator[tuple[str, Callable[[], None]]]:
     """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
@@ -116,21 +111,21 @@ def several_processes(
 
     def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
-        with explorer(scene, host, visitor_count=visitor_count, listener=listener, **access):
+        worker = explorer(scene, host, visitor_count=visitor_count, listener=listener, **access)
+        with suppress(Terminated), worker:
             ready()
-            wait_for_signal(signals)
+            wait_for_signal()
 
     with (
         listening_sockets(host, port) as listeners,
-        contextlib.closing(ProcessPool(listeners, visitor_count, run)) as pool,
+        closing(ProcessPool(listeners, visitor_count, run)) as pool,
     ):
         for worker in pool.workers:
             worker.wait()
-        url = Access(host, listeners[0].getsockname()[1], **access).url
-        yield url, lambda: pool.serve(lambda: not signals.empty())
+        yield Access(host, listeners[0].getsockname()[1], **access).url, pool.serve
 
 
-@contextlib.contextmanager
+@contextmanager
 def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
     """A running explorer: the URL for visitors, with their key if there is one; options: further
     fields of Access."""
@@ -149,13 +144,11 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
             frame_loop.stop()
 
 
-def wait_for_signal(signals: Signals) -> None:
-    """Wait until a signal is received. Python handles one that arrives just before a wait only
-    after that wait, hence the timeout."""
+def wait_for_signal() -> None:
+    """Wait until a signal raises Terminated. Python handles one that arrives just before a sleep
+    only after that sleep, hence the short time."""
     while True:
-        with contextlib.suppress(queue.Empty):
-            signals.get(timeout=1.0)
-            return
+        time.sleep(SLEEP)
 
 
 # The frame loop
@@ -195,7 +188,7 @@ class FrameLoop:
         visitor = client.client_id
         presents = self.access.presents(handshake_request(self.server, visitor))
         lecture = bool(self.access.presenter_key)
-        with contextlib.suppress(RuntimeError):  # stopped meanwhile
+        with suppress(RuntimeError):  # stopped meanwhile
             opened = self.opener.submit(self.session, client, follows=lecture and not presents)
             self.sessions[visitor] = await asyncio.wrap_future(opened)
             self.presenter = visitor if presents else self.presenter
@@ -233,10 +226,9 @@ class FrameLoop:
         """Draw for a visitor soon, and for the visitors who follow them."""
         self.woken[visitor] = None
         if visitor == self.presenter:
-            for follower, session in list(self.sessions.items()):
+            for session in list(self.sessions.values()):
                 if session.visitor.state.following:
-                    session.visitor.version = object()
-                    self.woken[follower] = None
+                    session.visitor.wake()
         self.resume()
 
     def resume(self) -> None:
@@ -244,7 +236,7 @@ class FrameLoop:
         if threading.current_thread() is self.thread:
             self.changed.set()
         else:
-            with contextlib.suppress(RuntimeError):  # the event loop is closed
+            with suppress(RuntimeError):  # the event loop is closed
                 self.loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
@@ -288,7 +280,7 @@ class FrameLoop:
         wait_time = PATIENCE if any(job.busy for job in jobs) else None
         if any(session.needs_tick for session in sessions):
             wait_time = due - time.monotonic()
-        with contextlib.suppress(TimeoutError):
+        with suppress(TimeoutError):
             async with asyncio.timeout(wait_time):
                 await self.changed.wait()
 

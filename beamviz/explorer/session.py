@@ -12,7 +12,7 @@ A move of a slider becomes a picture at these stations:
 8. `SceneView.show` and `move`: the picture, the controls and the texts of the page.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -72,12 +72,6 @@ class SceneView(Feature):
         self.is_stable = False  # a stable answer of this scene has been drawn
         self.is_pending = True  # no answer to this scene has come
         self.choose_pace = True
-
-    def is_outdated(self) -> bool:
-        """Whether the state, an answer or the viewpoint has changed since the last call."""
-        jobs = self.visitor.solver, self.comparison.job, self.run_up.job
-        changed = self.redraws(self.visitor.state, *(job.answer for job in jobs))
-        return changed or self.has_moved
 
     @property
     def has_moved(self) -> bool:
@@ -181,21 +175,25 @@ class Session:
 
     presenter: returns the presenter of a lecture, None while there is none; itself None without a
     lecture; presented_tab: the one that the presenter had open last, while visitors may open
-    another; last_tick: time [s] of the last frame; charts_due: time [s] when the charts follow;
-    version: of the visitor, in the last frame.
+    another; last_tick: time [s] of the last frame; version: of the visitor, in the last frame;
+    features, charts: the parts of the page, of which with many visitors the charts follow only when
+    a slider is at rest; charts_due: time [s] when they follow; charts_outdated: they are to follow.
     """
 
     def __init__(self, visitor: Visitor, presenter: Callable[[], Visitor | None] | None):
         self.visitor, self.last_tick, self.charts_due = visitor, 0.0, 0.0
         self.presenter, self.presented_tab = presenter, visitor.state.tab
         self.version: object = None
+        self.charts_outdated = False
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
-        self.controls: list[Feature] = [Controls(visitor), RealBeamPanel(visitor)]
-        loci, lessons = LociTab(visitor), Lessons(visitor)
-        self.features: list[Feature] = [
-            loci, VeeringTab(visitor, loci), ComparisonTab(visitor, self.comparison),
-            RunUpTab(visitor, self.run_up), MethodTimingTab(visitor), lessons, MapTab(visitor),
-        ]  # fmt: skip
+        loci, lessons = LociTab(visitor, self.comparison), Lessons(visitor)
+        self.features: Sequence[Feature] = (
+            Controls(visitor), RealBeamPanel(visitor), ComparisonTab(visitor, self.comparison),
+            RunUpTab(visitor, self.run_up), lessons,
+        )  # fmt: skip
+        self.charts: Sequence[Feature] = (
+            loci, VeeringTab(visitor, loci), MethodTimingTab(visitor), MapTab(visitor),
+        )  # fmt: skip
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.mass_drag = MassDrag(visitor, self.view.beam)
@@ -262,8 +260,7 @@ class Session:
     def needs_tick(self) -> bool:
         visitor = self.visitor
         moving = self.is_moving or visitor.camera.change is not None
-        late = visitor.chart_answer is not visitor.answer
-        return moving or late or self.has_changed or self.links.outdated
+        return moving or self.charts_outdated or self.has_changed or self.links.outdated
 
     @property
     def outdated(self) -> bool:
@@ -288,12 +285,10 @@ class Session:
         before, self.version = self.version, visitor.version
         outdated = outdated or before is not self.version
         with visitor.client.atomic():
-            if outdated:
-                visitor.show_controls()
-                for feature in self.controls:
-                    feature.show()
             change = visitor.camera.change
-            if view.is_outdated():
+            jobs = visitor.solver, self.comparison.job, self.run_up.job
+            changed = view.redraws(visitor.state, *(job.answer for job in jobs))
+            if changed or view.has_moved:
                 self.draw()
                 self.charts_due = now + (REST if visitor.workers.crowded() else 0.0)
             time = elapsed * view.pace if self.is_moving else 0.0
@@ -304,6 +299,10 @@ class Session:
             if (other := self.followed) and len(other.clock.phases) == len(view.clock.phases):
                 vars(view.clock).update(vars(other.clock))
             view.move(time)
+            if outdated:
+                visitor.show_controls()
+                for feature in self.features:
+                    feature.show()
             self.links.update(now)
             visitor.page.html("work", panel.work(visitor.jobs))
             if (
@@ -313,8 +312,9 @@ class Session:
             ):
                 visitor.page.props("scene", data_ready="")  # it is hidden at first
         visitor.client.flush()
-        if outdated or visitor.chart_answer is not visitor.answer:
-            self.update_features(now)
+        self.charts_outdated |= outdated
+        if self.charts_outdated:
+            self.show_charts(now)
 
     def draw(self) -> None:
         """Draw the latest answer and state; the colours have no scale where the beam is grey. The
@@ -331,13 +331,13 @@ class Session:
         invitation = panel.invitation(case) if case is self.links.start.case else ""
         page.html("scene-caption", RESPONSE if self.run_up.driven else invitation)
 
-    def update_features(self, now: float) -> None:
-        """Show the tabs; with many visitors, charts wait until the slider is at rest."""
+    def show_charts(self, now: float) -> None:
+        """Show the charts, with many visitors only if the slider is at rest."""
         visitor = self.visitor
         if now >= self.charts_due and not (visitor.solver.busy and visitor.workers.crowded()):
-            visitor.chart_answer = visitor.answer
-        for feature in self.features:
-            feature.show()
+            self.charts_outdated = False
+            for chart in self.charts:
+                chart.show()
 
     def close(self) -> None:
         """Cancel the export and close all jobs."""

@@ -14,7 +14,6 @@ from typing import Any, Self
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
-from beamviz.lessons import lesson
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver import CHOICES as SOLVER_CHOICES
 
@@ -127,11 +126,6 @@ class State:
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
         state = replace(self, scene=scene, case=Case.of(scene), comparison=comparison, **shown)
         return replace(state, kept=None, forced_response=False, run_speed=None)
-
-    @property
-    def home(self) -> Scene:
-        """The scene that a reset returns to: of the open lesson, else the one that was opened."""
-        return lesson(self.lesson).scene if self.lesson else self.opened
 
     @property
     def shown_case(self) -> Case:

@@ -21,6 +21,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
+from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
 
@@ -32,10 +33,9 @@ class Visitor:
 
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
     by each edit; version: another object after each change; schedule: tells of a change to the
-    frame loop; solver: the job that solves the case of the state; answer: the answer that the scene
-    shows; chart_answer: the one that the charts show, which with many visitors are updated only
-    when a slider is at rest; controls: what those of each key show; clock: of the scene; dragging:
-    the mass is being dragged, and the clock is stopped.
+    frame loop; solver: the job that solves the case of the state; answer: the answer that the page
+    shows; controls: what those of each key show; clock: of the scene; dragging: the mass is being
+    dragged, and the clock is stopped.
     """
 
     def __init__(
@@ -51,7 +51,6 @@ class Visitor:
         self.controls: dict[str, Shown] = {}
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
-        self.chart_answer: SolverAnswer | None = None
         self.clock, self.dragging = Clock(), False
         self.solver = self.solve_job()
         self.solver.request(state.case)
@@ -102,7 +101,8 @@ class Visitor:
     def reset(self) -> None:
         """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
         state = self.state
-        self.load(state.home.changed(dark=state.view.dark))
+        home = lesson(state.lesson).scene if state.lesson else state.opened
+        self.load(home.changed(dark=state.view.dark))
 
     def reset_view(self) -> None:
         """Fit the beam into the page."""

@@ -161,9 +161,10 @@ class ProcessPool:
         self.workers.append(Worker(number, self.run, address, inherited))
         return self.workers[-1]
 
-    def serve(self, stopped: Callable[[], bool]) -> None:
-        """Pass on connections until `stopped()`. Raises Unavailable if a new worker dies."""
-        while not stopped():
+    def serve(self) -> None:
+        """Pass on connections until a signal raises Terminated. Raises Unavailable if a new worker
+        dies."""
+        while True:
             ends: dict[Any, Worker] = {worker.process.sentinel: worker for worker in self.workers}
             for ready in wait([*self.listeners, *ends], POLL):
                 if ready in ends:

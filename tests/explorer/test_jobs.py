@@ -246,11 +246,12 @@ def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, wa
 def test_with_many_visitors_charts_wait_until_a_slider_is_at_rest(crowded, now, busy, follow):
     """At 1 s, and for a running solve; with few visitors they do not wait."""
     session = Session.__new__(Session)
-    session.features, session.charts_due = [], 1.0
+    shown: list[bool] = []
+    session.charts, session.charts_due = [SimpleNamespace(show=lambda: shown.append(True))], 1.0
     parts = {
         "solver": SimpleNamespace(busy=busy),
         "workers": SimpleNamespace(crowded=lambda: crowded),
     }
-    session.visitor = SimpleNamespace(answer=1, chart_answer=None, **parts)
-    session.update_features(now)
-    assert (session.visitor.chart_answer == 1) == follow
+    session.visitor, session.charts_outdated = SimpleNamespace(**parts), True
+    session.show_charts(now)
+    assert session.charts_outdated == (not follow) == (not shown)

@@ -10,10 +10,10 @@ import numpy as np
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 from viser.transforms import SO3
 
-from beamviz.beam import NUMBERS, PARAMETERS, Units
+from beamviz.beam import NUMBERS, PARAMETERS
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import to_hub_frame
-from beamviz.drawing.text import Measure, measures
+from beamviz.drawing.text import measures
 from beamviz.explorer import page
 from beamviz.explorer.state import CHOICES, State
 from beamviz.explorer.visitor import Feature, Visitor
@@ -175,12 +175,18 @@ class Controls(Feature):
             self.page.value(name, shown)
 
     def choose_ranges(self, state: State) -> None:
-        """Choose labels and ranges for a scene that was loaded."""
+        """Choose labels and ranges for a scene that was loaded: up to four times the value of a
+        real beam, or the full range if the usual one does not contain the value."""
         units = state.case.units
         self.measures = measures(units)
         for name, number in state.case.numbers.items():
             measure, known = self.measures[name], number if is_finite(number) else 0.0
-            low, high, step = slider_range(name, known, measure, units)
+            low, high, step = NUMBERS[name].slider
+            if units and known > 0 and name in ("alpha", "gamma"):  # of a real beam
+                low, high, step = 0.0, 4 * known, known / 100
+            if not low <= known <= high:
+                low, high = NUMBERS[name].limits
+            low, high, step = measure.range(low, high, step, NUMBERS[name].limits)
             self.ranges[name] = low, high
             values = {"min": low, "max": high, "step": step, "data_unit": measure.unit}
             self.page.props(f"{name}-slider", **values)
@@ -197,20 +203,6 @@ class Controls(Feature):
     def switch_mass(self, state: State, on: Any) -> State:
         """Remove the mass, or restore its last value."""
         return state.keep_for_comparison().changed("alpha", self.alpha if on else 0.0)
-
-
-def slider_range(
-    name: str, number: float, measure: Measure, units: Units | None
-) -> tuple[float, float, float]:
-    """The range of a slider and its step as displayed: up to four times the value of a real beam,
-    or the full range if the usual one does not contain the value."""
-    parameter = NUMBERS[name]
-    low, high, step = parameter.slider
-    if units and number > 0 and name in ("alpha", "gamma"):
-        low, high, step = 0.0, 4 * number, number / 100
-    if not low <= number <= high:
-        low, high = parameter.limits
-    return measure.range(low, high, step, parameter.limits)
 
 
 def is_finite(number: Any) -> bool:

@@ -17,14 +17,13 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.features.comparison import comparison_case
+from beamviz.explorer.features.comparison import Comparison
 from beamviz.explorer.jobs import Answer, SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
 from beamviz.frequency_loci.identity import names_of_branches
-from beamviz.frequency_loci.limits import Limit
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.scene import PER_REV
 
@@ -116,19 +115,6 @@ def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
         counts[name] += 1
         found[f"{name} {counts[name]}"] = record
     return found
-
-
-def limit_text(request: ChartRequest, limit: Limit) -> str:
-    """The reason why loci end, and the range."""
-    first, last = (request.measures[0].text(end, 4) for end in (limit.start, limit.stop))
-    place = f"from {first} to {last}"
-    if limit.stop == request.stop:
-        place = f"above {first}"
-    elif limit.start == request.start:
-        place = f"below {last}"
-    stretched = limit.kind == "no-equilibrium" and request.beam.delta >= 0  # else compressed
-    law = " with this material law" if stretched else ""
-    return f"{FAILURES[limit.kind]} {place}{law}."
 
 
 # Data for the page
@@ -239,8 +225,9 @@ class LociTab(Feature):
     """The chart and its lists. chosen: the key of the event that the beam was moved to last;
     choice: the number of these moves, so that a second one to the same event shows it again."""
 
-    def __init__(self, visitor: Visitor):
+    def __init__(self, visitor: Visitor, comparison: Comparison):
         super().__init__(visitor)
+        self.comparison = comparison
         self.charts = visitor.job("chart", ChartRequest.chart)
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
@@ -269,7 +256,7 @@ class LociTab(Feature):
     @property
     def event(self) -> Event | None:
         """The crossing or veering to magnify: the chosen one, or that nearest to the beam."""
-        chart, answer = self.charts.result, self.visitor.chart_answer
+        chart, answer = self.charts.result, self.visitor.answer
         if chart is None or not chart.events or answer is None or answer.beam is None:
             return None
         value = getattr(answer.beam, chart.request.over)
@@ -277,12 +264,21 @@ class LociTab(Feature):
         return chart.events.get(self.chosen, nearest)
 
     def show(self) -> None:
-        """Request the charts, and show the last ones."""
-        second = self.second_charts.answer if self.request() else None
+        """Request the charts around the beam shown and the one compared with, and show the last
+        ones."""
+        state, shown, other = self.visitor.state, self.visitor.answer, self.comparison.case.case
+        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
+            if shown:
+                highest = max(state.per_rev, default=0)
+                request = ChartRequest.around(shown.request, state.over, highest)
+                self.charts.request(request)
+                if other:
+                    self.second_charts.request(request.same_axis(other))
+        second = self.second_charts.answer if other else None
         self.fade(self.charts, "loci-chart", "loci-resonances", "loci-events")
         if (answer := self.charts.answer) is None:
             return
-        if self.redraws(answer, second, self.visitor.state.per_rev):
+        if self.redraws(answer, second, state.per_rev):
             self.draw(answer, second.result if second else None)
         chosen = {"chosen": self.chosen, "choice": self.choice}
         self.page.chart("loci-chart", {"cursor": self.cursor, **chosen})
@@ -307,22 +303,7 @@ class LociTab(Feature):
         if self.charts.answer is None:
             return None
         request = self.charts.answer.request
-        return cursor(self.visitor.chart_answer, request.over, request.measures[0])
-
-    def request(self) -> bool:
-        """Request the chart around the answer shown, and that of the beam compared with. Returns
-        whether there is such a beam."""
-        state, answer = self.visitor.state, self.visitor.chart_answer
-        if answer is None:
-            return False
-        other = comparison_case(state, answer.request)
-        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
-            highest = max(state.per_rev, default=0)
-            request = ChartRequest.around(answer.request, state.over, highest)
-            self.charts.request(request)
-            if other.case:
-                self.second_charts.request(request.same_axis(other.case))
-        return other.case is not None
+        return cursor(self.visitor.answer, request.over, request.measures[0])
 
 
 def has_line(values: Mapping[str, Any], k: int) -> bool:
@@ -379,4 +360,16 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
 
 
 def notes(chart: Chart) -> str:
-    return "".join(page.note(limit_text(chart.request, one)) for one in chart.loci.limits)
+    """The reasons why loci end, with the ranges."""
+    request, text = chart.request, ""
+    for limit in chart.loci.limits:
+        first, last = (request.measures[0].text(end, 4) for end in (limit.start, limit.stop))
+        place = f"from {first} to {last}"
+        if limit.stop == request.stop:
+            place = f"above {first}"
+        elif limit.start == request.start:
+            place = f"below {last}"
+        stretched = limit.kind == "no-equilibrium" and request.beam.delta >= 0  # else compressed
+        law = " with this material law" if stretched else ""
+        text += page.note(f"{FAILURES[limit.kind]} {place}{law}.")
+    return text

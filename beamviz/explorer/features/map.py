@@ -14,7 +14,6 @@ from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.features.loci_chart import AXES
-from beamviz.explorer.jobs import Answer
 from beamviz.explorer.state import FIELDS, Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.sweep import chart_range
@@ -126,7 +125,7 @@ class MapTab(Feature):
 
     def show(self) -> None:
         """Request the map while the tab is open, and show the last one."""
-        state, shown = self.visitor.state, self.visitor.chart_answer
+        state, shown = self.visitor.state, self.visitor.answer
         if state.tab != "map":
             return
         if shown:
@@ -136,20 +135,16 @@ class MapTab(Feature):
         self.fade(self.job, "map-chart", "map-text")
         answer = None if self.job.cancelled else self.job.answer
         if answer and self.redraws(answer, state.mapped):
-            self.draw(answer, state.mapped)
+            drawn = ShownMap(answer.result, state.mapped) if answer.result else None
+            self.page.props("map-chart", hidden=drawn is None or drawn.is_empty)
+            self.page.html("map-text", drawn.text() if drawn else page.note(answer.message))
+            self.page.chart("map-chart", drawn.data() if drawn else {})
         if answer and shown and shown.beam:
             x, y = (
                 one.factor * getattr(shown.beam, name)
                 for one, name in zip(answer.request.measures, answer.request.over, strict=False)
             )
             self.page.chart("map-chart", {"cursor": {"action": "move_beam", "x": x, "y": y}})
-
-    def draw(self, answer: Answer[MapRequest, BeamMap], mapped: str | int) -> None:
-        shown = ShownMap(answer.result, mapped) if answer.result else None
-        self.page.props("map-chart", hidden=shown is None or shown.is_empty)
-        self.page.html("map-text", shown.text() if shown else page.note(answer.message))
-        if shown:
-            self.page.chart("map-chart", shown.data())
 
 
 # HTML and data for the page

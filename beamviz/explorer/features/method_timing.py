@@ -102,7 +102,7 @@ class MethodTimingTab(Feature):
     def show(self) -> None:
         """Describe the method in use; request the timings and draw the last ones. They are only
         measured while the tab is open: another one needs the processor, and would falsify them."""
-        answer, timings = self.visitor.chart_answer, None
+        answer, timings = self.visitor.answer, None
         if self.visitor.state.tab != "methods":
             self.job.withdraw()
             return

@@ -318,8 +318,13 @@ INVITATION = (
 )
 
 
-def number(name: str) -> str:
-    return page.number_field(f"real.{name}", FIELDS[name][0])
+def number_field(name: str) -> str:
+    """The field of a number, with its label."""
+    key, label = f"real.{name}", escape(FIELDS[name][0])
+    return (
+        f'<div class="field"><label for="{key}-field">{label}</label>'
+        f'<input type="number" step="any" id="{key}-field" data-set="{key}"></div>'
+    )
 
 
 def panel(kind: str, beam: Beam) -> str:
@@ -333,9 +338,10 @@ def panel(kind: str, beam: Beam) -> str:
     others = ("youngs_modulus", "density", "rotation_speed", "hub_radius", "mass", PERCENT)
     return (
         '<details class="real" open><summary>Real beam</summary>'
-        f"{number('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
-        f"{''.join(map(number, SECTIONS[kind].sizes))}"
-        f"{page.select('real.material', 'material', MATERIAL_NAMES)}{''.join(map(number, others))}"
+        f"{number_field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
+        f"{''.join(map(number_field, SECTIONS[kind].sizes))}"
+        f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
+        f"{''.join(map(number_field, others))}"
         f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
         '<p id="real-error" role="alert"></p>'
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"

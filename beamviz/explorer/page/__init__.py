@@ -241,14 +241,6 @@ def hint(name: str, text: str) -> str:
     return f'{mark}<span popover id="{key}">{escape(text)}</span>'
 
 
-def number_field(key: str, label: str) -> str:
-    """A number field with its label."""
-    return (
-        f'<div class="field"><label for="{key}-field">{escape(label)}</label>'
-        f'<input type="number" step="any" id="{key}-field" data-set="{key}"></div>'
-    )
-
-
 def slider(key: str, label: str, help: str = "", **values: Any) -> str:
     """A slider with its label and a number field; values: min=, max=, step= of the slider."""
     box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
