@@ -64,10 +64,8 @@ def solve(
     Raises InvalidInput, NoEquilibrium (with .limit) and NotConverged.
     """
     options = dict(locals())
-    start = time.perf_counter()
     del options["beam"]
-    problem = parse_keywords(**options.pop("unknown"), **options)
-    answer = _solve([beam], problem, start, 0, None)[0]
+    (answer,) = _solve([beam], parse_keywords(**options.pop("unknown"), **options))
     if isinstance(answer, BeamvizError):
         raise answer
     return answer
@@ -87,11 +85,9 @@ def solve_many(
     mass at the same position then share a mesh, in this call and in others with the same argument.
     Raises InvalidInput for wrong options.
     """
-    start = time.perf_counter()
-    beams = list(beams)
     problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    return _solve(beams, problem, start, extra_modes, common_mesh)
+    return _solve(list(beams), problem, extra_modes, common_mesh)
 
 
 def __getattr__(name: str) -> Any:
@@ -140,20 +136,26 @@ def _validated(*options: Any) -> Problem:
 def _solve(
     beams: list[Beam],
     problem: Problem,
-    start: float,
-    extra_modes: int,
-    common_mesh: CommonMesh | None,
+    extra_modes: int = 0,
+    common_mesh: CommonMesh | None = None,
 ) -> list[Answer]:
     """Dispatch to the package of the method; those other than `hp` are imported on first use."""
+    start, package = time.perf_counter(), METHODS[problem.method].package
+    answers: list[Answer]
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
-        return _solve_states(beams, problem, start, extra_modes)
-    package = METHODS[problem.method].package
-    if package == "hp":
+        answers = _solve_states(beams, problem, extra_modes)
+    elif package == "hp":
         interruption.get()()
-        return solve_hp(beams, problem, start, extra_modes, common_mesh)
-    solve_one = import_module(f"beamviz.solver.{package}").solve
-    more = replace(problem, modes=problem.modes + extra_modes)
-    return [_attempt(solve_one, beam, more, start) for beam in beams]
+        answers = solve_hp(beams, problem, extra_modes, common_mesh)
+    else:
+        solve_one = import_module(f"beamviz.solver.{package}").solve
+        more = replace(problem, modes=problem.modes + extra_modes)
+        answers = [_attempt(solve_one, beam, more) for beam in beams]
+    seconds = time.perf_counter() - start
+    for answer in answers:
+        if isinstance(answer, Solution):
+            answer.stats.seconds = seconds
+    return answers
 
 
 def _attempt(solve_one: Callable[..., Solution], *arguments: Any) -> Answer:
@@ -165,9 +167,7 @@ def _attempt(solve_one: Callable[..., Solution], *arguments: Any) -> Answer:
         return error
 
 
-def _solve_states(
-    beams: list[Beam], problem: Problem, start: float, extra_modes: int
-) -> list[Answer]:
+def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list[Answer]:
     """The straight state of each beam where "stable" is asked for and it is, else a bent state;
     each bent state is the first guess for the next beam."""
     for beam in beams:
@@ -176,7 +176,7 @@ def _solve_states(
     if problem.state == "stable":
         where = [k for k, beam in enumerate(beams) if not beam.spin_up]
         first = replace(problem, state="straight")
-        found = _solve([beams[k] for k in where], first, start, extra_modes, None)
+        found = _solve([beams[k] for k in where], first, extra_modes)
         straight = dict(zip(where, found, strict=True))
     answers: list[Answer] = []
     near: Any = None  # the last bent state
@@ -187,7 +187,7 @@ def _solve_states(
             continue
         from beamviz.solver.bent import solve_by_method
 
-        answer = _attempt(solve_by_method, beam, problem, start, near, extra_modes)
+        answer = _attempt(solve_by_method, beam, problem, near, extra_modes)
         near = answer.equilibrium.bent_state if isinstance(answer, Solution) else None
         answers.append(answer)
     return answers

@@ -3,7 +3,6 @@
 Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
@@ -104,17 +103,16 @@ def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def build_solution(
     beam: Beam,
     problem: Problem,
-    start: float,
     modes: Modes,
     size: tuple[int, int, int],
     curve: Curve = unstretched,
     iterations: int = 0,
 ) -> Solution:
-    """The Solution. start: the clock at the call. size: unknowns, elements, order. curve,
+    """The Solution. size: unknowns, elements, order. curve,
     iterations: of the equilibrium."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
     equilibrium = Equilibrium(bool(omega_squared[0] >= 0), iterations, curve)
-    stats = Stats(dof, time.perf_counter() - start, problem.method, elements, order)
+    stats = Stats(dof, problem.method, elements, order)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
     results = read_only(omega_squared), errors, read_only(fraction), fields
     return Solution(beam, problem, equilibrium, stats, *results)
@@ -128,16 +126,15 @@ def errors_against_reference(
     Infinite where the default method has no answer."""
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
-    reference = replace(problem, modes=2 * modes, method=method, tolerance=REFERENCE_TOLERANCE)
-    exact = solve_hp([beam], replace(reference, elements=None, terms=None), 0.0)[0]
+    reference = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
+    (exact,) = solve_hp([beam], replace(reference, tolerance=REFERENCE_TOLERANCE))
     if isinstance(exact, BeamvizError):
         return np.full(modes, np.inf)
     errors = np.empty(modes)
     for bending in (True, False):
         own = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
-        partners = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)[: len(own)]
-        if len(partners) < len(own):  # beyond the modes of the reference
-            partners = np.append(partners, [2 * modes - 1] * (len(own) - len(partners)))
+        partners = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)
+        partners = np.append(partners, [2 * modes - 1] * modes)[: len(own)]  # or the highest one
         errors[own] = abs(omega_squared[own] - exact.omega_squared[partners])
         errors[own] += exact.omega_squared_errors[partners]
     return errors

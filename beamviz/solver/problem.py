@@ -189,7 +189,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "chebyshev": Method(
-        "chebyshev",
+        "series",
         ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 32, 2, 200),
         "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",

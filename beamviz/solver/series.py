@@ -1,11 +1,11 @@
-"""Assumed modes and power series: rigid tension, on a number of terms.
+"""Methods with functions of the whole beam: assumed modes, power series, Chebyshev polynomials.
 
-Assumed modes (Yoo & Shin, J. Sound Vib. 212, 1998; with a mass anywhere Yoo, Seo & Huh, 2002): the
-modes of the beam at rest without a mass are the basis of linear equations in w and u, with Coriolis
-coupling on request. The bending functions are evaluated as in the textbooks, cosh bx - cos bx -
-s (sinh bx - sin bx): cosh and sinh cancel to one part in e^b, so digits are lost from the eighth
-mode on and all at the twelfth. An interior mass bends the beam more sharply than any basis
-function: convergence is slow.
+Assumed modes (Yoo & Shin, J. Sound Vib. 212, 1998; with a mass anywhere Yoo, Seo & Huh, 2002): with
+the tension of the reference length, the modes of the beam at rest without a mass are the basis of
+linear equations in w and u, with Coriolis coupling on request. The bending functions are evaluated
+as in the textbooks, cosh bx - cos bx - s (sinh bx - sin bx): cosh and sinh cancel to one part in
+e^b, so digits are lost from the eighth mode on and all at the twelfth. An interior mass bends the
+beam more sharply than any basis function: convergence is slow.
 
 Power series (Wright, Smith, Thresher & Wang, J. Appl. Mech. 49, 1982), exact in their limit: with
 the tension of the reference length, N(x) a polynomial of degree two, w'''' - (N w')' = Lambda w has
@@ -15,23 +15,41 @@ eigenvalue. Lambda is omega^2 + gamma^2 in the plane of rotation, omega^2 across
 sine and cosine. Both solutions grow as e^(length of the beam in boundary-layer widths), and the
 determinant is their small difference: digits are lost with speed, and beyond gamma of about 40 too
 few are left.
+
+Chebyshev collocation of the differential equations about the stretched equilibrium: those of a
+straight beam with stretch f, tension N and a line density rho that holds the concentrated mass,
+each integrated from the end where its unknown is known:
+
+    equilibrium  mu^2 n(f) = gamma^2 R (u + delta),         u = J f
+    stretching   mu^2 n'(f) s = Lambda R u,                 u = J s
+    bending      a theta' = R f (N theta - V),              theta = J theta', w = J f theta
+                 V = Lambda R w
+
+with J = int from the clamp, R = int to the tip (rho in it where it acts on an inertia), a the
+bending rigidity and Lambda = omega^2 + gamma^2 (omega^2 across the plane). They hold at the
+Chebyshev points of the beam, or of both its parts where a mass sits between: integrals keep the
+digits that differentiation matrices lose (El-Gendi, Computer J. 12, 1969; Greengard, SIAM J. Numer.
+Anal. 28, 1991). Boundary layers get no points of their own.
 """
 
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 from numpy.polynomial.polynomial import polyder, polyval
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver import families
-from beamviz.solver.constitutive import rigid_tension
+from beamviz.solver import constitutive, families
+from beamviz.solver.constitutive import StrainLaw, rigid_tension
+from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes
+from beamviz.solver.hp.mesh import interpolation_matrix
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Solution, false_position
+from beamviz.solver.solution import Solution, false_position, read_only, straight
 
 NEWTON_ITERATIONS = 8
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
@@ -39,16 +57,18 @@ SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
 MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
 SAMPLES = 200
+SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
+REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 
 Function = Callable[[np.ndarray], np.ndarray]
 
 
-def solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """The modes by the series of the problem's method. start: the clock at the call."""
-    return METHODS[problem.method](beam, problem, start)
+def solve(beam: Beam, problem: Problem) -> Solution:
+    """The modes by the series of the problem's method."""
+    return METHODS[problem.method](beam, problem)
 
 
-def _assumed_modes(beam: Beam, problem: Problem, start: float) -> Solution:
+def _assumed_modes(beam: Beam, problem: Problem) -> Solution:
     """The modes on some functions across the beam and as many along it."""
     terms = problem.resolution
     x, masses = families.quadrature(beam, 2 * terms + 12)  # exact to rounding
@@ -60,7 +80,7 @@ def _assumed_modes(beam: Beam, problem: Problem, start: float) -> Solution:
     Fa, Fb = (np.sqrt(masses)[:, None] * displacement for displacement in (u, w))
     shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
     modes = families.modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
-    return families.build_solution(beam, problem, start, modes, (2 * terms, 1, terms))
+    return families.build_solution(beam, problem, modes, (2 * terms, 1, terms))
 
 
 def clamped_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -104,13 +124,13 @@ class Part(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
-def _power_series(beam: Beam, problem: Problem, start: float) -> Solution:
+def _power_series(beam: Beam, problem: Problem) -> Solution:
     """The modes, w with as many powers as terms on each part of the beam. Raises
     NotConverged where the determinant is rounding, and for too few roots."""
     terms, modes = problem.resolution, problem.modes
     bending = _bending(beam, terms, modes, families.centrifugal_softening(beam, problem))
     found = families.merge(_stretching(beam, modes), bending, modes)
-    return families.build_solution(beam, problem, start, found, (2, 1, terms))
+    return families.build_solution(beam, problem, found, (2, 1, terms))
 
 
 def parts(beam: Beam) -> list[Part]:
@@ -229,10 +249,134 @@ def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) 
     return scale * (np.sin(x[:, None] * z) - kink)
 
 
-def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
+def _unit_mass(beam: Beam, shapes: Shapes, points: int = 64) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
-    x, weights = families.quadrature(beam)
+    x, weights = families.quadrature(beam, points)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
 
 
-METHODS = {"assumed-modes": _assumed_modes, "power-series": _power_series}
+class ChebyshevGrid(NamedTuple):
+    """Chebyshev points of each part of the beam, its ends included, and integrals between them."""
+
+    ends: tuple[float, ...]  # of the parts
+    points: np.ndarray  # (n,)
+    from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
+    to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
+
+
+@lru_cache(maxsize=32)
+def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
+    """Polynomials of `order` on each part of the beam."""
+    xi = -np.cos(np.pi * np.arange(order + 1) / order)
+    Q = chebyshev.chebvander(xi, order + 1) @ chebyshev.chebint(np.eye(order + 1), lbnd=-1)
+    Q = Q @ np.linalg.inv(chebyshev.chebvander(xi, order))  # integrals from the left end
+    parts, size = len(ends) - 1, order + 1
+    points, J = np.empty(parts * size), np.zeros((parts * size, parts * size))
+    for k, (a, b) in enumerate(pairwise(ends)):
+        here, half = slice(k * size, (k + 1) * size), (b - a) / 2
+        points[here] = a + half * (xi + 1)
+        J[k * size :, here] = half * Q[-1]  # of the parts further out; here it is replaced
+        J[here, here] = half * Q
+    return ChebyshevGrid(ends, *map(read_only, (points, J, J[-1] - J)))
+
+
+def _chebyshev(beam: Beam, problem: Problem) -> Solution:
+    """The modes with polynomials of an order, about the state of the same. Raises NoEquilibrium
+    with the limit, NotConverged."""
+    order = problem.resolution
+    interior = beam.alpha > 0 and 0 < beam.beta < 1
+    on = chebyshev_grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
+    R = on.to_tip.copy()
+    if beam.beta in on.ends[1:]:  # the value at the mass acts on what is inboard of it
+        inboard = (order + 1) * on.ends.index(beam.beta)
+        R[:inboard, inboard - 1] += beam.alpha
+    root = _equilibrium(on, R, beam, problem.strain_law)
+    f = root.state
+    J = on.from_clamp
+    B = (R @ J) / constitutive.axial_stiffness(f, beam.mu, problem.strain_law)[:, None]
+    A = np.eye(len(f)) - beam.gamma**2 * B  # s = Lambda B s, softening taken into the operator
+    stretching = _lowest(on, beam, A, B, J, problem.modes)
+    N = beam.gamma**2 * R @ (J @ f + beam.delta)
+    rotation = (J / constitutive.bending_stiffness(f, problem.curvature_power)) @ on.to_tip
+    A = np.eye(len(f)) + rotation * (f * N)  # rotation: f (N theta - V) -> -theta
+    B = (rotation * f) @ R @ (J * f)
+    A -= families.centrifugal_softening(beam, problem) * B
+    bending = _lowest(on, beam, A, B, J * f, problem.modes)
+    modes = families.merge(stretching, bending, problem.modes)
+    size, curve = (2 * len(on.points), 1, order), partial(_curve, on, f)
+    return families.build_solution(beam, problem, modes, size, curve, root.iterations)
+
+
+def _equilibrium(on: ChebyshevGrid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
+    """The stretch (n,) in balance with its own centrifugal force, followed from rest."""
+    RJ, pull = R @ on.from_clamp, beam.delta * R.sum(axis=1)
+
+    def increment(load: float, f: np.ndarray) -> np.ndarray:
+        tangent = np.diag(law.stiffness(f)) - load * RJ
+        return -np.linalg.solve(tangent, law.force(f) - load * (RJ @ f + pull))
+
+    def margin(load: float, f: np.ndarray) -> float:
+        """1 at rest, 0 where the branch ends: the law's slope, and the beam's along itself."""
+        slope = law.stiffness(f)
+        if f.min() <= law.min_stretch or slope.min() <= 0:
+            return 0.0
+        softest = np.linalg.eigvals(RJ / slope[:, None]).real.max()
+        return min(slope.min(), 1 - load * softest)
+
+    load = (beam.gamma / beam.mu) ** 2
+    path = continue_load(newton_at(increment), np.ones(len(on.points)), load, margin)
+    if path.limit is not None:
+        raise constitutive.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
+    return path
+
+
+def _lowest(
+    on: ChebyshevGrid,
+    beam: Beam,
+    A: np.ndarray,
+    B: np.ndarray,
+    displacement: np.ndarray,
+    modes: int,
+) -> Family:
+    """The lowest real omega^2 of A y = omega^2 B y, through 1 / omega^2, and the polynomials
+    through their displacements, from y to displacements at the points a matrix."""
+    inverse, y = np.linalg.eig(np.linalg.solve(A, B))
+    real = abs(inverse.imag) <= REAL * abs(inverse)
+    kept = np.flatnonzero(real & (abs(inverse) > SPURIOUS * abs(inverse).max()))
+    omega_squared = 1 / inverse[kept].real
+    picks = omega_squared.argsort()[:modes]
+    if len(picks) < modes:
+        raise NotConverged(
+            f"only {len(picks)} modes of a family came out real with {len(A)} points; more terms"
+            " may help"
+        )
+    values = displacement @ y[:, kept[picks]].real
+    scale = _unit_mass(beam, partial(_values, on, values), len(on.points))
+    return Family(omega_squared[picks], partial(_values, on, scale * values))
+
+
+def _values(on: ChebyshevGrid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Polynomials through values (n, k) at the points, at x: (len(x), k)."""
+    size = len(on.points) // (len(on.ends) - 1)
+    part = np.maximum(np.searchsorted(on.ends, x) - 1, 0)
+    barycentric = np.where(np.arange(size) % 2, -1.0, 1.0)
+    barycentric[[0, -1]] /= 2  # of Chebyshev points
+    found = np.empty((len(x), values.shape[1]))
+    for k in range(len(on.ends) - 1):
+        own, here = slice(k * size, (k + 1) * size), part == k
+        found[here] = interpolation_matrix(x[here], on.points[own], barycentric) @ values[own]
+    return found
+
+
+def _curve(
+    on: ChebyshevGrid, f: np.ndarray, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Position, stretch and angle of the equilibrium."""
+    return straight(*_values(on, np.column_stack((on.from_clamp @ f, f)), x).T)
+
+
+METHODS = {
+    "assumed-modes": _assumed_modes,
+    "power-series": _power_series,
+    "chebyshev": _chebyshev,
+}

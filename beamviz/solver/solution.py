@@ -3,11 +3,12 @@
 Shapes and positions are functions of x: nothing above the solver needs the unknowns of a method.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 
@@ -25,14 +26,15 @@ Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
 
 
-class Stats(NamedTuple):
+@dataclass
+class Stats:
     """Cost and resolution of a solution."""
 
     dof: int  # unknowns of both families
-    seconds: float  # wall time [s]
     method: str  # discretisation
     elements: int
     order: int  # of the elements, the greatest, or number of terms
+    seconds: float = math.nan  # wall time [s] of the call of `solve` or `solve_many`
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ Imported when a bent state is asked for, or a beam has a spin-up: a straight bea
 """
 
 import math
-import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -51,21 +50,19 @@ def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     return in_axes_of_the_beam(*moved, rows @ state.kappa)
 
 
-def solve_by_method(
-    beam: Beam, problem: Problem, start: float, near: State | None, extra_modes: int
-) -> Solution:
+def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_modes: int) -> Solution:
     """`solve_bent` by the method of the problem."""
     if problem.method == "auto":
-        return solve_bent(beam, problem, start, near, extra_modes)
+        return solve_bent(beam, problem, near, extra_modes)
     from beamviz.solver.bent.ancf_planar import solve_planar
 
     more = replace(problem, modes=problem.modes + extra_modes)
     finer = replace(more, method="auto", elements=None, tolerance=REFERENCE_TOLERANCE)
-    return solve_planar(beam, more, solve_bent(beam, finer, start, near), start)
+    return solve_planar(beam, more, solve_bent(beam, finer, near))
 
 
 def solve_bent(
-    beam: Beam, problem: Problem, start: float, near: State | None = None, extra_modes: int = 0
+    beam: Beam, problem: Problem, near: State | None = None, extra_modes: int = 0
 ) -> Solution:
     """The lowest modes about the stable bent state of lowest energy, or about the state of a beam
     that spins up.
@@ -86,7 +83,7 @@ def solve_bent(
         allowed = 2 * problem.tolerance * abs(omega_squared) + rounding
         excess = float((truncation / allowed)[: problem.modes].max())
         if excess <= 1 and (verified or coarser is not None):
-            return _solution(state, modes, truncation + rounding, start)
+            return _solution(state, modes, truncation + rounding)
         state = _on_mesh(state, _refined_mesh(state, modes, problem.tolerance))
         coarser = omega_squared
     raise NotConverged(
@@ -99,7 +96,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
     """The other stable bent states found of the beam of a solution, with their modes, without
     mirror images. Ordered by energy, or to match the states `near` of a neighbouring beam."""
     beam, problem = solution.beam, solution.problem
-    start, seen = time.perf_counter(), bent_states([solution])
+    seen = bent_states([solution])
     found = []
     bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
     guesses: Iterable[State | None]
@@ -111,7 +108,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
         with suppress(NoEquilibrium, NotConverged):
             if guess is None or any(map(guess.is_same, seen)) or not is_resolved(guess):
                 continue
-            other = solve_by_method(beam, problem, start, guess, 0)
+            other = solve_by_method(beam, problem, guess, 0)
             state = other.equilibrium.bent_state
             if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)
@@ -131,7 +128,7 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
         if beside:
             problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
             with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
-                nearer = solve_bent(beside.beam.beam, problem, time.perf_counter(), beside)
+                nearer = solve_bent(beside.beam.beam, problem, beside)
                 end = paths.end_on_mesh(nearer.equilibrium.bent_state, over, stop) or end
     return end
 
@@ -146,7 +143,7 @@ def _first_state(beam: Beam, problem: Problem) -> State:
     """A state without a neighbour to start from, on the first mesh."""
     still = beam.replace(spin_up=0.0)
     if beam.delta >= 0:  # the straight state of an outward beam is the only one
-        straight = solve_hp([still], replace(problem, state="straight"), time.perf_counter())[0]
+        straight = solve_hp([still], replace(problem, state="straight"))[0]
         if isinstance(straight, NoEquilibrium):
             raise straight
     bent = BentBeam(first_mesh(beam, problem), still, problem)
@@ -253,7 +250,7 @@ def _energies(state: State, V: np.ndarray) -> np.ndarray:
     return np.array([stiffness, (1j * coriolis * swirl).real, inertia])
 
 
-def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) -> Solution:
+def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     bent, beam, orders = state.beam, state.beam.beam, state.beam.mesh.orders
     moved = state.displacements @ modes.V
     theta = (bent.R @ state.kappa)[:, None]
@@ -263,7 +260,7 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray, start: float) 
     stable = bool(omega_squared.min() > 0) if beam.spin_up else modes.definite
     kept = State(bent, state.q, state.iterations)  # without its matrices
     equilibrium = Equilibrium(stable, state.iterations, partial(_curve, kept), kept)
-    stats = Stats(len(state.q), time.perf_counter() - start, "hp", len(orders), max(orders))
+    stats = Stats(len(state.q), "hp", len(orders), max(orders))
     fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
     results = omega_squared, partial(np.array, errors), fraction, fields
     growth = modes.s.real if beam.spin_up else None

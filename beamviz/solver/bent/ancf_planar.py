@@ -4,7 +4,6 @@ Newton's method starts from the state that the default method finds, sampled at 
 converges to that of the elements.
 """
 
-import time
 from functools import partial
 
 import numpy as np
@@ -89,7 +88,7 @@ class PlanarProblem:
         return path.state.reshape(-1, 4), path.iterations
 
 
-def solve_planar(beam: Beam, problem: Problem, exact: Solution, start: float) -> Solution:
+def solve_planar(beam: Beam, problem: Problem, exact: Solution) -> Solution:
     """The modes about the elements' state next to the exact one, a solution of method auto."""
     count, elements = problem.modes, problem.resolution
     planar = PlanarProblem(beam, problem, elements)
@@ -110,7 +109,7 @@ def solve_planar(beam: Beam, problem: Problem, exact: Solution, start: float) ->
     equilibrium = Equilibrium(
         stable, iterations, partial(_curve, nodes, q), exact.equilibrium.bent_state
     )
-    stats = Stats(len(planar.free), time.perf_counter() - start, problem.method, elements, 3)
+    stats = Stats(len(planar.free), problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)
     along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
     results = omega_squared, partial(np.array, errors), across / (along + across), fields

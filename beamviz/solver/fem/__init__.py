@@ -36,8 +36,8 @@ LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is at
 Assembled = tuple[NDArray, int, NDArray, NDArray]
 
 
-def solve(beam: Beam, problem: Problem, start: float) -> Solution:
-    """Equilibrium and modes, or an error of `beamviz.solve`. start: the clock at the call."""
+def solve(beam: Beam, problem: Problem) -> Solution:
+    """Equilibrium and modes, or an error of `beamviz.solve`."""
     elements = problem.resolution
     nodes = np.linspace(0.0, 1.0, elements + 1)
     model = PlanarBeam(nodes, beam, problem)
@@ -45,7 +45,7 @@ def solve(beam: Beam, problem: Problem, start: float) -> Solution:
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (F[:, 1:], F[:, 2:]), (shapes, shapes))
     size, curve = (len(Ka) + len(Kb), elements, 3), partial(_curve, nodes, position)
-    return build_solution(beam, problem, start, modes, size, curve, iterations)
+    return build_solution(beam, problem, modes, size, curve, iterations)
 
 
 def _ancf(model: PlanarBeam) -> Assembled:

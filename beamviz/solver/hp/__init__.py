@@ -3,7 +3,6 @@
 The entry point is `solve_hp`; Solutions and functions of x are built here from values on a mesh.
 """
 
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -22,11 +21,10 @@ from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only, str
 def solve_hp(
     beams: Sequence[Beam],
     problem: Problem,
-    start: float,
     extra_modes: int = 0,
     common_mesh: CommonMesh | None = None,
 ) -> list[Solution | BeamvizError]:
-    """The solution of each beam, or its error. start: the clock at the call. See `solve_many`."""
+    """The solution of each beam, or its error. See `solve_many`."""
     count = problem.modes + extra_modes
     refinement = Refinement(beams, problem, count, common_mesh)
     while refinement.waiting:
@@ -37,16 +35,15 @@ def solve_hp(
     answers: list[Solution | BeamvizError] = []
     for beam, found in zip(beams, refinement.answers, strict=True):
         failed = isinstance(found, BeamvizError)
-        answers.append(found if failed else _solution(beam, problem, start, found))
+        answers.append(found if failed else _solution(beam, problem, found))
     return answers
 
 
-def _solution(beam: Beam, problem: Problem, start: float, found: StraightModes) -> Solution:
+def _solution(beam: Beam, problem: Problem, found: StraightModes) -> Solution:
     """The Solution of modes on a mesh."""
     stable, orders = bool(found.omega_squared[0] >= 0), found.grid.orders
     equilibrium = Equilibrium(stable, found.iterations, partial(_curve, found))
-    seconds = time.perf_counter() - start
-    stats = Stats(2 * len(found.f), seconds, "hp", len(orders), max(orders))
+    stats = Stats(2 * len(found.f), "hp", len(orders), max(orders))
     errors = partial(np.add, found.truncation, found.rounding)
     results = found.omega_squared, errors, found.bending_energy_fraction, Shapes(found)
     return Solution(beam, problem, equilibrium, stats, *results)
