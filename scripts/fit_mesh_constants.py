@@ -10,20 +10,26 @@ to that of the value in use. The best value has the least work; error bars hold 
 The beams are those of scripts/measure_error_bars.py, drawn over everything that is accepted.
 """
 
+from typing import Any
+from unittest.mock import patch
+
 import _script
 import numpy as np
 from oracle.error_bars import random_scene  # type: ignore[import-not-found]
 
 from beamviz.errors import BeamvizError
 from beamviz.solver import solve
-from beamviz.solver.hp import mesh_design, refinement
+from beamviz.solver.hp import mesh_design
+from beamviz.solver.hp.refinement import Refinement
 
 
 def main() -> None:
     """Measure the value in use and those given."""
-    names = [name for name, value in vars(mesh_design).items() if is_constant(name, value)]
+    numbers = [
+        n for n, x in vars(mesh_design).items() if n.isupper() and isinstance(x, int | float)
+    ]
     parser = _script.Parser(__doc__)
-    parser.add_argument("constant", choices=names)
+    parser.add_argument("constant", choices=numbers)
     parser.add_argument("values", type=float, nargs="+")
     parser.add_argument("--beams", type=_script.count, default=300)
     parser.add_argument("--tolerance", type=float, help="in place of that of each random beam")
@@ -40,28 +46,23 @@ def main() -> None:
         )
 
 
-def is_constant(name: str, value: object) -> bool:
-    """Whether a name of the module is a number to fit."""
-    return name.isupper() and isinstance(value, int | float)
-
-
 def measure(
     name: str, value: float, count: int, tolerance: float | None
 ) -> tuple[float, float, float, int]:
     """Share of beams solved at the first attempt, mean unknowns of a family, mean n^3 over all
     attempts, and how many beams have no answer, with a constant at a value."""
     sizes: list[int] = []
-    solve_stack = refinement.Refinement.solve_stack
-    original = getattr(mesh_design, name)
+    solve_stack = Refinement.solve_stack
 
-    def counted(self, places, mesh):
+    def counted(self: Refinement, places: Any, mesh: Any) -> None:
         sizes.append(len(mesh.points))
         solve_stack(self, places, mesh)
 
     first, last, work, unsolved = [], [], [], 0
-    setattr(mesh_design, name, type(original)(value))
-    refinement.Refinement.solve_stack = counted  # type: ignore[method-assign]
-    try:
+    with (
+        patch.object(mesh_design, name, type(getattr(mesh_design, name))(value)),
+        patch.object(Refinement, "solve_stack", counted),
+    ):
         for scene in map(random_scene, range(count)):
             options = scene.options | ({"tolerance": tolerance} if tolerance else {})
             sizes.clear()
@@ -73,9 +74,6 @@ def measure(
             first.append(len(sizes) == 1)
             last.append(sizes[-1])
             work.append(sum(n**3 for n in sizes))
-    finally:
-        setattr(mesh_design, name, original)
-        refinement.Refinement.solve_stack = solve_stack  # type: ignore[method-assign]
     return float(np.mean(first)), float(np.mean(last)), float(np.mean(work)), unsolved
 
 

@@ -45,6 +45,7 @@ MADE = (
 )
 
 Series = list[Any]  # coefficients by power
+ONE: Series = [mpf(1)] + [mpf(0)] * (TERMS - 1)
 
 
 class Theory(NamedTuple):
@@ -148,9 +149,9 @@ class Straight:
             rate = float(abs(f[0] ** (self.theory.power + 1) * N)) ** 0.5
             h = min(mpf(LONGEST), PHASE / mpf(rate + 1), SHARE * radius(f), end - x)
             mass = self.alpha if x + h >= end == self.beta else mpf(0)
-            steps.append(
-                Step(h, f, self.bending_factor(f), times(f, tension), self.compliance(f), mass)
-            )
+            square = times(f, f)
+            factor = square if self.theory.power else ONE
+            steps.append(Step(h, f, factor, times(f, tension), self.compliance(square), mass))
             u, N = at(position, h), at(tension, h)
             if self.theory.strain != "none":
                 N -= self.gamma**2 * mass * (u + self.delta)
@@ -185,16 +186,11 @@ class Straight:
         guess = mp.cbrt(2 * n) if n > 1 else 1 + n / (1 + n)
         return mp.findroot(lambda f: f**3 - f - 2 * n, guess)
 
-    def bending_factor(self, f: Series) -> Series:
-        """f^power."""
-        return times(f, f) if self.theory.power else [mpf(1)] + [mpf(0)] * (TERMS - 1)
-
-    def compliance(self, f: Series) -> Series:
-        """1 / (mu^2 n'(f))."""
-        one = [mpf(1)] + [mpf(0)] * (TERMS - 1)
-        slope = one
+    def compliance(self, square: Series) -> Series:
+        """1 / (mu^2 n'(f)), from f^2."""
+        slope = ONE
         if self.theory.strain == "green":
-            slope = [(3 * c - o) / 2 for c, o in zip(times(f, f), one, strict=True)]
+            slope = [(3 * c - o) / 2 for c, o in zip(square, ONE, strict=True)]
         return [c / self.mu**2 for c in inverse(slope)]
 
     def bending(self, Lambda: Any) -> tuple[list[Any], list[Any]]:

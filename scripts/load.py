@@ -43,14 +43,10 @@ EDITS = 20  # per second, as a browser sends them while a slider is dragged
 CONNECTING = 60.0  # [s] at most, until all visitors have their page
 SETTLING = 5.0  # [s] before anything is measured
 SERVE = """
-import sys
 from beamviz.beam import Beam
-from beamviz.scene import Scene
 from beamviz.explorer import serve
-visitors, processes, bent = map(int, sys.argv[1:])
-beam = Beam(gamma=4, delta=-1) if bent else Beam(alpha=1, beta=0.5, gamma=10)
-scene = Scene(beam, {"state": "stable"} if bent else {})
-serve(scene, port=0, visitors=visitors, processes=processes)
+from beamviz.scene import Scene
+serve(Scene({beam}, {{"state": "{state}"}}), port=0, visitors={visitors}, processes={processes})
 """
 Row = tuple[str, float, str]
 
@@ -240,8 +236,8 @@ def main() -> None:
     parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()
     drag = BENT if options.bent else STRAIGHT
-    numbers = options.visitors, options.processes, int(options.bent)
-    command = [sys.executable, "-c", SERVE, *map(str, numbers)]
+    serve = SERVE.format(**vars(options), beam=drag.beam, state=drag.state)
+    command = [sys.executable, "-c", serve]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=_script.ROOT) as process:
         try:
             assert process.stdout

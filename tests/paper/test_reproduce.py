@@ -85,18 +85,15 @@ def table(folder, name):
         return list(csv.DictReader(file))
 
 
-def test_loci_are_solves(folder):
-    """The frequencies of figure 5 at gamma 10, by both measures, are those of solve()."""
+def test_numbers_are_those_of_solves(folder):
+    """The frequencies of figure 5 at gamma 10, by both measures; the last point of figure 13 is the
+    tip of the second mode for each mass ratio."""
     rows = [row for row in table(folder, "fig5") if row["gamma"] == "10"]
     assert [row["curvature"] for row in rows] == ["spatial", "material"]
     for row in rows:
         solution = solve(Beam(alpha=1, beta=0.5, gamma=10), curvature=row["curvature"])
         for label, frequency in zip(solution.labels, solution.frequencies, strict=True):
             assert float(row[label]) == pytest.approx(frequency, rel=1e-6)
-
-
-def test_shapes_are_solves(folder):
-    """The last point of figure 13 is the tip of the second mode for each mass ratio."""
     last = table(folder, "fig13")[-1]
     for alpha in (0, 0.5, 1, 2):
         tip = solve(Beam(alpha=alpha), 2).shape(1, [1.0])[0, 1]
@@ -126,9 +123,10 @@ def test_printed_numbers_stand_beside_ours(name, count, notes):
 
 
 @pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
-def test_figures_cross_where_the_numbers_say(figure):
-    """Crossings are those located around printed values; loci by both curvature measures."""
-    _, found, picture, _ = drawn(figure)
+def test_figures_of_loci(figure):
+    """Crossings are those located around printed values; loci by both curvature measures.
+    Annotations lie in the frame, apart from each other and off the lines."""
+    computed, found, picture, notes = drawn(figure)
     printed = {row.number: row for row in found if row.number}
     assert set(printed) == set(printed_numbers(figure, "crossing"))
     for number, row in printed.items():
@@ -138,12 +136,6 @@ def test_figures_cross_where_the_numbers_say(figure):
     dashed = [line for line in picture.axes[0].lines if line.get_linewidth() == 0.9]
     at_rest = figure.over != "gamma" and figure.beam.gamma == 0
     assert len(dashed) == (0 if at_rest else figure.modes)
-
-
-@pytest.mark.parametrize("figure", LOCI, ids=lambda figure: figure.name)
-def test_annotations_cover_nothing(figure):
-    """Annotations lie in the frame, apart from each other and off the lines."""
-    computed, _, picture, notes = drawn(figure)
     axes, renderer = picture.axes[0], picture.canvas.get_renderer()
     frame, lines = axes.get_window_extent(), LabelPlacer(axes).line_points
     boxes = [Text.get_window_extent(note, renderer) for note in notes if note.arrow_patch]

@@ -76,35 +76,29 @@ def finish(store: Path, undisturbed: dict[str, bytes]) -> str:
 
 
 @pytest.mark.slow
-def test_killed_several_times(undisturbed, tmp_path):
-    """SIGKILL at three moments, its workers end too; then the same store, byte by byte."""
-    store = tmp_path / "a.zarr"
-    for count in (1, 3, 5):
-        with start(store, "--workers", "2") as process:
-            wait_for(store, count, process)
-            process.send_signal(signal.SIGKILL)
-            process.communicate(timeout=10)  # the pipes close when the workers have ended
-        (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
-    assert count <= chunks(store) < 14
-    assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupted(number, undisturbed, tmp_path):
-    """By Ctrl-C, which its workers get too, while they start and while they work: one line and the
-    exit code of the signal; then the same store."""
-    store = tmp_path / "a.zarr"
-    for count in (0, 2):
+@pytest.mark.parametrize(
+    ("number", "counts"),
+    [(signal.SIGKILL, (1, 3, 5)), (signal.SIGINT, (0, 2)), (signal.SIGTERM, (0, 2))],
+)
+def test_ended_by_a_signal(number, counts, undisturbed, tmp_path):
+    """While its workers start and while they work. Killed, its workers end too; by Ctrl-C, which
+    its workers get too, or SIGTERM: one line and the exit code of the signal. Then the same store,
+    byte by byte."""
+    store, killed = tmp_path / "a.zarr", number == signal.SIGKILL
+    for count in counts:
         with start(store, "--workers", "2", start_new_session=True) as process:
             wait_for(store, count, process)
-            os.killpg(process.pid, number)
-            out, err = process.communicate(timeout=10)
+            (os.kill if killed else os.killpg)(process.pid, number)
+            out, err = process.communicate(timeout=10)  # when the workers have ended, too
+        if killed:
+            (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
+            continue
         assert (process.returncode, out) == (128 + number, "")
         *progress, last = err.splitlines()
         assert last == f"beamviz: {KEPT}"
         assert all("a second" in line for line in progress), err
-    finish(store, undisturbed)
+    assert count <= chunks(store) < 14
+    assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
 
 
 def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
