@@ -28,12 +28,8 @@ SHAPES = (
     f"(all => all.length === 12 && all.every({SEEN}))([...document.querySelectorAll('.shapes td')])"
 )
 
+REAL = "document.querySelector('[data-set=\"real.%s\"]')"
 LEFT_OVER = "#comparison table, #loci-chart .mark.resonance, #real-beam details[open]"
-
-
-def typed(name: str, text: str) -> tuple[str, str]:
-    """A number typed into the panel of a real beam."""
-    return f"document.querySelector('[data-set=\"real.{name}\"]')", text
 
 
 def first_frequencies(beam: Beam, count: int = 3) -> str:
@@ -53,8 +49,8 @@ JOBS = {
         f"{SHAPES} && {says('mixed')}",
     ),
     "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": (
-        [button("Real beam…"), button("steel beam"), typed("length", "1200"),
-         typed("rotation_speed", "600")],
+        [button("Real beam…"), button("steel beam"), (REAL % "length", "1200"),
+         (REAL % "rotation_speed", "600")],
         first_frequencies(STEEL),
     ),
     "resonances with 2 per revolution in the chart": (

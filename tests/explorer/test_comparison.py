@@ -91,9 +91,6 @@ def test_modes_mixed_by_coriolis_forces_are_compared_by_shape():
     assert '<p role="note">In this beam: S1 and B3 mixed 50:50.</p>' in html
 
 
-# How it is drawn
-
-
 @pytest.mark.parametrize("stacked", [False, True])
 def test_both_beams_run_on_one_clock(stacked):
     """With twice the mass: the phase of each mode has advanced by its own frequency."""
@@ -147,9 +144,6 @@ def test_each_row_shows_one_mode(beam):
             assert around.drum.position[0] == pytest.approx(delta - (delta != 0) * MIN_HUB)
         beams.show(DrawnBeam.of(shapes, ViewOptions()))
         assert not any(part.frame.visible for part in rows)
-
-
-# In the explorer
 
 
 def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:

@@ -82,8 +82,9 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
 
 
 @pytest.mark.slow
-def test_a_film_has_the_length_chosen(guest, monkeypatch):
-    """Two periods have more frames than one, in the format of the button."""
+def test_a_film_has_the_length_chosen_and_needs_motion(guest, monkeypatch):
+    """Two periods have more frames than one, in the format of the button. The message on a film
+    without motion says what is missing."""
     monkeypatch.setattr(sharing, "animate", small_film)
     frames = []
     for length in ("1 period", "2 periods"):
@@ -92,10 +93,6 @@ def test_a_film_has_the_length_chosen(guest, monkeypatch):
         (part,) = heard(guest, "FileTransferPart", timeout=120)
         frames.append(Image.open(io.BytesIO(part["content"])).n_frames)
     assert frames[1] > 1.5 * frames[0]
-
-
-def test_a_film_without_motion_is_refused(guest):
-    """The message says what is missing."""
     still = Scene.of(shares=[0.0])
     upload(guest, still.to_toml())
     guest.shows(still.beam)

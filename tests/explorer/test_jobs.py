@@ -38,9 +38,6 @@ def threads(name: str) -> int:
     return sum(thread.name == name for thread in threading.enumerate())
 
 
-# Worker pool
-
-
 def test_work_starts_in_order_two_at_a_time(release):
     """The others wait, and start in the order of submission."""
     begun: list[int] = []
@@ -67,9 +64,6 @@ def test_closing_a_pool_does_not_wait(release):
     release.set()
     wait_until(lambda: not threads("test close"))
     assert not done
-
-
-# Solve queue
 
 
 @pytest.fixture
@@ -112,9 +106,6 @@ def test_slow_solves_of_many_visitors_go_to_the_workers(crowd, release):
         crowd.solve(work, lambda: True)
     crowd.run_batch(9)
     wait_until(lambda: order == [1, 2])
-
-
-# Jobs
 
 
 def test_requests_in_between_are_skipped(pool, release):
@@ -204,8 +195,9 @@ def frame_loop(*sessions: Still, waiting: int = 0) -> FrameLoop:
     return made
 
 
-def test_a_round_draws_one_frame_for_each_visitor():
-    """While solves wait, a session that just had an answer is skipped; one at rest has none."""
+def test_a_round_draws_one_frame_for_each_visitor_and_answers_come_in_batches():
+    """While solves wait, a session that just had an answer is skipped; one at rest has none.
+    Answers are drawn in order of arrival; messages are exchanged in between."""
     sessions = [Still(outdated=k < 2, needs_tick=k < 4) for k in range(5)]
     made = frame_loop(*sessions, waiting=1)
     made.woken = dict.fromkeys([0, 1, 4, 5])  # one at rest, and one who has left
@@ -214,16 +206,12 @@ def test_a_round_draws_one_frame_for_each_visitor():
     for pictures in ([1, 1, 0, 0, 0], [1, 1, 1, 1, 0], [2, 2, 2, 2, 0]):
         assert [one.pictures for one in sessions] == pictures
         asyncio.run(made.draw_all(made.step))
-
-
-def test_answers_are_drawn_in_batches():
-    """In order of arrival; messages are exchanged in between."""
-    sessions = [Still(outdated=True) for _ in range(BATCH + 3)]
-    made = frame_loop(*sessions)
-    made.woken = dict.fromkeys(reversed(range(len(sessions))))
-    for pictures in ([0] * 3 + [1] * BATCH, [1] * len(sessions)):
-        made.draw_next()
-        assert [one.pictures for one in sessions] == pictures
+    others = [Still(outdated=True) for _ in range(BATCH + 3)]
+    many = frame_loop(*others)
+    many.woken = dict.fromkeys(reversed(range(len(others))))
+    for pictures in ([0] * 3 + [1] * BATCH, [1] * len(others)):
+        many.draw_next()
+        assert [one.pictures for one in others] == pictures
 
 
 @pytest.mark.parametrize(

@@ -25,13 +25,6 @@ def begin(guest: Visitor, name: str) -> None:
     reads(guest, formatted(lesson(name).question))
 
 
-def challenged(guest: Visitor, name: str) -> None:
-    """Begin a lesson and go to its challenge."""
-    begin(guest, name)
-    guest.do("lesson_step", 2)
-    reads(guest, formatted(lesson(name).task))
-
-
 def test_every_lesson_has_a_card(guest):
     """With a picture; the scene is that of the server. Each control that a lesson names exists, and
     the instructions name at least one control or tab."""
@@ -112,8 +105,6 @@ def test_without_a_lesson_reset_returns_to_the_opened_scene(guest, action, value
     guest.says(frequency_text(opened))
 
 
-# Challenges
-
 RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."
 # Controls to be set, by lesson, each with the words that the page shows then.
 CHALLENGES = {
@@ -133,7 +124,9 @@ CHALLENGES = {
 def test_the_challenge_is_checked_continuously(guest, name):
     """Not yet, with the present value, or a change to undo; also without an equilibrium; then
     right, with the computed answer, and a tick."""
-    challenged(guest, name)
+    begin(guest, name)
+    guest.do("lesson_step", 2)
+    reads(guest, formatted(lesson(name).task))
     guest.says("Not yet.")
     guest.wait(lambda _: "Now: " in guest.texts["verdict"])
     for key, value, words in CHALLENGES[name]:

@@ -159,9 +159,6 @@ def test_a_mode_has_one_name_on_the_page(gamma):
     assert [label for _, label in starts] == list(solve(beam.replace(gamma=0)).labels)
 
 
-# Veerings
-
-
 @pytest.fixture(scope="module")
 def pairs(tip) -> tuple[LociPair, LociPair]:
     """The crossing of S1 and B3, and their veering with Coriolis forces."""
