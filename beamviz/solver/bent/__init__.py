@@ -25,7 +25,7 @@ from beamviz.solver.bent.beam import (
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
 from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.mesh import Mesh, make_mesh, reference
+from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
@@ -121,15 +121,15 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
     and `stop`, beyond which the state does not exist; None where it exists up to `stop`. Located
     again on the mesh that resolves the state there."""
     (state,) = bent_states([solution])
-    end = paths.end_on_mesh(state, over, stop)
-    if end is not None:
-        own = getattr(solution.beam, over)
-        beside = paths.state_at(state, over, end - NEARER * (end - own))
-        if beside:
-            problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
-            with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
-                nearer = solve_bent(beside.beam.beam, problem, beside)
-                end = paths.end_on_mesh(nearer.equilibrium.bent_state, over, stop) or end
+    end = paths.follow(state, over, stop).limit
+    if end is None:
+        return None
+    beside = paths.follow(state, over, end - NEARER * (end - getattr(solution.beam, over)))
+    if beside.limit is None:
+        problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
+        with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
+            nearer = solve_bent(beside.state.beam.beam, problem, beside.state)
+            end = paths.follow(nearer.equilibrium.bent_state, over, stop).limit or end
     return end
 
 
@@ -166,41 +166,29 @@ def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | Non
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
-def _tails(bent: BentBeam, Q: np.ndarray, parity: int) -> np.ndarray:
-    """The part of values Q (2 n, ...) in the two highest polynomials of every second element."""
-    found = np.zeros_like(Q)
-    for half in (0, len(bent.w)):
-        end = half
-        for k, order in enumerate(bent.mesh.orders):
-            block = slice(end, end + order)
-            if k % 2 == parity:
-                found[block] = reference(order).last_two @ Q[block]
-            end += order
-    return found
+def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
+    """The part of values Q (2 n, ...) in the two highest polynomials of each element."""
+    T = bent.mesh.IJT[: len(bent.w)]
+    return np.concatenate([T @ half for half in np.split(Q, 2)])
 
 
 def _refined_mesh(state: State, modes: BentModes, tolerance: float) -> Mesh:
     """A mesh with a higher order, or halves, where the tails of the state or of a shape are."""
-    bent, n = state.beam, len(state.f)
-    q = _tails(bent, state.q, 0) + _tails(bent, state.q, 1)
-    V = abs(_tails(bent, modes.V, 0)) ** 2 + abs(_tails(bent, modes.V, 1)) ** 2
-    stiffness = 1 / bent.scale**2
-    breaks, orders, start = [0.0], [], 0
-    lengths = np.diff(bent.mesh.breaks)
-    for order, length, end in zip(bent.mesh.orders, lengths, bent.mesh.breaks[1:], strict=True):
-        block = slice(start, start + order)
-        angle = math.sqrt(length * (bent.w[block] @ q[n:][block] ** 2))
-        stretch = math.sqrt(length * (bent.w[block] @ q[:n][block] ** 2))
-        strain = stiffness[block] @ V[block] + stiffness[n:][block] @ V[n:][block]
-        shapes = strain / abs(modes.s) ** 2
-        needed = max(max(angle, stretch) * 10, math.sqrt(shapes.max())) / math.sqrt(tolerance)
-        start += order
-        if needed > 1 and order >= HIGHEST_ORDER:
+    bent, mesh = state.beam, state.beam.mesh
+    starts, lengths = np.append(0, np.cumsum(mesh.orders))[:-1], np.diff(mesh.breaks)
+    q = bent.w * np.reshape(_tails(bent, state.q), (2, -1)) ** 2
+    q = lengths * np.add.reduceat(q, starts, axis=1).max(axis=0)  # (elements,)
+    V = abs(_tails(bent, modes.V) / bent.scale[:, None] / modes.s) ** 2
+    V = np.add.reduceat(np.add(*np.split(V, 2)), starts).max(axis=1)  # (elements,)
+    needed = np.maximum(10 * np.sqrt(q), np.sqrt(V)) / math.sqrt(tolerance)
+    breaks, orders = [0.0], []
+    for order, end, length, need in zip(mesh.orders, mesh.breaks[1:], lengths, needed, strict=True):
+        if need > 1 and order >= HIGHEST_ORDER:
             breaks += [end - length / 2, end]
             orders += [order, order]
         else:
             breaks.append(end)
-            orders.append(order + (6 if needed > 10 else 4 if needed > 1 else 2))
+            orders.append(order + (6 if need > 10 else 4 if need > 1 else 2))
     return make_mesh(tuple(breaks), tuple(orders))
 
 
@@ -231,9 +219,11 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     stiffness, _, inertia = exact
     size = abs(squares) * inertia + abs(stiffness)
     truncation = np.zeros_like(omega)
-    for parity in (0, 1):
-        lower = State(bent, state.q - _tails(bent, state.q, parity))
-        for energies in (_energies(lower, V), _energies(state, V - _tails(bent, V, parity))):
+    element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
+    for part in (element % 2 == 0, element % 2 == 1):
+        lower = State(bent, state.q - part * _tails(bent, state.q))
+        lower_shapes = V - part[:, None] * _tails(bent, V)
+        for energies in (_energies(lower, V), _energies(state, lower_shapes)):
             dK, dG, dM = energies - exact
             truncation += abs(dK + omega * dG - squares * dM) * 2 * abs(squares) / size
     rounding = (abs(np.diag(state.stiffness))[:, None] * abs(V) ** 2).sum(axis=0)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -11,9 +12,9 @@ from numpy.typing import NDArray
 
 from beamviz.beam import SPIN_UP
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, State
 from beamviz.solver.bent.equilibrium import (
-    CONVERGED,
     descend,
     first_mesh,
     folded_beam,
@@ -21,39 +22,47 @@ from beamviz.solver.bent.equilibrium import (
     newton,
     stable_states,
 )
-from beamviz.solver.continuation import Root, continue_load
+from beamviz.solver.continuation import LIMIT_PRECISION, Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
-FIRST_STEP = 0.4  # of a speed: the first increase
+FIRST_STEP = 0.4  # of a speed, relative: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio of speeds, and their number, where a stable state is looked for
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 SMALLEST_STEP = 1e-4  # of the spin-up
 FIRST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 0.3, 300  # steps around limit points
-CORRECTIONS, DIFFERENCE = 8, 1e-4  # Newton steps of one; step of a derivative by the load
+DIFFERENCE = 1e-4  # step of a derivative by the load
 MAX_MESHES, FINER, ORDER = 3, 16.0, 14  # on which a limit is located; ratio of first elements
 LIMIT_ACCURACY, SPEED_PRECISION = 1e-3, 1e-5  # relative: of the limit, and on one mesh
+
+
+class Path(NamedTuple):
+    """The last of the stable states that continue one, and the value of the number beyond which
+    there are none; None where the path was followed to its end."""
+
+    state: State
+    limit: float | None
 
 
 def follow_speed(bent: BentBeam) -> State:
     """A stable state followed to the speed of a beam from that of a slower one that has one. Raises
     NoEquilibrium with the largest speed that has one, or NotConverged."""
-    start = _slower(bent)
+    start, gamma = _slower(bent), bent.beam.gamma
     limits: list[float] = []
     for _ in range(MAX_MESHES):
         start = _finer(start)
-        path = _follow_speed(start, bent.beam.gamma)
+        path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
         if path.limit is not None and start.is_straight:
-            bifurcated = _bifurcated(bent, start.beam.mesh, start.beam.beam.gamma + path.limit)
+            bifurcated = _bifurcated(bent, start.beam.mesh, path.limit)
             if bifurcated:
                 start = bifurcated
-                path = _follow_speed(start, bent.beam.gamma)
+                path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
         if path.limit is None:
-            return State(bent.changed(start.beam.mesh), path.state, path.iterations)
-        limits.append(start.beam.beam.gamma + path.limit)
+            return path.state
+        limits.append(path.limit)
         if len(limits) > 1 and abs(limits[-1] / limits[-2] - 1) < LIMIT_ACCURACY:
             break
     raise NoEquilibrium(
-        f"gamma = {bent.beam.gamma:.6g}: no stable state beyond gamma = {limits[-1]:.4g}, to which"
+        f"gamma = {gamma:.6g}: no stable state beyond gamma = {limits[-1]:.4g}, to which"
         f" one was followed from gamma = {start.beam.beam.gamma:.5g}"
         f" ({bent.problem.strain} strain)",
         limits[-1],
@@ -103,48 +112,35 @@ def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
     return None
 
 
-def _follow_speed(start: State, gamma: float) -> Root:
-    """The stable states from a slower beam's to that of a speed, or to their limit."""
-    return _follow_number(
-        start, "gamma", gamma, FIRST_STEP * start.beam.beam.gamma, SPEED_PRECISION
-    )
-
-
-def end_on_mesh(start: State, over: str, stop: float) -> float | None:
-    """The value of a beam's number `over`, between its own and `stop`, at which the stable states
-    that continue this one on its mesh end; None where they reach `stop`. Raises NotConverged."""
-    own, limit = float(getattr(start.beam.beam, over)), _follow_number(start, over, stop).limit
-    return None if limit is None else own + math.copysign(limit, stop - own)
-
-
-def state_at(start: State, over: str, value: float) -> State | None:
-    """The state that continues this one to another value of the beam's number `over`; None where it
-    ends before. Raises NotConverged."""
-    path = _follow_number(start, over, value)
-    if path.limit is not None:
-        return None
-    return State(start.beam.changed(**{over: value}), path.state, path.iterations)
-
-
-def _follow_number(start: State, over: str, stop: float, *accuracy: float) -> Root:
-    """The stable states that continue one to another value of a number of the beam, or to their
-    limit; loads are distances from its own. accuracy: see `continue_load`."""
+def follow(
+    start: State,
+    over: str,
+    stop: float,
+    first_step: float = math.inf,
+    precision: float = LIMIT_PRECISION,
+) -> Path:
+    """Follow the stable states from one to another value of the beam's number `over`. first_step:
+    relative to its own value. precision: relative to the distance. Raises NotConverged."""
     bent, own = start.beam, float(getattr(start.beam.beam, over))
     sign = math.copysign(1.0, stop - own)
 
-    def at(load: float) -> BentBeam:
-        return bent.changed(**{over: own + sign * load})
+    def at(distance: float) -> BentBeam:
+        return bent.changed(**{over: own + sign * distance})
+
+    def solve_at(distance: float, guess: NDArray) -> Root | None:
+        found = newton(at(distance), guess)
+        return Root(found.q, found.iterations) if found else None
 
     first = _margins(start)
 
-    def solve_at(load: float, guess: NDArray) -> Root | None:
-        found = newton(at(load), guess)
-        return Root(found.q, found.iterations) if found else None
+    def margin(distance: float, q: NDArray) -> NDArray:
+        return _margins(State(at(distance), q)) / first
 
-    def margin(load: float, q: NDArray) -> NDArray:
-        return _margins(State(at(load), q)) / first
-
-    return continue_load(solve_at, start.q, abs(stop - own), margin, *accuracy)
+    step = first_step * abs(own) if first_step < math.inf else math.inf
+    path = continue_load(solve_at, start.q, abs(stop - own), margin, step, precision)
+    value = stop if path.limit is None else own + sign * path.limit
+    state = State(bent.changed(**{over: value}), path.state, path.iterations)
+    return Path(state, None if path.limit is None else value)
 
 
 def _margins(state: State) -> NDArray:
@@ -193,9 +189,9 @@ def states_on_both_sides(beam: BentBeam) -> list[State]:
     found = []
     for rest, side in product(stable_states(beam.changed(spin_up=0.0)), (target, -target)):
         with suppress(NotConverged):
-            state = state_at(_on_the_side_of_the_force(rest, side), "spin_up", target)
-            if state and not rest.is_straight:
-                found.append(state)
+            path = follow(_on_the_side_of_the_force(rest, side), "spin_up", target)
+            if path.limit is None and not rest.is_straight:
+                found.append(path.state)
     return found
 
 
@@ -254,14 +250,13 @@ def _bordered(
 
 def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> NDArray | None:
     """The point of the path in the plane through z, by Newton's method; None if it is far off."""
-    for _ in range(CORRECTIONS):
+
+    def increment(z: NDArray) -> NDArray:
         A, residual = _bordered(at, z, across)
         step = -np.linalg.solve(A, np.append(residual, 0.0))
-        z = z + step
-        state = State(at(float(z[-1])), z[:-1])
-        size = state.step_size(step[:-1])
-        if not (size < 1 and state.f.min() > 0):
-            return None
-        if size < CONVERGED:
-            return z
-    return None
+        if not State(at(float(z[-1])), z[:-1]).step_size(step[:-1]) < 1:
+            raise np.linalg.LinAlgError
+        return step
+
+    root = continuation.newton(increment, z)
+    return root.state if root else None
