@@ -17,7 +17,6 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from beamviz.beam import PARAMETERS
 from beamviz.benchmark import work_precision
 from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import METHODS, REFERENCE, SCENES, Row, Solver, time_to_error
@@ -199,10 +198,8 @@ def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
     failures = "; ".join(_failures(rows))
     lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
     beam = SCENES[scene]
-    shown = [name for name in ("alpha", "beta", "gamma", "delta") if beam.numbers[name]]
-    if not beam.alpha:
-        shown.remove("beta")
-    numbers = ", ".join(f"{PARAMETERS[name].symbol} {beam.numbers[name]:g}" for name in shown)
+    names = ("alpha", "beta", "gamma", "delta") if beam.alpha else ("gamma", "delta")
+    numbers = beam.described(name for name in names if beam.numbers[name])
     axes.set_title(f"{scene}: {numbers}", pad=6 + 8.5 * len(lines), **FRAME_TITLE)
     place: dict[str, Any] = {"transform": axes.transAxes, "va": "bottom"}
     axes.text(0, 1.015, "\n".join(lines), size=7, linespacing=1.05, color=MUTED, **place)

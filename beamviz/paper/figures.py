@@ -189,7 +189,7 @@ def figure_files(figure: Figure) -> dict[str, bytes]:
         text = loci_csv(by_curvature)
     else:
         curves = compute_curves(figure)
-        picture = (draw_stacked if len(figure.modes) > 1 else draw_overlaid)(figure, curves)
+        picture = draw_shapes(figure, curves)
         text = curves_csv(curves)
     return picture_files(picture, figure.name) | {f"{figure.name}.csv": text.encode()}
 
@@ -259,7 +259,8 @@ def draw_loci(
     figure: LociFigure, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
 ) -> Picture:
     """Frequencies with their crossings, and the numbers printed in the paper."""
-    picture, axes = _single_frame(figure, HEIGHT, 0.52, 0.92)
+    picture = _titled_picture(figure, HEIGHT, 0.52, 0.92)
+    axes = picture.subplots()
     chart = Chart(by_curvature[SPATIAL], axes)
     if MATERIAL in by_curvature:
         for branch in by_curvature[MATERIAL].branches:
@@ -273,19 +274,14 @@ def draw_loci(
     return picture
 
 
-def _titled_picture(figure: Figure, height: float) -> Picture:
-    """An empty picture with the name and the fixed parameters of a figure above."""
+def _titled_picture(figure: Figure, height: float, head: float, right: float) -> Picture:
+    """An empty picture with the name and the fixed parameters of a figure above, and room for
+    frames below a head [in], up to a fraction of the width."""
     picture = new_figure(WIDTH, height)
     title = f"Figure {figure.name.removeprefix('fig')}:  {figure.parameters}"
     picture.text(0.012, 1 - TITLE_INSET / height, title, va="center", weight="bold")
+    picture.subplots_adjust(LEFT, 0.5 / height, right, 1 - head / height)
     return picture
-
-
-def _single_frame(figure: Figure, height: float, head: float, right: float) -> tuple[Picture, Axes]:
-    """A titled picture with one frame below a head [in], up to a fraction of the width."""
-    picture = _titled_picture(figure, height)
-    low, high = 0.5 / height, 1 - head / height
-    return picture, picture.add_axes((LEFT, low, right - LEFT, high - low))
 
 
 def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
@@ -339,47 +335,33 @@ def _draw_legend(
 
 
 @rc_context(STYLE)
-def draw_overlaid(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
-    """One mode for each mass ratio, in one frame."""
-    picture, axes = _single_frame(figure, 3.6, 0.32, 0.9)
-    axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
-    for curve, opacity in zip(curves, np.linspace(1, 0.4, len(curves))[::-1], strict=True):
-        axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=opacity, lw=1.6)
-    axes.set(xlim=(0, 1), ylim=axes.get_ylim())
-    axes.set(xlabel="x / L", ylabel="displacement across, unit modal mass")
-    axes.locator_params(axis="y", nbins=7, steps=(1, 2, 5, 10))
-    if len(curves) > 1:
-        ends = [(c.y[-1], f"α = {c.alpha:g}", COLOURS[c.family], "bold") for c in curves]
-        label_line_ends(axes, ends)
-    placer = LabelPlacer(axes)
-    for curve in curves:
-        axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
+def draw_shapes(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
+    """One frame for each mode, one above the other, with a curve for each mass ratio."""
+    count = len(figure.modes)
+    picture = _titled_picture(figure, 2.6 + 0.6 * count, 0.32, 0.77)
+    frames = picture.subplots(count, sharex=True, sharey=True, squeeze=False).ravel()
+    stretching = [number.modes for number in printed_numbers(figure, "place")]
+    for axes, mode in zip(frames, figure.modes, strict=True):
+        axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
+        own = [curve for curve in curves if curve.mode == mode]
+        for curve, opacity in zip(own, np.linspace(1, 0.4, len(own))[::-1], strict=True):
+            axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=opacity, lw=1.6)
+            axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
+        axes.set_xlim(0, 1)
+        if len(own) > 1:
+            ends = [(c.y[-1], f"α = {c.alpha:g}", COLOURS[c.family], "bold") for c in own]
+            label_line_ends(axes, ends)
+            continue
+        text = f"mode {mode}: {own[0].label}, {own[0].family}\nω = {own[0].frequency:.4f}"
+        text += "\nstretching in the paper" if (mode,) in stretching else ""
+        place: dict[str, Any] = {"va": "center", "transform": axes.transAxes}
+        axes.text(1.03, 0.5, text, color=COLOURS[own[0].family], **place)
+    placer = LabelPlacer(frames[0])
     for node in printed_numbers(figure, "node"):
         at = nearest_node(curves[0].nodes, node)
         placer.annotate(f"node\npaper {node.printed}\nhere {at:.6f}", at, 0)
-    return picture
-
-
-@rc_context(STYLE)
-def draw_stacked(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
-    """One frame for each mode, one above the other."""
-    picture = _titled_picture(figure, 5.6)
-    picture.subplots_adjust(LEFT, 0.09, 0.77, 0.94)
-    frames = picture.subplots(len(curves), sharex=True)
-    largest = 1.15 * max(abs(curve.y).max() for curve in curves)
-    stretching = [number.modes for number in printed_numbers(figure, "place")]
-    for axes, curve in zip(frames, curves, strict=True):
-        colour = COLOURS[curve.family]
-        axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
-        axes.plot(curve.x, curve.y, color=colour, lw=1.6)
-        axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
-        axes.set(xlim=(0, 1), ylim=(-largest, largest), yticks=[-1, 0, 1])
-        text = f"mode {curve.mode}: {curve.label}, {curve.family}\nω = {curve.frequency:.4f}"
-        if (curve.mode,) in stretching:
-            text += "\nstretching in the paper"
-        axes.text(1.03, 0.5, text, color=colour, va="center", transform=axes.transAxes)
     frames[-1].set_xlabel("x / L")
-    picture.supylabel("displacement: across the beam (bending), along it (stretching)", size=9)
+    picture.supylabel("displacement, unit modal mass", size=9)
     return picture
 
 
