@@ -3,8 +3,10 @@
 import ast
 import os
 import re
+import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -66,32 +68,20 @@ def executable(path: Path, code: str) -> Path:
 
 
 @pytest.mark.parametrize("name", ["serve", "test"])
-def test_an_older_python_is_told_in_one_line(name):
-    """Python 3.10 ends with a sentence, before anything newer is used."""
-    pretend = f"""
-import runpy, sys
-sys.version_info = (3, 10, 4, "final", 0)
-runpy.run_path({str(SCRIPTS / f"{name}.py")!r}, run_name="__main__")
-"""
-    command, env = [sys.executable, "-c", pretend], {**os.environ, "PYTHONPATH": str(SCRIPTS)}
-    done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+def test_the_scripts_start_with_any_python(name):
+    """Python 3.10 ends with a sentence: no syntax newer than Python 3.7 stands before it. They load
+    before anything is installed, with the search of the tests for a browser."""
+    for file in (name, "_environment", "_browser"):
+        ast.parse((SCRIPTS / f"{file}.py").read_text(), feature_version=(3, 7))
+    load = f"import runpy, sys; sys.path.insert(0, {str(SCRIPTS)!r}); "
+    run = f"runpy.run_path({str(SCRIPTS / f'{name}.py')!r}, run_name='loaded')"
+    python = [sys.executable, "-I", "-S", "-c"]
+    subprocess.run([*python, load + run], check=True)
+    old = load + "sys.version_info = (3, 10, 4, 'final', 0); " + run
+    done = subprocess.run([*python, old], capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith("beamviz needs Python 3.11 or newer; this is Python 3.10")
     assert done.stderr.count("\n") == 1
-
-
-@pytest.mark.parametrize("name", ["_environment", "_browser", "serve", "test"])
-def test_older_pythons_can_read_the_scripts(name):
-    """No syntax newer than Python 3.7 stands between an old Python and that sentence."""
-    ast.parse((SCRIPTS / f"{name}.py").read_text(), feature_version=(3, 7))
-
-
-@pytest.mark.parametrize("name", ["serve", "test"])
-def test_the_scripts_need_the_standard_library_only(name):
-    """They load before anything is installed, the package's search for a browser with them."""
-    load = f"import sys; sys.path.insert(0, {str(SCRIPTS)!r}); import runpy; "
-    run = f"runpy.run_path({str(SCRIPTS / f'{name}.py')!r}, run_name='loaded')"
-    subprocess.run([sys.executable, "-I", "-S", "-c", load + run], check=True)
 
 
 def test_an_installation_is_made_once_and_reused(environment, project, tmp_path):
@@ -112,19 +102,18 @@ def test_an_installation_is_made_once_and_reused(environment, project, tmp_path)
     assert ensured() == ["", "test", "", ""]
 
 
-def test_an_interrupted_installation_is_done_again(environment, project, monkeypatch):
+def test_an_interrupted_installation_is_done_again(
+    environment, project, monkeypatch, interruptible
+):
     """The stamp comes last and old ones go first: half an installation is not taken for whole."""
     root, done = project
-    environment.ensure(root=root, venv=root / "venv")
-
-    def interrupted(venv, root, extra):
-        raise KeyboardInterrupt
-
+    ensure = partial(environment.ensure, root=root, venv=root / "venv")
+    ensure()
     with monkeypatch.context() as during:
-        during.setattr(environment, "install", interrupted)
+        during.setattr(environment, "install", lambda *_: signal.raise_signal(signal.SIGINT))
         with pytest.raises(KeyboardInterrupt):
-            environment.ensure("test", root=root, venv=root / "venv")
-    environment.ensure(root=root, venv=root / "venv")
+            ensure("test")
+    ensure()
     assert done == ["", ""]
 
 
@@ -149,18 +138,15 @@ def test_a_failed_installation_ends_the_script(environment, tmp_path):
 
 
 def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
-    """Then Debian's, then Playwright's, then none."""
+    """Then Debian's, then Playwright's, then none. BEAMVIZ_BROWSER is an order: none means none,
+    and one that does not start is an error."""
     assert browser.find_or_fetch(PYTHON) is None
     for search in ("from_playwright", "from_debian", "find_browser"):
         monkeypatch.setattr(browser, search, lambda *_, found=search: found)
         assert browser.find_or_fetch(PYTHON) == search
-
-
-def test_a_named_browser_is_not_replaced(browser, monkeypatch):
-    """BEAMVIZ_BROWSER is an order: none means none, and one that does not start is an error."""
-    monkeypatch.setattr(browser, "from_debian", lambda python: "debian")
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     assert browser.find_or_fetch(PYTHON) is None
+    monkeypatch.setattr(browser, "find_browser", lambda: None)
     monkeypatch.setenv("BEAMVIZ_BROWSER", "mosaic")
     with pytest.raises(SystemExit, match="BEAMVIZ_BROWSER = mosaic: does not start"):
         browser.find_or_fetch(PYTHON)
@@ -168,21 +154,15 @@ def test_a_named_browser_is_not_replaced(browser, monkeypatch):
 
 @posix
 def test_only_a_browser_that_starts_is_used(tmp_path, monkeypatch):
-    """A command that only tells how to install a browser is not one."""
+    """A command that only tells how to install a browser is not one; and a user who is not root
+    gets no failing apt-get."""
     module = load_script("_browser")
-    good = str(executable(tmp_path / "good", "exit 0"))
-    assert module.working(good) == good
-    assert module.working(str(executable(tmp_path / "stub", "exit 1"))) is None
-    assert module.working(str(tmp_path / "missing")) is None
-    assert module.working(None) is None
-
-
-def test_debian_is_asked_as_root_only(monkeypatch):
-    """A normal user gets no failing apt-get."""
-    module = load_script("_browser")
+    good, stub = (str(executable(tmp_path / f"exit {k}", f"exit {k}")) for k in (0, 1))
+    found = [module.working(one) for one in (good, stub, str(tmp_path / "missing"), None)]
+    assert found == [good, None, None, None]
     monkeypatch.setattr(module, "succeeded", lambda command: pytest.fail(f"ran {command}"))
     monkeypatch.setattr(module.shutil, "which", lambda name: f"/usr/bin/{name}")
-    monkeypatch.setattr(os, "geteuid", lambda: 1000, raising=False)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
     assert module.from_debian(PYTHON) is None
 
 
@@ -215,10 +195,14 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
 
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
-    known = {"load", "fuzz", "fit_mesh_constants", "measure_error_bars"}
-    assert {name for name, _ in COUNTS} == known
-    texts = [file.read_text() for file in SCRIPTS.glob("*.py")]
-    assert {one for text in texts for one in re.findall(r'"--(\w+)", type=int', text)} <= {"seed"}
+    assert {name for name, _ in COUNTS} == {
+        "load",
+        "fuzz",
+        "fit_mesh_constants",
+        "measure_error_bars",
+    }
+    text = "".join(file.read_text() for file in SCRIPTS.glob("*.py"))
+    assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}
 
 
 GOOD = ["timeit", "-n1", "-r1", "pass"]
