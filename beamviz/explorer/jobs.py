@@ -51,7 +51,7 @@ class WorkerPool:
         self.changed = threading.Condition()
         self.waiting: deque[Work] = deque()
         self.started: dict[threading.Thread, float] = {}  # when each busy thread began its work
-        self.idle = 0
+        self.threads = 0  # busy and idle ones
         self.closed = False
         for _ in range(workers + 1):
             self.add_thread()
@@ -72,30 +72,28 @@ class WorkerPool:
 
     def add_thread(self) -> None:
         """Start a thread, which is idle at first."""
-        self.idle += 1
+        self.threads += 1
         threading.Thread(target=self.run, name=self.name, daemon=True).start()
 
     def run(self) -> None:
-        """Do work until the pool is closed or has more idle threads than it needs."""
-        thread = threading.current_thread()
-        while work := self.next_work(thread):
+        while work := self.next_work(threading.current_thread()):
             work()
-            with self.changed:
-                del self.started[thread]
-                if self.idle > self.workers:
-                    return  # the substitute of long work, or its replacement
-                self.idle += 1
+            del work  # it refers to a visitor, who may leave
 
     def next_work(self, thread: threading.Thread) -> Work | None:
-        """The next work, as soon as it may start; None when the pool is closed."""
+        """The next work of a thread that has no other, as soon as it may start. None when the pool
+        is closed, or when there are enough other threads, after long work."""
         with self.changed:
+            self.started.pop(thread, None)
+            if self.threads - len(self.started) > self.workers + 1:
+                self.threads -= 1
+                return None
             while not (self.closed or (self.waiting and self.delay() <= 0)):
                 self.changed.wait(self.delay() if self.waiting else None)
-            self.idle -= 1
             if self.closed:
                 return None
             self.started[thread] = time.monotonic()
-            if self.idle == 0:
+            if len(self.started) == self.threads:
                 self.add_thread()
             return self.waiting.popleft()
 

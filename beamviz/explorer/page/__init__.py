@@ -38,25 +38,21 @@ log = RateLimitedLog(__name__)
 
 
 def insert_page(viser_page: str) -> str:
-    """viser's page with our elements around its scene, our style and our scripts."""
+    """viser's page with our elements around its scene, our style and our scripts; the first tab is
+    open."""
     style = package_text(*STYLES, "drawing/captions.css")
     script = package_text(*SCRIPTS, "drawing/captions.js")
-    tabs, panels = ("".join(map(part, TABS)) for part in (tab_button, tab_panel))
+    tabs = panels = ""
+    for name in TABS:
+        tab, panel, is_open = f"to-{name}", f"tab-{name}", name == TABS[0]
+        own = attributes(id=tab, aria_controls=panel, aria_selected=is_open)
+        own += attributes(tabindex=None if is_open else -1)
+        tabs += f'<button type="button" role="tab"{own}>{name.capitalize()}</button>'
+        own = attributes(id=panel, aria_labelledby=tab, hidden=not is_open)
+        panels += f'<div role="tabpanel" tabindex="0"{own}></div>'
     markup = package_text("explorer/page/page.html").format(tabs=tabs, panels=panels)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
-
-
-def tab_button(name: str) -> str:
-    """A tab; the first one is open."""
-    is_open = attributes(aria_selected=name == TABS[0], tabindex=None if name == TABS[0] else -1)
-    names = attributes(id=f"to-{name}", aria_controls=f"tab-{name}")
-    return f'<button type="button" role="tab"{names}{is_open}>{name.capitalize()}</button>'
-
-
-def tab_panel(name: str) -> str:
-    names = attributes(id=f"tab-{name}", aria_labelledby=f"to-{name}", hidden=name != TABS[0])
-    return f'<div role="tabpanel" tabindex="0"{names}></div>'
 
 
 def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
