@@ -16,7 +16,9 @@ import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.solver.bent.beam import MAX_STRETCH, MAX_TURN, BentBeam, State
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
+from beamviz.solver.hp.equilibrium import axial_problem, single
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.mesh_design import distances, subdivided
 from beamviz.solver.problem import Problem
@@ -26,7 +28,7 @@ LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio o
 CELLS = 40  # of the beam, for an estimate of its tension
 MOST_STRETCH = 30.0  # of that estimate
 SETTLED = 0.05  # relative change of its stretch after which it is good enough
-DESCENT_TRIALS, NEWTON_STEPS, STRAIGHT_STEPS = 500, 12, 40
+DESCENT_TRIALS, NEWTON_STEPS = 500, 12
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no check of the energy
 LARGER, SMALLER = 4.0, 16.0  # ratios of successive shifts: after a failure, after a success
@@ -128,18 +130,14 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         yield np.concatenate((straight.f, kappa * MAX_TURN / abs(beam.J @ kappa).max()))
 
 
-def straight_state(beam: BentBeam) -> State | None:
-    """The straight state, stable or not, by Newton's method; None where it does not converge."""
-    n = len(beam.w)
-    q = np.repeat((1.0, 0.0), n)
-    for iteration in range(1, STRAIGHT_STEPS + 1):
-        state = State(beam, q)
-        step = np.append(np.linalg.solve(state.stiffness[:n, :n], -state.residual[:n]), np.zeros(n))
-        size = abs(step[:n] / state.f).max()
-        q = q + step * min(1.0, MAX_STRETCH / size if size else 1.0)
-        if size < CONVERGED:
-            return State(beam, q, iteration)
-    return None
+def straight_state(bent: BentBeam) -> State | None:
+    """The straight state that is stable along the beam; None where there is none."""
+    problem = axial_problem(bent.mesh, single(bent.beam), bent.law)
+    try:
+        found = problem.solve()
+    except (NoEquilibrium, NotConverged):
+        return None
+    return State(bent, np.append(found.f[0], np.zeros(len(bent.w))), found.iterations)
 
 
 def descend(beam: BentBeam, q: np.ndarray) -> State | None:
