@@ -46,7 +46,6 @@ from beamviz.solver.fem import straight_equilibrium
 from beamviz.solver.fem.elements import PlanarBeam
 from beamviz.solver.problem import Problem
 
-PAPER = Problem()
 MIDDLE = Beam(alpha=1, beta=0.5, gamma=10)
 SCENES = {
     "at rest": Beam(),
@@ -91,7 +90,7 @@ def solves() -> None:
 
 def elements() -> None:
     def equilibrium(count: int) -> None:
-        straight_equilibrium(PlanarBeam(np.linspace(0, 1, count + 1), MIDDLE, PAPER))
+        straight_equilibrium(PlanarBeam(np.linspace(0, 1, count + 1), MIDDLE, Problem()))
 
     print(f"{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
     first = 0.0

@@ -126,20 +126,18 @@ class Straight:
         self.approximate = solve(beam, modes, tolerance=1e-8, **theory.start)
         mp.dps = DIGITS + GUARD
         self.alpha, self.beta, self.gamma, self.delta, self.mu = map(mpf, beam.numbers.values())
-        self.steps, _ = self.march(self.tension_at_clamp(self.approximate_tension()))
+        self.steps, _ = self.march(self.tension_at_clamp())
 
-    def approximate_tension(self) -> Any:
-        """The tension at the clamp of the approximate solution."""
-        f = mpf(float(self.approximate.equilibrium.stretch(np.zeros(1))[0]))
-        return self.mu**2 * {"green": (f**3 - f) / 2, "biot": f - 1}.get(self.theory.strain, 0)
-
-    def tension_at_clamp(self, start: Any) -> Any:
-        """N at the clamp: that of the reference length, or such that none is left at the tip."""
+    def tension_at_clamp(self) -> Any:
+        """N at the clamp: that of the reference length, or such that none is left at the tip, from
+        that of the approximate solution on."""
         if self.theory.strain == "none" or not self.gamma:
             return mpf(0)
         if self.theory.strain == "rigid":
             outboard = self.alpha * (self.beta + self.delta) if self.beta else 0
             return self.gamma**2 * (mpf(1) / 2 + self.delta + outboard)
+        f = mpf(float(self.approximate.equilibrium.stretch(np.zeros(1))[0]))
+        start = self.mu**2 * ((f**3 - f) / 2 if self.theory.strain == "green" else f - 1)
         return root(lambda N: self.march(N)[1], start)
 
     def march(self, N: Any) -> tuple[list[Step], Any]:
