@@ -370,7 +370,7 @@ SOURCES = (
             ),
         ],
         (
-            f"{TEST}fem.py::test_finite_elements_converge_as_declared",
+            f"{TEST}methods.py::test_methods_converge_as_declared",
             f"{TEST}refinement.py::test_the_default_converges_exponentially",
         ),
     ),

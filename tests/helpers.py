@@ -56,6 +56,13 @@ def within_the_bars(found: Solution, exact: Solution, slack: Any = 0.0) -> bool:
     return bool(np.all(error <= allowed))
 
 
+def differences(found: Solution, exact: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """The differences (modes,) of frequencies from those of the same label, and the sums of both
+    errors."""
+    own = [exact.labels.index(label) for label in found.labels]
+    return abs(found.frequencies - exact.frequencies[own]), found.errors + exact.errors[own]
+
+
 def sorted_frequencies(found: Loci) -> np.ndarray:
     """The frequencies (values, branches) of loci in order, nan last."""
     return np.sort(np.column_stack([branch.frequency for branch in found.branches]), axis=1)

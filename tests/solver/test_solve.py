@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from helpers import within_the_bars
+from helpers import differences, within_the_bars
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from strategies import beams
@@ -55,13 +55,6 @@ def test_the_papers_elements_converge_to_the_default(beam, beta, **options):
     assert np.all(near[0] <= near[1])
     assert np.all(far[0] <= far[1])
     assert near[0].max() <= 0.7 * far[0].max() + 1e-6
-
-
-def differences(found, exact):
-    """The differences (modes,) of frequencies from those of the same label, and the sums of both
-    errors."""
-    own = [exact.labels.index(label) for label in found.labels]
-    return abs(found.frequencies - exact.frequencies[own]), found.errors + exact.errors[own]
 
 
 @settings(max_examples=25, deadline=None)

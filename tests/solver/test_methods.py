@@ -1,0 +1,257 @@
+"""Finite elements, assumed modes, power series and Chebyshev collocation: against the oracle and
+the limits of other methods; rates declared and measured; where they fail they say so."""
+
+
+import numpy as np
+import pytest
+from helpers import differences, within_the_bars
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from oracle import QUICK, truth
+from strategies import beams
+
+from beamviz import Beam, solve
+from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.solver import METHODS
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+
+ANCF = ("ancf", "ancf-planar")
+planes = st.sampled_from(["chordwise", "flapwise"])
+
+
+# method, beam, options, elements or terms, label, declared order of the error in the element length
+# or in 1 / terms. Elements: bending 4; stretching 6; with an interior mass 1, as the shared
+# gradient cannot jump there. Assumed modes converge algebraically, as long as cosh leaves digits: a
+# mass at the tip has a shear force, and one anywhere an axial force, that no basis function has.
+RATES = [
+    ("ancf", Beam(), {}, 20, "B2", 4),
+    ("ancf", Beam(alpha=1), {"curvature": "material"}, 10, "B3", 4),
+    ("ancf", Beam(gamma=10), {}, 20, "B3", 4),
+    ("ancf", Beam(alpha=1, gamma=10), {}, 20, "B2", 4),
+    ("ancf", Beam(alpha=1, gamma=10), {"strain": "hencky"}, 20, "B2", 4),
+    ("ancf", Beam(alpha=1, gamma=10, delta=1), {}, 20, "B2", 4),
+    ("ancf", Beam(gamma=30, delta=0.5), {"strain": "biot"}, 40, "B2", 4),
+    ("ancf", Beam(gamma=10, delta=1), {"curvature": "material"}, 20, "B2", 4),
+    ("ancf", Beam(alpha=1, gamma=10), {"coriolis": True}, 20, "B1", 4),
+    ("ancf", Beam(gamma=10, delta=1), {}, 8, "S1", 6),
+    ("ancf", Beam(alpha=1, beta=0.5), {}, 20, "S1", 1),
+    ("ancf", Beam(alpha=1, beta=0.5, gamma=10), {}, 20, "S1", 1),
+    ("ancf", Beam(alpha=2, beta=0.25, gamma=20), {}, 20, "S1", 1),
+    ("ancf-planar", Beam(gamma=10), {}, 20, "B3", 4),
+    ("ancf-planar", Beam(alpha=1, beta=0.5, gamma=10), {}, 20, "S1", 1),
+    ("linear", Beam(gamma=10, delta=1), {}, 20, "B2", 4),
+    ("linear", Beam(alpha=1, gamma=10), {}, 20, "B2", 4),
+    ("linear", Beam(alpha=1, beta=0.5), {}, 20, "S1", 1),
+    ("assumed-modes", Beam(gamma=2), {}, 5, "B1", 4.8),
+    ("assumed-modes", Beam(gamma=10), {}, 5, "B2", 4.4),
+    ("assumed-modes", Beam(alpha=1, gamma=2), {}, 5, "B2", 3),
+    ("assumed-modes", Beam(alpha=1, gamma=2), {}, 5, "S1", 1),
+    ("assumed-modes", Beam(alpha=1, beta=0.5, gamma=2), {}, 5, "B3", 4),
+    ("assumed-modes", Beam(alpha=1, beta=0.5, gamma=10), {}, 5, "S1", 1),
+]
+
+
+@pytest.mark.parametrize(("method", "beam", "options", "number", "label", "declared"), RATES)
+def test_methods_converge_as_declared(method, beam, options, number, label, declared):
+    """The error against the exact solution of the same model, at each doubling of the number."""
+    limit = "foac" if METHODS[method].rigid_tension else "auto"
+    exact = solve(beam, 6, method=limit, tolerance=1e-11, **options)
+    resolution, errors = METHODS[method].resolution.option, []
+    for factor in (1, 2, 4) if resolution == "elements" else (1, 2):
+        given = {"method": method, resolution: factor * number, "modes": min(6, factor * number)}
+        found = solve(beam, **given, **options)
+        errors.append(differences(found, exact)[0][found.labels.index(label)])
+    observed = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert observed == pytest.approx(declared, abs=0.3)
+
+
+@settings(max_examples=25)
+@given(
+    beam=beams(alpha=(0, 3), gamma=(0.1, 30), delta=(0, 2), mu=(100, 100)),
+    strain=st.sampled_from(sorted(STRAIN_LAWS)),
+    curvature=st.sampled_from(sorted(CURVATURES)),
+    coriolis=st.booleans(),
+    plane=planes,
+)
+def test_planar_elements_agree_with_those_by_parts(beam, **options):
+    """The full planar tangent and half its coordinates at a time are the same discretisation."""
+    try:
+        parts, planar = (solve(beam, method=method, elements=10, **options) for method in ANCF)
+    except (NoEquilibrium, NotConverged):  # of either, alike
+        return
+    scale = abs(parts.omega_squared) + beam.gamma**2
+    assert np.all(abs(planar.omega_squared - parts.omega_squared) <= 1e-7 * scale)
+    assert planar.labels == parts.labels
+    assert planar.equilibrium.tip == pytest.approx(parts.equilibrium.tip, rel=1e-9)
+
+
+def test_families_do_not_mix():
+    """A shape has one component, even where bending and stretching are equal to 1e-3."""
+    solution = solve(Beam(alpha=1, gamma=4.46417), 6, method="ancf-planar")
+    assert min(np.diff(solution.frequencies)) < 1e-2
+    shapes = solution.displacement(np.linspace(0, 1, 11))
+    assert np.all(shapes[0] == 0)
+    assert np.all(np.any(shapes, axis=0).sum(axis=0) == 1)
+
+
+@pytest.mark.parametrize("strain", STRAIN_LAWS)
+@pytest.mark.parametrize("curvature", CURVATURES)
+@pytest.mark.parametrize("method", ["auto", "ancf"])
+def test_all_models_agree_at_rest(strain, curvature, method):
+    """Strain laws and curvature measures differ in nothing at rest."""
+    beam = Beam(alpha=0.5, beta=0.4)
+    found = solve(beam, method=method, strain=strain, curvature=curvature)
+    assert found.frequencies == pytest.approx(solve(beam, method=method).frequencies, rel=1e-8)
+    assert found.equilibrium.iterations == 0
+    assert found.equilibrium.tip == pytest.approx([1, 0], abs=1e-14)
+
+
+@settings(max_examples=40)
+@given(
+    beam=beams(alpha=(0, 100), beta=(1, 1), gamma=(0, 0), delta=(0, 20), mu=(10, 10000)),
+    speed=st.floats(0, 1),
+    curvature=st.sampled_from(sorted(CURVATURES)),
+)
+def test_green_always_has_an_outward_state(beam, speed, curvature):
+    """With no mass or a tip mass and delta >= 0: in tension everywhere and stable."""
+    beam = beam.replace(gamma=speed * min(200, 5 * beam.mu))
+    state = solve(beam, method="ancf", curvature=curvature).equilibrium
+    assert state.status == "stable"
+    assert state.stretch(np.linspace(0, 1, 41)).min() > 1 - 1e-6
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_chebyshev_against_the_oracle(seed):
+    """Random beams whose boundary layers 60 polynomials resolve, with any strain law."""
+    rng = np.random.default_rng([4, seed])
+    beam = Beam(
+        rng.choice([0.0, 10 ** rng.uniform(-2, 2)]),
+        rng.choice([1.0, rng.uniform(0.05, 0.95)]),
+        rng.uniform(0, 25),
+        rng.uniform(0, 2),
+        10 ** rng.uniform(1.7, 3),
+    )
+    model = {
+        "strain": str(rng.choice(["green", "biot", "hencky"])),
+        "curvature": str(rng.choice(["spatial", "material"])),
+        "plane": str(rng.choice(["chordwise", "flapwise"])),
+    }
+    try:
+        solution = solve(beam, method="chebyshev", terms=60, **model)
+    except NoEquilibrium:
+        with pytest.raises(NoEquilibrium):
+            solve(beam, **model)
+        return
+    expected = truth(beam, resolutions=QUICK, **model)
+    assert solution.families == expected.families
+    away = abs(solution.frequencies - expected.frequencies)
+    assert np.all(away <= 1e-8 * expected.frequencies + expected.differences)
+
+
+@pytest.mark.slow
+@settings(max_examples=20, deadline=None)
+@given(
+    beam=beams(beta=(0.05, 1), gamma=(0, 15), delta=(-1, 1), mu=(70, 70)),
+    alpha=st.sampled_from([0.0, 0.1, 1.0, 30.0]),
+    plane=planes,
+)
+def test_power_series_are_exact_for_rigid_tension(beam, alpha, plane):
+    """The limit of foac to 8 digits, unstable beams and interior masses included, with shapes;
+    as long as the beam is not much longer than its bending layers."""
+    tension = 0.5 + abs(beam.delta) + alpha * abs(beam.beta + beam.delta)
+    beam = beam.replace(alpha=alpha, gamma=min(beam.gamma, 12 / tension**0.5))
+    found = solve(beam, method="power-series", plane=plane, terms=120)
+    exact = solve(beam, method="foac", plane=plane, tolerance=1e-10)
+    slack = 1e-8 * (abs(exact.omega_squared) + beam.gamma**2) + exact.omega_squared_errors
+    assert np.all(abs(found.omega_squared - exact.omega_squared) <= slack)
+    x = np.linspace(0, 1, 5)
+    apart = np.diff(exact.omega_squared, prepend=-np.inf, append=np.inf)
+    for k in range(5):
+        if min(apart[k], apart[k + 1]) > 1.0:
+            assert abs(found.shape(k, x)) == pytest.approx(abs(exact.shape(k, x)), abs=1e-4)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    beam=beams(alpha=(0, 3), gamma=(0, 30), delta=(-1, 1), mu=(70, 70)),
+    terms=st.integers(6, 14),
+    coriolis=st.booleans(),
+)
+def test_error_bars_of_assumed_modes_hold(beam, terms, coriolis):
+    """The reported errors cover the distance to foac, with few terms and with lost digits."""
+    found = solve(beam, method="assumed-modes", terms=terms, coriolis=coriolis)
+    exact = solve(beam, method="foac", coriolis=coriolis, tolerance=1e-8)
+    if found.labels == exact.labels:
+        assert within_the_bars(found, exact, 1e-9 * abs(exact.omega_squared))
+
+
+@pytest.mark.parametrize(
+    ("method", "gamma", "terms", "least", "first", "others"),
+    [
+        ("assumed-modes", 2, 10, 0, 1e-6, 1e-6),
+        ("assumed-modes", 2, 14, 0, np.inf, np.inf),  # beyond twelve, cosh cancels
+        ("assumed-modes", 2, 20, 0, np.inf, np.inf),
+        ("power-series", 10, 200, 0, 1e-9, np.inf),
+        *(("power-series", gamma, 200, 0, np.inf, np.inf) for gamma in (20, 30, 40)),  # by speed
+        ("power-series", 20, 40, 1, np.inf, np.inf),  # too few powers for any digit
+        ("power-series", 30, 60, 1, np.inf, np.inf),
+    ],
+)
+def test_lost_digits_are_reported(method, gamma, terms, least, first, others):
+    """The errors cover the distance to foac, however few digits are left, also of a first frequency
+    that is wrong altogether."""
+    found = solve(Beam(gamma=gamma), method=method, terms=terms)
+    exact = solve(Beam(gamma=gamma), method="foac", tolerance=1e-10, modes=10)
+    away, allowed = differences(found, exact)
+    assert np.all(away <= allowed)
+    relative = away / exact.frequencies[[exact.labels.index(label) for label in found.labels]]
+    assert least <= relative[found.labels.index("B1")] < first
+    assert relative.max() < others
+
+
+@pytest.mark.parametrize(
+    "beam", [Beam(gamma=2), Beam(1, 1, 10), Beam(1, 0.5, 10), Beam(0, 1, 5, -1)]
+)
+def test_chebyshev_converges_exponentially(beam):
+    """Each 4 orders more divide the largest of five errors by at least 20, down to rounding."""
+    exact = solve(beam, tolerance=1e-11).omega_squared
+    found = [solve(beam, method="chebyshev", terms=n).omega_squared for n in (8, 12, 16, 24, 60)]
+    errors = abs(np.array(found) / exact - 1).max(axis=1)
+    assert np.all(errors[:2] > 20 * errors[1:3])
+    assert np.all(errors[3:] < 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("gamma", "terms", "message"),
+    [
+        (60, 400, "gamma = 60: power-series is ill-conditioned here.* method foac"),
+        (40, 40, "terms = 40: .* more terms may help"),
+        (0, 12, "terms = 12: .* more terms may help"),
+    ],
+)
+def test_power_series_that_do_not_converge(gamma, terms, message):
+    """The message says what helps."""
+    with pytest.raises(NotConverged, match=message):
+        solve(Beam(gamma=gamma), method="power-series", terms=terms)
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "model", "near"),
+    [
+        ("assumed-modes", {"terms": 10}, "foac", 1e-2),
+        ("assumed-modes", {"terms": 10, "coriolis": True}, "foac", 1e-2),
+        ("power-series", {}, "foac", 1e-7),
+        ("chebyshev", {}, "auto", 1e-7),
+    ],
+)
+def test_shapes_are_those_of_the_model(method, options, model, near):
+    """Of unit modal mass, on both sides of a mass, along the beam and across it."""
+    beam, x = Beam(alpha=0.5, beta=0.4, gamma=3), np.linspace(0, 1, 11)
+    found = solve(beam, method=method, **options)
+    options = {"coriolis": options.get("coriolis", False), "tolerance": 1e-9}
+    exact = solve(beam, method=model, **options)
+    assert found.labels == exact.labels
+    for k in range(5):
+        assert abs(found.shape(k, x)) == pytest.approx(abs(exact.shape(k, x)), abs=near)
+    assert found.equilibrium.tip == pytest.approx(exact.equilibrium.tip, abs=1e-9)
+    assert found.equilibrium.stretch(x) == pytest.approx(exact.equilibrium.stretch(x), abs=1e-8)
