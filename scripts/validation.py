@@ -109,9 +109,15 @@ def flapwise(name: str, alpha: float, table: Sequence[str]) -> list[Claim]:
     ]
 
 
-def by_curvature(number: PrintedNumber, *curvatures: str) -> Callable[[], list[float]]:
-    """A printed number computed with some curvature measures."""
-    return lambda: [compute(number, curvature=name, tolerance=TOLERANCE) for name in curvatures]
+def of_the_paper(prefix: str, number: PrintedNumber, reference: str, *curvatures: str) -> Claim:
+    """A number that the paper prints, computed with some curvature measures."""
+
+    def values() -> list[float]:
+        return [compute(number, curvature=name, tolerance=TOLERANCE) for name in curvatures]
+
+    name, case = f"{prefix}-{number.figure}-{number.printed}", f"figure {number.figure[3:]}"
+    by = f" ({', '.join(curvatures)})" if len(curvatures) > 1 else ""
+    return Claim(name, case, quantity(number) + by, reference, values)
 
 
 def equilibrium_limit(strain: str, delta: float) -> list[float]:
@@ -209,13 +215,7 @@ SOURCES = (
         " which fits them best (`beamviz reproduce numbers` shows both).",
         [
             *(
-                Claim(
-                    f"paper-{number.figure}-{number.printed}",
-                    f"figure {number.figure[3:]}",
-                    quantity(number),
-                    number.printed,
-                    by_curvature(number, "material"),
-                )
+                of_the_paper("paper", number, number.printed, "material")
                 for number in PRINTED
                 if number.kind in ("crossing", "node")
             ),
@@ -231,13 +231,7 @@ SOURCES = (
         "Crossings of loci",
         "Located independently of this project (green strain, μ = 70).",
         [
-            Claim(
-                f"crossing-{number.figure}-{number.printed}",
-                f"figure {number.figure[3:]}",
-                f"{quantity(number)} (material, spatial)",
-                number.located,
-                by_curvature(number, "material", "spatial"),
-            )
+            of_the_paper("crossing", number, number.located, "material", "spatial")
             for number in PRINTED
             if number.kind == "crossing"
         ],
