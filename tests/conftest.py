@@ -117,7 +117,10 @@ def frame_loops() -> Iterator[list[Any]]:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Ctrl-C is a KeyboardInterrupt, also in a background job of a shell, which ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Ctrl-C is a KeyboardInterrupt, also in a background job of a shell, which ignores it; the
+    handlers of signals are restored."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)

@@ -7,23 +7,24 @@ import sys
 from itertools import pairwise
 
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.signals import Terminated, terminate_on_signal
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
 OTHER_FAILURE = 1
-INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command line (by default this process's) and return its exit code: 0 done, 1 any other
-    failure, 2 invalid input, 3 no equilibrium, 4 not converged, 130 interrupted."""
+    failure, 2 invalid input, 3 no equilibrium, 4 not converged, 130 interrupted, 143 terminated."""
     given = sys.argv[1:] if arguments is None else arguments
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ[name] = "1"  # small matrices: more threads only wait for each other
     try:
-        code = run(given or ["--help"])
-        print(end="", flush=True)
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        with terminate_on_signal():
+            code = run(given or ["--help"])
+            print(end="", flush=True)
+    except Terminated as end:
+        return end.code
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or its last flush fails
         if not isinstance(error, BrokenPipeError):  # a reader that leaves early is no failure

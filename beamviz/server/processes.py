@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, cast
 
 from beamviz.errors import BeamvizError, InvalidInput, Unavailable
+from beamviz.signals import Terminated
 
 BACKLOG = 128  # connections that wait to be accepted
 BYTE = b"."  # sent with each connection
@@ -115,7 +116,9 @@ class Worker:
         with Pipe(end, self.sender, address) as pipe, report:
             arguments = (number, run, pipe, report, inherited)
             self.process = fork.Process(target=work, args=arguments, daemon=True)
+            signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])  # until `work` handles it
             self.process.start()
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
 
     def wait(self) -> None:
         """Wait until it is ready. Raises Unavailable if it ends before or takes too long."""
@@ -139,7 +142,10 @@ def work(
         report.send("")
 
     try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
         run(number, pipe, ready)
+    except Terminated:
+        pass
     except BeamvizError as error:
         report.send(str(error))
         sys.exit(1)

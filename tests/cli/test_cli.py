@@ -182,13 +182,12 @@ def test_every_failure_has_its_code_and_one_line(run, monkeypatch, error, code, 
     assert strict(out)["error"].get("limit") is None
 
 
-def test_ctrl_c_is_quiet(run, monkeypatch, interruptible):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("function", ["beamviz.solver.solve", "beamviz.cli.commands.app"])
+def test_a_signal_is_quiet(run, monkeypatch, interruptible, function, number):
     """The shell's own code for it, and nothing to read."""
-    failing(monkeypatch, KeyboardInterrupt())
-    assert run("modes") == (130, "", "")
-    app = "beamviz.cli.commands.app"
-    monkeypatch.setattr(app, lambda *_, **__: signal.raise_signal(signal.SIGINT))
-    assert run("modes") == (130, "", "")
+    monkeypatch.setattr(function, lambda *_, **__: signal.raise_signal(number))
+    assert run("modes") == (128 + number, "", "")
 
 
 def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):

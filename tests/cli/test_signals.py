@@ -3,7 +3,7 @@
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -12,20 +12,15 @@ import pytest
 from helpers import contents, slow
 from live.server import ServeProcess, free_port, handles_sigterm, python, wait_until
 
+from beamviz.server.processes import Worker
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
-pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are seen in /proc")
-
-
-@pytest.fixture(autouse=True)
-def as_before() -> Iterator[None]:
-    """The signals of this process stay as they are."""
-    before = {number: signal.getsignal(number) for number in SIGNALS}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
+pytestmark = [
+    pytest.mark.usefixtures("interruptible"),
+    pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are seen in /proc"),
+]
 
 
 def ended(
@@ -171,3 +166,12 @@ def test_a_signal_whose_exception_python_discards_comes_again(capsys):
     with pytest.raises(Terminated), terminate_on_signal():
         work()
     assert capsys.readouterr().err == ""
+
+
+def test_a_worker_that_does_not_serve_yet_ends_quietly(capfd):
+    """By a signal at any moment after its start."""
+    with terminate_on_signal():
+        worker = Worker(0, lambda *_: signal.raise_signal(signal.SIGTERM), None, [])
+        with worker.sender, worker.result:
+            worker.process.join()
+    assert (worker.process.exitcode, capfd.readouterr().err) == (0, "")
