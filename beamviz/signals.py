@@ -25,9 +25,11 @@ class Terminated(BaseException):
 
 @contextlib.contextmanager
 def terminate_on_signal() -> Iterator[None]:
-    """Context in which SIGINT and SIGTERM raise Terminated. Further signals are ignored for
-    IGNORE_TIME, also after leaving, so that they do not interrupt the closing of resources."""
+    """Context in which SIGINT and SIGTERM raise Terminated, again where Python discards it, as it
+    does in `__del__`. Further signals are ignored for IGNORE_TIME, also after leaving, so that they
+    do not interrupt the closing of resources."""
     received: list[float] = []
+    original = sys.unraisablehook
 
     def terminate(number: int, frame: FrameType | None) -> None:
         if is_importing(frame):
@@ -36,15 +38,6 @@ def terminate_on_signal() -> Iterator[None]:
             received.append(time.monotonic())
             raise Terminated(number)
 
-    with handle_signals(terminate, received), reraise_unraisable(received):
-        yield
-
-
-@contextlib.contextmanager
-def reraise_unraisable(received: list[float]) -> Iterator[None]:
-    """Context that repeats a signal whose Terminated Python discarded, as it does in `__del__`."""
-    original = sys.unraisablehook
-
     def hook(discarded: Any) -> None:
         if isinstance(discarded.exc_value, Terminated):
             received.clear()
@@ -52,11 +45,12 @@ def reraise_unraisable(received: list[float]) -> Iterator[None]:
         else:
             original(discarded)
 
-    sys.unraisablehook = hook
-    try:
-        yield
-    finally:
-        sys.unraisablehook = original
+    with handle_signals(terminate, received):
+        sys.unraisablehook = hook
+        try:
+            yield
+        finally:
+            sys.unraisablehook = original
 
 
 def is_importing(frame: FrameType | None) -> bool:
