@@ -184,7 +184,7 @@ def test_the_key_moves_from_the_address_to_a_cookie(open_url):
 @pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
 def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
     """Of 128 bits, and another for the presenter of a lecture; on loopback there is none."""
-    monkeypatch.setattr(app, "wait_for_signal", lambda _: None)
+    monkeypatch.setattr(app, "wait_for_signal", lambda: None)
     app.serve(SCENE, host=host, port=0, public=public, processes=1)
     app.serve(SCENE, host=host, port=0, public=public, follow=True)
     app.serve(SCENE, port=0)
