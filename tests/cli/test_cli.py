@@ -23,17 +23,6 @@ from beamviz.solver import CHOICES
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
 
 
-@pytest.mark.parametrize("command", ["modes", "serve", "screenshot"])
-def test_help_names_every_shared_option(run, command, monkeypatch):
-    """Each command with a beam takes the whole beam and the whole model."""
-    monkeypatch.setenv("COLUMNS", "120")
-    code, out, _ = run(command, "--help")
-    shared = "alpha beta gamma delta mu spin-up si method strain curvature coriolis no-coriolis"
-    shared += " plane state elements tolerance"
-    assert code == 0
-    assert [name for name in shared.split() if f"--{name}" not in out] == []
-
-
 def test_modes_as_json(run):
     """Every key that programs rely on, with the published frequencies."""
     code, out, err = run("modes", *PAPER, "--format", "json")
@@ -74,10 +63,18 @@ def test_modes_in_si_and_as_csv(run, steel):
 
 BUCKLED = "--delta -1 --gamma 5"
 LOCI = "loci --over gamma --start 0 --stop"
+SHARED = (  # by all commands with a beam: the whole beam and the whole model
+    "alpha beta gamma delta mu spin-up si method strain curvature coriolis no-coriolis plane state"
+    " elements tolerance"
+)
 NARROW = r"\A([ -~]{,100}\n)+\Z"
 SHOWN = {  # regular expressions of lines
     "": ["modes", "serve", "screenshot"],
     "--help": ["modes", "serve", "screenshot"],
+    **{
+        f"{command} --help": [f"--{name}\\b" for name in SHARED.split()]
+        for command in ("modes", "serve", "screenshot")
+    },
     f"modes {' '.join(PAPER)}": [
         "alpha 1, beta 0.5, gamma 10, delta 0, mu 70", "stable", "S1", r"76\.86326", NARROW,
     ],
@@ -104,8 +101,9 @@ SHOWN = {  # regular expressions of lines
 
 
 @pytest.mark.parametrize("line", SHOWN)
-def test_a_person_finds_what_to_look_for(run, steel, line):
-    """The commands; the beam, its model and equilibrium, frequencies, events."""
+def test_a_person_finds_what_to_look_for(run, steel, monkeypatch, line):
+    """The commands and options; the beam, its model and equilibrium, frequencies, events."""
+    monkeypatch.setenv("COLUMNS", "120")
     code, out, err = run(*line.replace("STEEL", steel).split())
     assert (code, err) == (0, "")
     assert [words for words in SHOWN[line] if not re.search(words, out, re.MULTILINE)] == []
@@ -156,14 +154,6 @@ def test_no_equilibrium_gives_its_limit(run, command):
     assert "no equilibrium beyond gamma = 45.42" in err
 
 
-def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
-
-    def fail(*arguments, **options):
-        raise error
-
-    monkeypatch.setattr("beamviz.solver.solve", fail)
-
-
 @pytest.mark.parametrize(
     ("error", "code", "kind", "line"),
     [
@@ -175,7 +165,11 @@ def failing(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> None:
 def test_every_failure_has_its_code_and_one_line(run, monkeypatch, error, code, kind, line):
     """What physics, numerics or a fault of the program prevents is told apart, without a traceback;
     a limit that is not a number is null, as JSON has no NaN."""
-    failing(monkeypatch, error)
+
+    def fail(*_, **__):
+        raise error
+
+    monkeypatch.setattr("beamviz.solver.solve", fail)
     found, out, err = run("modes", "--format", "json")
     assert (found, err) == (code, f"beamviz: {line}\n")
     assert strict(out)["error"]["kind"] == kind
