@@ -145,8 +145,8 @@ class Nodes:
     """A ring and a caption at each node of the modes shown."""
 
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
+        self.at = self.x = np.zeros(0)  # positions of the nodes, and of the ends of pieces
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
-        self.share = np.zeros((0, 1))  # and its relative position along the piece
         self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
         self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)))
         self.collars.visible = False
@@ -157,9 +157,8 @@ class Nodes:
     ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
-        at, x = np.array([at for _, at in marks]), shapes.x
-        self.piece = np.searchsorted(x, at, side="right").clip(1, len(x) - 1) - 1
-        self.share = ((at - x[self.piece]) / (x[self.piece + 1] - x[self.piece]))[:, None]
+        self.at, self.x = np.array([at for _, at in marks]), shapes.x
+        self.piece = np.searchsorted(self.x[1:-1], self.at, side="right")
         size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
         self.collars.visible = bool(marks)
         scales = np.full((MAX_NODES, 3), HIDDEN)
@@ -176,7 +175,7 @@ class Nodes:
 
     def on_beam(self, points: np.ndarray) -> np.ndarray:
         """The nodes (j, 3) on the line through `points` (n, 3)."""
-        return (1 - self.share) * points[self.piece] + self.share * points[self.piece + 1]
+        return np.stack([np.interp(self.at, self.x, axis) for axis in points.T], 1)
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Move the rings onto the line through `points` (n, 3), its pieces oriented by wxyz."""
