@@ -9,6 +9,7 @@ import numpy as np
 SHORT_OF = 1e-4  # of an axis: distance from a limit of equilibrium at which the loci end
 SHIFTS = {"alpha": 0.07, "mu": 5.0}  # see Axis
 GAMMA_SHIFTS = 24.0, 16.0  # of gamma^2 moment; the second where all modes couple
+COUPLED_MU_SHIFTS = 8.0, 2.5  # the second per gamma sqrt(moment)
 
 
 @dataclass(frozen=True)
@@ -18,8 +19,9 @@ class Axis:
     log(mu + 5), log(delta + 1) or beta itself.
 
     moment: tension at the clamp over gamma^2; the nearest singularities are at a tension of -24.
-    coupled: whether Coriolis forces, proportional to gamma, couple all modes: over gamma
-    t = arsinh(gamma sqrt(moment) / 4) then.
+    gamma: of the beam, over other parameters.
+    coupled: whether Coriolis forces, proportional to gamma, couple all modes. Then over gamma
+    t = arsinh(gamma sqrt(moment) / 4), over mu t = -1 / (mu + 8 + 2.5 gamma sqrt(moment)).
     limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has a square-root
     singularity, which t removes.
     """
@@ -28,6 +30,7 @@ class Axis:
     low: float
     high: float
     moment: float
+    gamma: float
     coupled: bool = False
     limited: tuple[bool, bool] = (False, False)
 
@@ -69,6 +72,8 @@ class Axis:
             p = math.sqrt(shift) * np.sinh(y)
         elif self.over == "gamma":
             p = np.sqrt(np.maximum(np.exp(y) - shift, 0.0))
+        elif self.over == "mu" and self.coupled:
+            p = -1 / y - shift
         else:
             p = np.exp(y) - shift
         (start, stop), (first, last) = self.ends, self.t_ends
@@ -97,6 +102,8 @@ class Axis:
             return p
         if self.over == "gamma" and self.coupled:
             return np.arcsinh(p / math.sqrt(shift))
+        if self.over == "mu" and self.coupled:
+            return -1 / (p + shift)
         return np.log((p**2 if self.over == "gamma" else p) + shift)
 
     @property
@@ -104,4 +111,7 @@ class Axis:
         """Number added before the logarithm; None where no logarithm is taken."""
         if self.over == "gamma":
             return GAMMA_SHIFTS[self.coupled] / self.moment
+        if self.over == "mu" and self.coupled:
+            least, each = COUPLED_MU_SHIFTS
+            return least + each * self.gamma * math.sqrt(self.moment)
         return 1 - min(self.low, 0.0) if self.over == "delta" else SHIFTS.get(self.over)

@@ -25,7 +25,7 @@ CLOSE = 0.1
 ROTATED = math.radians(30)
 REACH = 10.0  # widths of a veering beyond which the shapes hardly rotate
 MIN_INDEX = 0.5
-DIFFERENCE_STEP = 0.02  # of the width of a veering: step of the central differences of its rates
+DIFFERENCE_STEP = 0.01  # of the width of a veering: step of the central differences of its rates
 OUTSIDE = 1e-2  # relative margin of omega^2 by which an interpolated mode is below a crossing
 WIDER = 2.0  # of CLOSE: sampled gap below which a minimum is examined
 
@@ -34,9 +34,9 @@ SETTLED = 1e-4  # of the width of a veering: shift below which the search ends
 FINEST = 1e-6  # of the interval between samples: the same
 ROUGH = 1e-3  # of the interval: shift below which one that no longer shrinks is rounding error
 SAME = 1e-3  # relative change of the gap below which the search ends
-ABOUT = 0.5  # relative deviation from a number of widths
+ABOUT = 0.3, 2.0  # of REACH: distances of solved points that serve as well
 NEAR = 0.02  # of the width: error of a guess at which its neighbouring points serve
-GAP_ORDER = 12  # of the interpolant of a squared gap between three samples
+GAP_ORDER = 6  # of the interpolant of a squared gap between three samples
 
 Result = TypeVar("Result")
 Search = Generator[np.ndarray, Any, Result]  # yields values at which Points are needed
@@ -162,23 +162,24 @@ def _locate(
     (n,) solved before."""
     family, k, low, at, high, *_ = candidate
     start, stop = curves.table.at[[0, -1]].tolist()
+    found = None
     if guess:
         inside = guess.modes[1] < sweep.modes
         if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
-        low, high = _around(guess, 1.0, candidate, solved)
-        values = np.concatenate(([low], _near(guess, start, stop), [high]))
-        points = yield np.concatenate((values, _around(guess, REACH, candidate, solved)))
-    else:
+        near = _near(guess, start, stop)
+        points = yield np.concatenate((near, _around(guess, candidate, solved)))
+        low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
+        beside = points.take(np.isin(points.at, near))
+        found = yield from _least_gap(beside, candidate, sweep, low, high, guess)
+    if found is None:
         guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
-        points = yield (values := np.array([low, at, high]))
-    first = points.at.searchsorted(low)
-    if not (first < len(points.at) and points.at[first] == low):
+        points = yield np.array([candidate.low, at, candidate.high])
+        found = yield from _least_gap(points, candidate, sweep, *candidate[2:5:2], guess)
+    if found is None:
         return None
-    shapes = points.shapes[first, sweep.spectra(np.array([low])).rank[0, family, k : k + 2]]
-    around = points.take(np.isin(points.at, values))
-    approach = yield from _least_gap(around, shapes, low, high, guess)
-    if approach is None or approach.modes[approach.gap > 0] >= sweep.modes:
+    approach, shapes = found
+    if approach.modes[approach.gap > 0] >= sweep.modes:
         return None  # above the requested modes; a crossing with the highest counts
     pair = (family, k), (family, k + 1)
     if approach.gap == 0:
@@ -188,7 +189,7 @@ def _locate(
     off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
     good = off <= NEAR * approach.width  # the neighbouring points of the guess are solved
     place = guess if good else approach
-    ends, near = _around(place, REACH, candidate, solved), _near(place, start, stop)
+    ends, near = _around(place, candidate, solved), _near(place, start, stop)
     if not good:
         points = yield np.concatenate((ends, near))
     beside = points.take(np.isin(points.at, ends))
@@ -204,17 +205,16 @@ def _locate(
     return Event("veering", pair, *approach[:3], coupling, index, approach.width)
 
 
-def _around(
-    approach: Approach, widths: float, candidate: Candidate, solved: np.ndarray
-) -> np.ndarray:
-    """Points (2,) some widths before and after a least gap, or nearby ones that are solved."""
+def _around(approach: Approach, candidate: Candidate, solved: np.ndarray) -> np.ndarray:
+    """Points (2,) REACH widths before and after a least gap, or nearby ones that are solved."""
     found = []
     for side, end in ((-1, candidate.before), (1, candidate.after)):
-        reach = min(widths * approach.width, side * (end - approach.at))
+        limit = side * (end - approach.at)
+        reach = min(REACH * approach.width, limit)
+        away = side * (solved - approach.at)
+        near = solved[(away >= ABOUT[0] * reach) & (away <= min(ABOUT[1] * reach, limit))]
         at = approach.at + side * reach
-        inside = solved[side * (end - solved) >= 0]
-        nearest = inside[abs(inside - at).argmin()] if len(inside) else np.inf
-        found.append(nearest if abs(nearest - at) <= ABOUT * reach else at)
+        found.append(near[abs(near - at).argmin()] if len(near) else at)
     return np.array(found)
 
 
@@ -279,10 +279,15 @@ def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tupl
 
 
 def _least_gap(
-    points: Points, reference: np.ndarray, low: float, high: float, guess: Approach
-) -> Search[Approach | None]:
-    """The least gap within low .. high of the two modes that have the shapes `reference` (2, d).
-    points: solved modes around it. guess: its estimate. None where the gap is least at an end."""
+    points: Points, candidate: Candidate, sweep: Sweep, low: float, high: float, guess: Approach
+) -> Search[tuple[Approach, np.ndarray] | None]:
+    """The least gap of a candidate within low .. high, and the shapes (2, d) of the two modes at
+    the first of the solved `points` around it, the basis of their 2 x 2 problem. guess: estimate
+    of the gap. None where the gap is least at an end."""
+    if not len(points.at):
+        return None
+    family, k = candidate[:2]
+    reference = points.shapes[0, sweep.spectra(points.at[:1]).rank[0, family, k : k + 2]]
     entries, interval = reduce(reference, points), high - low
     approach, shift = guess, math.inf
     for _ in range(MAX_SOLVES):
@@ -304,4 +309,6 @@ def _least_gap(
         if not len(more.at):
             break
         entries = np.vstack((entries, reduce(reference, more)))
-    return None if approach.gap and approach.at in (low, high) else approach
+    if approach.gap and approach.at in (low, high):
+        return None
+    return approach, reference

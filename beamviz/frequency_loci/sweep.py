@@ -148,7 +148,8 @@ class Sweep:
         beams = tuple(map(self.at, np.linspace(low, high, DESIGNED)))
         if not (self.common_mesh and self.common_mesh.beams == beams):
             self.common_mesh = CommonMesh(beams)
-        return Axis(self.over, low, high, greatest_force(self.beam, load=1.0), self.coupled)
+        moment = greatest_force(self.beam, load=1.0)
+        return Axis(self.over, low, high, moment, self.beam.gamma, self.coupled)
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""

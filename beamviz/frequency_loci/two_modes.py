@@ -6,10 +6,11 @@ half the difference d of its diagonal and the coupling c,
     omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.polynomial import Polynomial, polyvander
+from numpy.polynomial.polynomial import polyder, polyvander
 from scipy.optimize import brentq
 
 from beamviz.frequency_loci.mode_vectors import Points
@@ -18,9 +19,7 @@ TOUCHING = 1e-8  # relative gap, of omega^2, below which it is rounding
 NEAREST = 6  # most points from which the entries are interpolated
 CAPTURED = 0.7  # least share of the reference shapes in the two modes of a point used
 SPACING = 1e-3  # of the interval: least distance of the points interpolated from
-SAMPLES = 33  # of an interpolated gap in each interval around the minimum
-MAX_ZOOMS = 12
-FLAT = 1e-9  # relative difference of gaps below which it is rounding
+SAMPLES = 33  # of an interpolated gap, between two of which is the minimum
 FLOOR = 1e-12  # replaces an interpolated omega^2 below it
 
 
@@ -30,7 +29,7 @@ class Approach(NamedTuple):
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
-    width: float  # |c / d'|: distance at which the gap is sqrt(2) times the least
+    width: float  # |(d, c)| / |(d', c')|: distance at which the gap is sqrt(2) times the least
     modes: tuple[int, int]  # indices of the two among all modes
 
 
@@ -49,33 +48,50 @@ def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
 
 
 class TwoModes(NamedTuple):
-    """The 2 x 2 problem: its entries as functions of the parameter."""
+    """The 2 x 2 problem: its entries as polynomials of (p - origin) / scale."""
 
-    mean: Polynomial
-    d: Polynomial
-    c: Polynomial
+    origin: float
+    scale: float
+    coefficients: np.ndarray  # (powers, 3) of mean, d and c
+    rates: np.ndarray  # (powers - 1, 3) of their derivatives
     uncoupled: bool  # c vanishes everywhere
+
+    def entries(self, p: float | np.ndarray) -> np.ndarray:
+        """Mean, d and c (..., 3) at p."""
+        return self._powers(p, len(self.coefficients)) @ self.coefficients
+
+    def slopes(self, p: float) -> np.ndarray:
+        """The derivatives (3,) of mean, d and c at p."""
+        return self._powers(p, len(self.rates)) @ self.rates / self.scale
+
+    def _powers(self, p: float | np.ndarray, count: int) -> np.ndarray:
+        return np.power.outer((p - self.origin) / self.scale, range(count))
 
     def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and difference of the two frequencies at p."""
-        d: np.ndarray = self.d(p)
-        c: np.ndarray = np.zeros_like(d) if self.uncoupled else abs(self.c(p))
-        r = np.hypot(d, c)
-        low, high = (np.sqrt(np.maximum(self.mean(p) + side * r, FLOOR)) for side in (-1, 1))
+        mean, d, c = np.moveaxis(self.entries(p), -1, 0)
+        mean, r = mean.real, abs(d) if self.uncoupled else np.hypot(abs(d), abs(c))
+        low, high = (np.sqrt(np.maximum(mean + side * r, FLOOR)) for side in (-1, 1))
         return (low + high) / 2, 2 * r / (low + high)
+
+    def slope(self, p: float) -> float:
+        """Twice the derivative of the difference of the two frequencies at p."""
+        mean, *pair = self.entries(p).tolist()
+        mean_rate, *rates = self.slopes(p).tolist()
+        r = max(math.hypot(*map(abs, pair)), FLOOR)
+        r_rate = sum((v.conjugate() * rate).real for v, rate in zip(pair, rates, strict=True)) / r
+        low, high = (math.sqrt(max(mean.real + side * r, FLOOR)) for side in (-1, 1))
+        return (mean_rate.real + r_rate) / high - (mean_rate.real - r_rate) / low
 
     def closest(self, low: float, high: float) -> float:
         """The parameter of the least gap: the root of d for uncoupled modes."""
-        if self.uncoupled and self.d(low) * self.d(high) <= 0:
-            return brentq(self.d, low, high, xtol=1e-14 * (high - low))
-        for _ in range(MAX_ZOOMS):
-            p = np.linspace(low, high, SAMPLES)
-            gap = self.frequencies(p)[1]
-            k = int(gap.argmin())
-            low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
-            if gap.max() - gap[k] <= FLAT * gap[k]:
-                break
-        return float(p[k])
+        p = np.linspace(low, high, SAMPLES)
+        k = int(self.frequencies(p)[1].argmin())
+        low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
+        function = (lambda at: self.entries(at)[1].real) if self.uncoupled else self.slope
+        if function(low) * function(high) > 0:
+            return float(p[k])
+        return brentq(function, low, high, xtol=1e-14 * (high - low))
 
 
 def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
@@ -87,16 +103,15 @@ def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approa
     for k in np.argsort(abs(p - near)).tolist():
         if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
             nearest.append(k)
-    values, scale = entries[nearest, 1:4], np.ptp(p[nearest])
+    values, scale = entries[nearest, 1:4], float(np.ptp(p[nearest]))
     powers = polyvander((p[nearest] - near) / scale, len(nearest) - 1)
-    coefficients, domain = np.linalg.solve(powers, values).T, (near - scale, near + scale)
-    mean, d = (Polynomial(one.real, domain) for one in coefficients[:2])
-    c = Polynomial(coefficients[2], domain)
+    coefficients = np.linalg.solve(powers, values)
     uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
-    local = TwoModes(mean, d, c, uncoupled)
+    local = TwoModes(near, scale, coefficients, polyder(coefficients), uncoupled)
     at = local.closest(low, high)
     frequency, gap = map(float, local.frequencies(at))
     touching = gap <= TOUCHING * frequency
-    width = float(abs(local.c(at)) / max(abs(local.d.deriv()(at)), np.finfo(float).tiny))
+    (_, *pair), (_, *rates) = local.entries(at), local.slopes(at)
+    width = float(np.linalg.norm(pair) / max(np.linalg.norm(rates), np.finfo(float).tiny))
     i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
     return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))
