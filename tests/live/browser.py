@@ -110,7 +110,7 @@ class Page:
         self.mouse("mousePressed", places[0], y, 1)
         for x in places[1:]:
             self.mouse("mouseMoved", x, y, 1)
-            time.sleep(0.02)
+            self.next_frame(1)
         self.mouse("mouseReleased", places[-1], y)
 
     def key(self, name: str, modifiers: int = 0) -> None:
