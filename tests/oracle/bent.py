@@ -9,8 +9,8 @@ further out exerts; n = (-sin a, cos a), t = (cos a, sin a), b = f^p the bending
 
 x, y and a vanish at the clamp, m and P at the tip; at the mass P has a step alpha q. Modes: the
 same equations linearised, with omega^2 d (and 2 i gamma omega (d_y, -d_x) for Coriolis forces) in
-q. Chebyshev collocation as for straight beams, on elements that halve towards the clamp, the mass
-and the tip, at two resolutions; the lowest frequencies by Arnoldi's method about zero.
+q. Chebyshev collocation and eigenvalues as for straight beams, on elements that halve towards the
+clamp, the mass and the tip, at two resolutions.
 """
 
 from collections.abc import Callable
@@ -18,11 +18,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, eigs, splu
+from scipy.sparse.linalg import splu
 
 from beamviz import Beam
+from oracle import eigen
 from oracle.collocation import Mesh, integration
-from oracle.eigen import UnresolvedError
+from oracle.eigen import Pencil, UnresolvedError
 
 STRAIN = {
     "green": (lambda f: (f * f - 1) * f / 2, lambda f: 1.5 * f * f - 0.5),
@@ -34,7 +35,6 @@ STEP = 1e-30  # of a complex derivative
 D = 6  # unknowns
 RESOLUTIONS = ((14, 1.5), (18, 1.0))  # points of an element; its length in layers at the ends
 LONGEST = 0.1
-HIGH = 20.0  # times the lowest frequency, above which Arnoldi's method leaves too few digits
 NEWTON_STEPS, NEWTON_TOLERANCE = 25, 1e-10
 
 
@@ -191,44 +191,8 @@ class _Problem:
 
     def modes(self, z: np.ndarray, f: np.ndarray, coriolis: bool, count: int) -> np.ndarray:
         """The lowest omega (count,), complex."""
-        mesh, gamma = self.mesh, self.beam.gamma
-        _, C, _ = self.slopes(z, f)
-        T0 = (self.skeleton - mesh.integral(D, C) - self.load).tocsc()
-        solve, T1 = splu(T0).solve, 0.0 * T0
-        T2 = mesh.mass(D, {(4, 0): -1.0, (5, 1): -1.0})
-        n, rng = mesh.size(D), np.random.default_rng(0)
-        if not (coriolis and gamma):
-            operator = LinearOperator((n, n), lambda v: solve(T2 @ v), dtype=float)
-            nu = eigs(operator, count + 4, v0=rng.random(n), return_eigenvectors=False)
-            omega = np.sqrt(1 / nu.astype(complex))
-        else:
-            T1 = 2j * gamma * mesh.mass(D, {(4, 1): -1.0, (5, 0): 1.0})
-
-            def inverse(v: np.ndarray) -> np.ndarray:
-                rhs = T1 @ v[:n] + T2 @ v[n:]
-                return np.append(solve(rhs.real) + 1j * solve(rhs.imag), v[:n])
-
-            operator = LinearOperator((2 * n, 2 * n), inverse, dtype=complex)
-            start = rng.random(2 * n) + 0j
-            nu = eigs(operator, 2 * count + 8, v0=start, return_eigenvectors=False)
-            omega = 1 / nu
-            omega = omega[omega.real > -1e-6 * abs(omega)]
-        order = np.lexsort((omega.imag, omega.real.round(9)))
-        omega = omega[order][:count]
-        high = abs(omega) > HIGH * abs(omega).min()  # lost digits to the lower ones
-        omega[high] = [_refined(T0, T1, T2, one) for one in omega[high]]
-        return omega
-
-
-def _refined(T0, T1, T2, omega: complex) -> complex:
-    """The root of T0 - omega T1 - omega^2 T2 next to a guess, by inverse iteration."""
-    x = np.random.default_rng(1).standard_normal(T0.shape[0]) + 0j
-    for offset in (1e-6, 1e-9):
-        sigma = omega * (1 + offset)
-        solve = splu((T0 - sigma * T1 - sigma**2 * T2).tocsc()).solve
-        slope = -T1 - 2 * sigma * T2
-        for _ in range(3):
-            y = solve(slope @ x)
-            omega = sigma - np.vdot(y, x) / np.vdot(y, y)
-            x = y / np.linalg.norm(y)
-    return omega
+        mesh, (_, C, _) = self.mesh, self.slopes(z, f)
+        A = (self.skeleton - mesh.integral(D, C) - self.load).tocsc()
+        swirl = 2 * self.beam.gamma * coriolis * mesh.mass(D, {(4, 1): -1.0, (5, 0): 1.0})
+        B = mesh.mass(D, {(4, 0): 1.0, (5, 1): 1.0})
+        return -1j * eigen.lowest_growing(Pencil(A, B, mesh.moving(D, (0, 1)), swirl), count)

@@ -10,6 +10,7 @@ from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, splu
 from oracle.collocation import Displacements
 
 LARGEST_DENSE = 900
+STILL = 1e-6  # share of |s| up to which a frequency is rounding
 Linear = Callable[[np.ndarray], np.ndarray]
 
 
@@ -62,7 +63,7 @@ def lowest(pencil: Pencil, modes: int) -> tuple[np.ndarray, np.ndarray]:
     """The smallest lambda, all positive, and their y (n, modes)."""
     load, solve, moving = pencil.load(pencil.B), factorised(pencil.A), pencil.moving
     start = np.sqrt(moving.inertia)
-    nu, shapes = largest(lambda s: moving.weighted(solve(load @ s)), modes, start)
+    nu, shapes = real(*largest(lambda s: moving.weighted(solve(load @ s)), modes, start))
     if np.any(nu <= 0):
         raise UnresolvedError(f"eigenvalues {1 / nu} are not positive")
     pairs = [pencil.refined(1 / nu[k], shapes[:, k]) for k in np.argsort(-nu)]
@@ -108,10 +109,27 @@ def smallest(values: np.ndarray, kept: np.ndarray, least: float, count: int) -> 
 
 
 def lowest_gyroscopic(pencil: Pencil, modes: int) -> np.ndarray:
-    """The smallest omega > 0; they come in pairs +-omega.
+    """The smallest omega > 0; they come in pairs +-omega."""
+    nu, shapes = real(*inverse_pairs(pencil, modes))
+    forward = [k for k in np.argsort(-nu) if nu[k] > 0]
+    if len(forward) != modes:
+        raise UnresolvedError(f"frequencies {1 / nu} do not come in pairs")
+    return np.array([pencil.refined(1 / nu[k], shapes[:, k])[0] for k in forward])
 
-    With nu = 1 / omega, s the displacements and t = nu s it reads nu t = A^-1 (C t + B s).
-    """
+
+def lowest_growing(pencil: Pencil, modes: int) -> np.ndarray:
+    """The lowest complex eigenvalues s = growth + i omega by omega, of each pair the one that
+    swings forward, or grows."""
+    nu, shapes = inverse_pairs(pencil, modes + 4)
+    s = 1 / nu
+    forward = np.where(abs(s.imag) <= STILL * abs(s), s.real > 0, s.imag > 0)
+    lowest = [k for k in np.lexsort((-s.real, s.imag.round(9))) if forward[k]][:modes]
+    return np.array([pencil.refined(s[k], shapes[:, k])[0] for k in lowest])
+
+
+def inverse_pairs(pencil: Pencil, modes: int) -> tuple[np.ndarray, np.ndarray]:
+    """nu = 1 / omega of twice as many eigenvalues and their displacements s: with t = nu s, nu t =
+    A^-1 (C t + B s)."""
     B, C = (pencil.load(matrix) for matrix in (pencil.B, pencil.C))
     solve, weighted = factorised(pencil.A), pencil.moving.weighted
     start = np.sqrt(pencil.moving.inertia)
@@ -123,10 +141,7 @@ def lowest_gyroscopic(pencil: Pencil, modes: int) -> np.ndarray:
         return np.append(unit * t, weighted(solve(C @ t + B @ s / unit)))
 
     nu, shapes = largest(inverse, 2 * modes, np.append(start, start))
-    forward = [k for k in np.argsort(-nu) if nu[k] > 0]
-    if len(forward) != modes:
-        raise UnresolvedError(f"frequencies {1 / nu} do not come in pairs")
-    return np.array([pencil.refined(1 / nu[k], shapes[:n, k])[0] for k in forward])
+    return nu, shapes[:n]
 
 
 def factorised(matrix: csc_array) -> Linear:
@@ -135,12 +150,16 @@ def factorised(matrix: csc_array) -> Linear:
 
 
 def largest(apply: Linear, modes: int, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The largest eigenvalues, all real, and vectors of a linear function of vectors."""
+    """The largest eigenvalues and vectors of a linear function of vectors."""
     operator = LinearOperator((len(start),) * 2, apply, dtype=float)
     try:
-        nu, shapes = eigs(operator, modes, which="LM", v0=start, ncv=4 * modes + 4, tol=1e-12)
+        return eigs(operator, modes, which="LM", v0=start, ncv=4 * modes + 4, tol=1e-12)
     except ArpackNoConvergence as error:
         raise UnresolvedError(f"Arnoldi process: {error}") from None
+
+
+def real(nu: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues that are real but for rounding, and their vectors."""
     if np.any(np.abs(nu.imag) > 1e-9 * np.abs(nu)):
         raise UnresolvedError(f"eigenvalues {1 / nu} are not real")
     return nu.real, shapes.real
