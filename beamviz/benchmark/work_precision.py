@@ -15,11 +15,9 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
 from functools import partial
 from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
-from unittest.mock import patch
 
 import numpy as np
 from scipy.linalg import blas, eigh, lapack
@@ -232,11 +230,14 @@ def lapack_calls(beam: Beam) -> list[Call]:
         calls.append((name, partial(routine, *kept, **options)))
         return routine(*arguments, **options)
 
-    with ExitStack() as stack:
-        for module, name in ROUTINES:
-            routine = partial(record, name, getattr(module, name))
-            stack.enter_context(patch.object(module, name, routine))
+    routines = [getattr(module, name) for module, name in ROUTINES]
+    try:
+        for (module, name), routine in zip(ROUTINES, routines, strict=True):
+            setattr(module, name, partial(record, name, routine))
         solve(beam)
+    finally:
+        for (module, name), routine in zip(ROUTINES, routines, strict=True):
+            setattr(module, name, routine)
     return calls
 
 

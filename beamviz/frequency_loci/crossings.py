@@ -173,9 +173,10 @@ def _locate(
         beside = points.take(np.isin(points.at, near))
         found = yield from _least_gap(beside, candidate, sweep, low, high, guess)
     if found is None:
-        guess = Approach(at, 0.0, math.inf, 0.0, (0, 1))
-        points = yield np.array([candidate.low, at, candidate.high])
-        found = yield from _least_gap(points, candidate, sweep, *candidate[2:5:2], guess)
+        guess, low, high = None, candidate.low, candidate.high
+        points = yield np.array([low, at, high])
+        unknown = Approach(at, 0.0, math.inf, 0.0, (0, 1))
+        found = yield from _least_gap(points, candidate, sweep, low, high, unknown)
     if found is None:
         return None
     approach, shapes = found
@@ -186,11 +187,13 @@ def _locate(
         return Event("crossing", pair, approach.at, approach.frequency)
     if approach.gap > CLOSE * approach.frequency:
         return None
-    off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
-    good = off <= NEAR * approach.width  # the neighbouring points of the guess are solved
-    place = guess if good else approach
+    place = approach
+    if guess:
+        off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
+        if off <= NEAR * approach.width:
+            place = guess  # its neighbouring points are solved
     ends, near = _around(place, candidate, solved), _near(place, start, stop)
-    if not good:
+    if place is approach:
         points = yield np.concatenate((ends, near))
     beside = points.take(np.isin(points.at, ends))
     if len(beside.at) == 2:
