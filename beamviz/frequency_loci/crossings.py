@@ -170,8 +170,7 @@ def _locate(
         near = _near(guess, start, stop)
         points = yield np.concatenate((near, _around(guess, candidate, solved)))
         low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
-        beside = points.take(np.isin(points.at, near))
-        found = yield from _least_gap(beside, candidate, sweep, low, high, guess)
+        found = yield from _least_gap(points, candidate, sweep, low, high, guess)
     if found is None:
         guess, low, high = None, candidate.low, candidate.high
         points = yield np.array([low, at, high])
@@ -285,12 +284,14 @@ def _least_gap(
     points: Points, candidate: Candidate, sweep: Sweep, low: float, high: float, guess: Approach
 ) -> Search[tuple[Approach, np.ndarray] | None]:
     """The least gap of a candidate within low .. high, and the shapes (2, d) of the two modes at
-    the first of the solved `points` around it, the basis of their 2 x 2 problem. guess: estimate
-    of the gap. None where the gap is least at an end."""
+    the nearest of the solved `points`, the basis of their 2 x 2 problem. guess: estimate of the
+    gap. None where the gap is least at an end."""
     if not len(points.at):
         return None
     family, k = candidate[:2]
-    reference = points.shapes[0, sweep.spectra(points.at[:1]).rank[0, family, k : k + 2]]
+    nearest = abs(points.at - guess.at).argmin()
+    own = sweep.spectra(points.at[[nearest]]).rank[0, family, k : k + 2]
+    reference = points.shapes[nearest, own]
     entries, interval = reduce(reference, points), high - low
     approach, shift = guess, math.inf
     for _ in range(MAX_SOLVES):
