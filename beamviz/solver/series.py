@@ -249,9 +249,9 @@ def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) 
     return scale * (np.sin(x[:, None] * z) - kink)
 
 
-def _unit_mass(beam: Beam, shapes: Shapes, points: int = 64) -> np.ndarray:
+def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
     """The factors (modes,) that give shapes unit modal mass."""
-    x, weights = families.quadrature(beam, points)
+    x, weights = families.quadrature(beam)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
 
 
@@ -351,8 +351,11 @@ def _lowest(
             " may help"
         )
     values = displacement @ y[:, kept[picks]].real
-    scale = _unit_mass(beam, partial(_values, on, values), len(on.points))
-    return Family(omega_squared[picks], partial(_values, on, scale * values))
+    at_mass = np.argmin(abs(on.points - beam.beta))
+    mass = on.from_clamp[-1] @ values**2
+    if on.points[at_mass] == beam.beta:
+        mass = mass + beam.alpha * values[at_mass] ** 2
+    return Family(omega_squared[picks], partial(_values, on, values / np.sqrt(mass)))
 
 
 def _values(on: ChebyshevGrid, values: np.ndarray, x: np.ndarray) -> np.ndarray:

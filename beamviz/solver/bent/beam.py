@@ -34,6 +34,7 @@ SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
+FEW = 60  # number of unknowns up to which all modes are computed faster than some
 STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
 
 
@@ -256,16 +257,35 @@ def bent_modes(state: State, count: int) -> BentModes:
     if bent.problem.gyroscopic and gamma:
         S = B[1].T @ B[0]
         C = 2 * gamma * (S - S.T)  # e3 x r' against virtual displacements
-    definite = lapack.dpotrf((K + K.T) / 2, lower=1)[1] == 0
-    if not (definite or bent.beam.spin_up):
-        raise NotConverged("the stiffness of a bent state is not positive definite")
-    if bent.beam.spin_up or C is not None:
+    L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
+    if bent.beam.spin_up:
         s, V = inverse_modes(partial(lu_solve, lu_factor(K)), M, C, count)
+    elif info:
+        raise NotConverged("the stiffness of a bent state is not positive definite")
+    elif C is not None:
+        s, V = _steady_gyroscopic(L, F, C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
-    return BentModes(s, scale[:, None] * V, definite)
+    return BentModes(s, scale[:, None] * V, info == 0)
+
+
+def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[NDArray, NDArray]:
+    """With p = L' q, K = L L', and r = F q' the inverse of (p, r)' = s (p, r) is the skew matrix
+    T = [[-L^-1 C L^-T, -X], [X', 0]], X = L^-1 F'. Its eigenvalues
+    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each."""
+    X = lapack.dtrtrs(L, F.T, lower=1)[0]
+    C = lapack.dtrtrs(L, lapack.dtrtrs(L, C, lower=1)[0].T, lower=1)[0].T
+    n, m = X.shape
+    T = np.zeros((n + m, n + m))
+    T[:n, :n], T[:n, n:], T[n:, :n] = -C, -X, X.T
+    nu, Z = np.linalg.eigh(T.T @ T)
+    omega = 1 / np.sqrt(nu[: -2 * count - 1 : -2])
+    z = Z[:, : -2 * count - 1 : -2]
+    real, imaginary = z[:n], omega * (T[:n] @ z)  # z + i omega T z has the eigenvalue -i / omega
+    V = lapack.dtrtrs(L, np.hstack((real, imaginary)), lower=1, trans=1)[0]
+    return 1j * omega, V[:, :count] + 1j * V[:, count:]
 
 
 def inverse_modes(
@@ -273,11 +293,10 @@ def inverse_modes(
 ) -> tuple[NDArray, NDArray]:
     """s and vectors (n, count) of the lowest modes of s^2 M v + s C v + K v = 0, by ascending
     frequency, from the largest eigenvalues 1/s^2, or with C (n, n) 1/s, of the inverse problem.
-    solve: f -> K^-1 f. Arnoldi's method finds a few of many in a subspace that is large enough not
-    to be restarted often."""
+    solve: f -> K^-1 f. K may be unsymmetric. Arnoldi's method finds a few of many in a subspace
+    that is large enough not to be restarted often."""
     n = M.shape[0]
-    size, wanted = (n, count + 2) if C is None else (2 * n, 2 * count + 6)  # s comes with -s
-
+    size, wanted = (n, count + 2) if C is None else (2 * n, 2 * count + 2)  # s comes with -s
     start = np.random.default_rng(0).standard_normal(size)
     unit = np.sqrt(np.linalg.norm(solve(M @ start[:n])) / np.linalg.norm(start[:n]))
 
@@ -287,10 +306,13 @@ def inverse_modes(
         # (s q, unit s^2 q) -> (q, unit s q), of one size where s is about 1 / unit
         return np.concatenate((-solve(C @ v[:n] + M @ (v[n:] / unit)), unit * v[:n]))
 
-    if 2 * wanted + 8 < size:
+    if size > max(FEW, 2 * wanted + 8):
         from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
 
-        operator = LinearOperator((size, size), inverse, dtype=float)
+        dense = isinstance(M, np.ndarray)  # a product takes less time than a call
+        operator = (
+            inverse(np.eye(size)) if dense else LinearOperator((size, size), inverse, dtype=float)
+        )
         nu, V = eigs(operator, wanted, ncv=2 * wanted + 8, v0=start)
     else:
         nu, V = np.linalg.eig(inverse(np.eye(size)))
