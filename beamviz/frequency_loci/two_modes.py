@@ -1,7 +1,7 @@
-"""Two modes near their least gap, as a 2 x 2 problem in the basis of their shapes away from it.
+"""Two modes near their least gap, as a 2 x 2 problem in a basis that is constant along the loci.
 
 Its entries are smooth however sharply the loci veer, so few points suffice to locate the gap. With
-half the difference d of its diagonal and the coupling c,
+half the difference d of its diagonal and the entry c beside it,
 
     omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
 """

@@ -55,6 +55,27 @@ def test_with_coriolis_they_veer():
     assert event.index > 0.99
 
 
+@pytest.mark.parametrize(
+    ("over", "start", "stop"), [("gamma", 0, 20), ("mu", 10, 200), ("beta", 0, 1)]
+)
+def test_place_and_width_of_a_veering(over, start, stop):
+    """By direct solves the gap is least at the place, and sqrt(2) times as large, to the second
+    order, at a distance of the width."""
+    beam = Beam(alpha=1, beta=0.5, gamma=10)
+    events = loci(beam, over, np.linspace(start, stop, 21), 6, coriolis=True).events
+    assert events
+    for event in events:
+        step, squares = 0.02 * event.width, []
+        for at in event.at + step * np.array([-1, 0, 1]):
+            there = solve(beam.replace(**{over: at}), 7, coriolis=True, tolerance=1e-11).frequencies
+            squares.append(min(np.diff(there), key=lambda gap: abs(gap - event.gap)) ** 2)
+        before, least, after = squares
+        bend = before + after - 2 * least
+        assert least**0.5 == pytest.approx(event.gap, rel=1e-6)
+        assert step * abs(before - after) / (2 * bend) < 1e-4 * event.width
+        assert step * (2 * least / bend) ** 0.5 == pytest.approx(event.width, rel=0.02)
+
+
 def by_label(**numbers):
     """The frequencies of a beam by their labels."""
     found = solve(Beam(mu=MU, **numbers), modes=9, tolerance=1e-11)
