@@ -1,7 +1,6 @@
 """Finite elements, assumed modes, power series and Chebyshev collocation: against the oracle and
 the limits of other methods; rates declared and measured; where they fail they say so."""
 
-
 import numpy as np
 import pytest
 from helpers import differences, within_the_bars
