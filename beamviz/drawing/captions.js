@@ -18,7 +18,8 @@ const beamvizCaptions = (() => {
       const element = layer.children[k];
       return { ...one, element, width: element.offsetWidth, height: element.offsetHeight };
     });
-    if (!frame && captions.length) frame = requestAnimationFrame(place);
+    cancelAnimationFrame(frame);
+    place(); // before viser draws: it passes on messages within a frame, after the other callbacks
   }
 
   /* Moves all texts to their points; one that would cover another is moved down. */

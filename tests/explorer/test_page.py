@@ -161,6 +161,20 @@ def test_captions_are_legible_and_keep_apart(shown):
     assert not shown.problems
 
 
+def test_a_caption_that_changes_stays_at_its_place(shown):
+    """In the frame of the change: in a run-up the speed changes in every frame."""
+    shown.evaluate("""window.places = [];
+      new MutationObserver(() => places.push(...[...document.querySelectorAll(
+        "#caption-layer > span:not([hidden])")].map(e => e.style.transform)))
+        .observe(document.getElementById("caption-layer"), {childList: true})""")
+    for speed in (3, 4):
+        shown.send("gamma", speed)
+        shown.wait(f"{BOXES}.some(box => box.text === 'speed γ = {speed}')")
+    places = shown.evaluate("places")
+    assert places
+    assert all(places)
+
+
 # Pictures of the scene
 
 SIZED = f"{shown_bodies('/scene/rotor/beam')}.map(node => node.instancesCount)"
