@@ -170,6 +170,15 @@ def request(chart: Chart, number: int) -> VeeringRequest:
     return VeeringRequest(chart.request, list(chart.events.values())[number])
 
 
+def test_buckling_is_no_veering():
+    """It is in the list and its key, but is not magnified."""
+    chart = chart_of(Beam(delta=-1, gamma=4), state="stable")
+    (buckling,) = (key for key, event in chart.events.items() if event.kind == "buckling")
+    assert "buckling ▽" in event_table(chart)
+    assert buckling not in chart.pairs
+    assert f'data-value="{buckling}"' not in veering.choices(chart)
+
+
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
     """Without: gap 0 at 4.4641, shapes are kept; with: gap 0.241 at 4.650, they are exchanged."""
     off, on = pairs

@@ -89,9 +89,15 @@ class Chart:
 
     @cached_property
     def events(self) -> dict[str, Event]:
-        """Crossings and veerings by key: the labels of their branches and a count, as 'B3 S1 1'.
-        Keys remain valid when the beam or the model changes."""
+        """The events by key: the labels of their branches and a count, as 'B3 S1 1'. Keys remain
+        valid when the beam or the model changes."""
         return numbered((" ".join(sorted(one.branches)), one) for one in self.loci.events)
+
+    @property
+    def pairs(self) -> dict[str, Event]:
+        """The crossings and veerings among the events."""
+        kinds = ("crossing", "veering")
+        return {key: event for key, event in self.events.items() if event.kind in kinds}
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Resonance]:
         """Resonances with these multiples of the speed by key: multiple, branch and a count."""
@@ -257,11 +263,11 @@ class LociTab(Feature):
     def event(self) -> Event | None:
         """The crossing or veering to magnify: the chosen one, or that nearest to the beam."""
         chart, answer = self.charts.result, self.visitor.answer
-        if chart is None or not chart.events or answer is None or answer.beam is None:
+        if chart is None or not chart.pairs or answer is None or answer.beam is None:
             return None
         value = getattr(answer.beam, chart.request.over)
-        nearest = min(chart.events.values(), key=lambda event: abs(event.at - value))
-        return chart.events.get(self.chosen, nearest)
+        nearest = min(chart.pairs.values(), key=lambda event: abs(event.at - value))
+        return chart.pairs.get(self.chosen, nearest)
 
     def show(self) -> None:
         """Request the charts around the beam shown and the one compared with, and show the last
@@ -320,7 +326,7 @@ def with_line(state: State, on: Any, k: int) -> State:
 
 
 def event_table(chart: Chart) -> str:
-    """The crossings and veerings, each with a button that moves the beam there."""
+    """The events, each with a button that moves the beam there."""
     warning = f"<p>{escape(chart.loci.warning)}</p>" if chart.loci.warning else ""
     if not chart.events:
         return warning or "<p>No crossing or veering in this range.</p>"
@@ -330,10 +336,10 @@ def event_table(chart: Chart) -> str:
         (*cells(chart, key, SIGNS[event.kind], event), f"{across.factor * event.gap:.3g}")
         for key, event in chart.events.items()
     ]
-    return (
-        page.table("crossings and veerings", heads, rows, caption="Crossings ○ and veerings ●")
-        + warning
-    )
+    others = {event.kind for event in chart.events.values()} - {"crossing", "veering"}
+    caption = "Crossings ○ and veerings ●"
+    caption += "".join(f", {kind} {sign}" for kind, sign in SIGNS.items() if kind in others)
+    return page.table("crossings and veerings", heads, rows, caption=caption) + warning
 
 
 def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[str, str, str]:

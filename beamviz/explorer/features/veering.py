@@ -199,7 +199,7 @@ class VeeringTab(Feature):
     def draw(self, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None) -> None:
         """Show the last event, or the reason why there is none, and buttons for all events."""
         pairs = answer.result if answer else None
-        text = choices(chart) if chart and chart.events else f"<p>{INVITATION}</p>"
+        text = choices(chart) if chart and chart.pairs else f"<p>{INVITATION}</p>"
         self.page.props("veering-chart", hidden=not pairs)
         if answer and pairs:
             request = answer.request.chart
@@ -214,7 +214,7 @@ class VeeringTab(Feature):
 def choices(chart: Chart) -> str:
     """Buttons for all crossings and veerings."""
     along, buttons = chart.request.measures[0], ""
-    for key, event in chart.events.items():
+    for key, event in chart.pairs.items():
         label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
         buttons += page.button(label, data_set="go_to_event", data_value=key)
     return page.group("go to", buttons)
