@@ -46,25 +46,26 @@ def symmetric_modes(
 
 
 def family_modes(
-    K: np.ndarray, M: np.ndarray, d: np.ndarray, G: np.ndarray, count: int, shift: float
+    K: np.ndarray, M: np.ndarray, S: np.ndarray, A: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and
-    diag(d) v = lambda G v with d (beams, n) > 0, which needs no shift and is cheaper.
+    """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and the
+    smaller problem c = lambda A c, A (beams, r, r), v = S c, which needs no shift.
 
     Returns the vectors (beams, 2, n, count); lambda + shift (beams, 2, count), which has the
     rounding error; the shift (beams, 2, 1); and 1 / (lambda + shift) of all modes (beams, 2, n).
+    Beyond the r modes of the second family lambda and the vectors are nan.
     """
-    n = d.shape[-1]
+    n, r = S.shape[-2:]
     count = min(count, n)
-    root = 1 / np.sqrt(d)
-    A = root[:, :, None] * G * root[:, None, :]
-    nu, V = np.empty((len(d), 2, n)), np.empty((len(d), 2, count, n))
-    added = np.zeros((len(d), 2, 1))
-    for k in range(len(d)):
+    few = min(count, r)
+    nu, V = np.zeros((len(S), 2, n)), np.empty((len(S), 2, count, n))
+    added, size = np.zeros((len(S), 2, 1)), np.empty((len(S), 2, count))
+    V[:, 1, few:], size[:, 1, few:] = np.nan, np.nan
+    for k in range(len(S)):
         nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
-        nu[k, 1], vectors = largest(A[k], count)
-        np.multiply(vectors, root[k], out=V[k, 1])
-    size = 1 / nu[..., :count]
+        nu[k, 1, :r], C = largest(A[k], few)
+        np.matmul(C, S[k].T, out=V[k, 1, :few])
+    size[:, 0], size[:, 1, :few] = 1 / nu[:, 0, :count], 1 / nu[:, 1, :few]
     V *= np.sqrt(abs(size))[..., None]
     return V.mT, size, added, nu
 

@@ -168,7 +168,7 @@ def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | Non
 
 def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
     """The part of values Q (2 n, ...) in the two highest polynomials of each element."""
-    T = bent.mesh.IJT[: len(bent.w)]
+    T = bent.mesh.IJT[0, : len(bent.w)]
     return np.concatenate([T @ half for half in np.split(Q, 2)])
 
 

@@ -41,9 +41,10 @@ def solve_hp(
 
 def _solution(beam: Beam, problem: Problem, found: StraightModes) -> Solution:
     """The Solution of modes on a mesh."""
-    stable, orders = bool(found.omega_squared[0] >= 0), found.grid.orders
+    stable, grid = bool(found.omega_squared[0] >= 0), found.grid
+    orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
     equilibrium = Equilibrium(stable, found.iterations, partial(_curve, found))
-    stats = Stats(2 * len(found.f), "hp", len(orders), max(orders))
+    stats = Stats(unknowns, "hp", len(orders), max(orders))
     errors = partial(np.add, found.truncation, found.rounding)
     results = found.omega_squared, errors, found.bending_energy_fraction, Shapes(found)
     return Solution(beam, problem, equilibrium, stats, *results)

@@ -21,8 +21,7 @@ class Reference:
 
     points: np.ndarray  # (p,)
     weights: np.ndarray  # (p,)
-    last_two: np.ndarray  # (p, p) projects values onto the two highest Legendre polynomials
-    tails: np.ndarray  # (2, p) coefficients of these, normalised
+    legendre: np.ndarray  # (p, p) orthonormal polynomials, each times the roots of the weights
     integration: np.ndarray  # (p, p) integrates values from -1 to each point
     nodes: np.ndarray  # (p + 1,) -1 and the points: nodes of an integral
     barycentric: np.ndarray  # (p + 1,) weights of interpolation between the nodes
@@ -34,6 +33,16 @@ class Reference:
     def integrals(self, xi: np.ndarray) -> np.ndarray:
         """Matrix (..., p): values at the points -> the integral from -1 to each xi (...)."""
         return interpolation_matrix(xi, self.nodes, self.barycentric)[..., 1:] @ self.integration
+
+    def last_two(self, order: int) -> np.ndarray:
+        """Matrix (2, p): values at the points -> coefficients of their two highest orthonormal
+        polynomials of an order."""
+        return self.legendre[:, order - 2 : order].T * np.sqrt(self.weights)
+
+    def projection(self, order: int) -> np.ndarray:
+        """Matrix (p, p): values at the points -> those of these two polynomials."""
+        two = self.legendre[:, order - 2 : order] / np.sqrt(self.weights)[:, None]
+        return two @ self.last_two(order)
 
 
 def interpolation_matrix(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
@@ -55,20 +64,20 @@ def reference(order: int) -> Reference:
     norms = np.arange(order) + 0.5
     P = legendre.legvander(points, order)
     to_legendre = norms[:, None] * P[:, :-1].T * weights
-    last_two = P[:, -3:-1] @ to_legendre[-2:]
-    tails = to_legendre[-2:] / np.sqrt(norms[-2:, None])
+    normalised = np.sqrt(norms * weights[:, None]) * P[:, :-1]
     integrals = np.column_stack((points + 1, (P[:, 2:] - P[:, :-2]) / (2 * norms[1:])))
     nodes = np.append(-1.0, points)
     apart = nodes[:, None] - nodes + np.eye(order + 1)
     barycentric = 1 / (2 * apart).prod(axis=1)  # differences of capacity 1: no under- or overflow
-    arrays = (points, weights, last_two, tails, integrals @ to_legendre, nodes, barycentric)
+    arrays = (points, weights, normalised, integrals @ to_legendre, nodes, barycentric)
     return Reference(*map(read_only, arrays))
 
 
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
-    of such grids, in leading axes, with the same orders and different breaks.
+    of such grids, in leading axes, with the same orders and different breaks. Gradients along the
+    beam are polynomials of their own, lower orders; r in all.
 
     J integrates values at the points from the clamp to each point. A solution keeps its grid only,
     which suffices to evaluate it as a function of x.
@@ -76,13 +85,15 @@ class Grid:
 
     breaks: np.ndarray  # (..., elements + 1)
     orders: tuple[int, ...]  # (elements,)
+    axial_orders: tuple[int, ...]  # (elements,) at most as high
     points: np.ndarray  # (..., n)
     weights: np.ndarray  # (..., n)
     J: np.ndarray  # (..., n, n)
 
     def __getitem__(self, k: int) -> "Grid":
         """Grid k of a stack."""
-        return Grid(self.breaks[k], self.orders, self.points[k], self.weights[k], self.J[k])
+        arrays = self.points[k], self.weights[k], self.J[k]
+        return Grid(self.breaks[k], self.orders, self.axial_orders, *arrays)
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x; of a
@@ -113,14 +124,16 @@ class Grid:
 class Mesh(Grid):
     """A grid, or a stack of them, with the matrices that stiffness and mass are assembled from.
 
-    T projects values at the points onto the two highest Legendre polynomials of each element,
-    `tails` gives the coefficients of their orthonormal multiples. G = J' W J and g = J' W 1 are the
-    inertia of a unit line density in terms of the gradient of the displacement.
+    T projects values at the points onto the two highest Legendre polynomials of each element: of
+    the orders for bending, then of those along the beam. `tails` gives the coefficients of the
+    orthonormal multiples of the former. G = J' W J and g = J' W 1 are the inertia of a unit line
+    density in terms of the gradient of the displacement.
     """
 
     grid: Grid  # without the matrices
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
-    IJT: np.ndarray  # (..., 2 n, n) the identity and, below it, J, times T
+    axial: np.ndarray  # (n, r) orthonormal: the gradients along times the roots of the weights
+    IJT: np.ndarray  # (..., 2, 2 n, n) the identity and, below it, J, times T
     tails: np.ndarray  # (..., 2 elements, n)
     G: np.ndarray  # (..., n, n)
     G1: np.ndarray  # (..., n) row sums of G
@@ -129,34 +142,39 @@ class Mesh(Grid):
 
 
 @lru_cache(maxsize=128)
-def make_mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
+def make_mesh(
+    breaks: tuple[float, ...], orders: tuple[int, ...], axial_orders: tuple[int, ...] | None = None
+) -> Mesh:
     """The mesh with elements of these orders between `breaks` (0 .. 1, ascending); cached."""
-    return make_meshes(np.array(breaks), orders)
+    return make_meshes(np.array(breaks), orders, axial_orders or orders)
 
 
-def make_meshes(breaks: np.ndarray, orders: tuple[int, ...]) -> Mesh:
+def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...]) -> Mesh:
     """A mesh, or a stack of meshes of the same orders, between `breaks` (..., elements + 1)."""
     stack, n = breaks.shape[:-1], sum(orders)
     halves = np.diff(breaks)[..., None] / 2
     points, weights = np.empty((*stack, n)), np.empty((*stack, n))
     J, tails = np.zeros((*stack, n, n)), np.zeros((*stack, 2 * len(orders), n))
-    T, eye = np.zeros((n, n)), np.eye(n)
-    for k, block in enumerate(_blocks(orders)):
-        e = reference(orders[k])
+    T, axial, eye = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders))), np.eye(n)
+    blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
+    for k, (order, block, axial_order, columns) in enumerate(blocks):
+        e = reference(order)
         h = halves[..., k, :]
         points[..., block] = breaks[..., k, None] + h * (e.points + 1)
         weights[..., block] = h * e.weights
         J[..., block, : block.start] = weights[..., None, : block.start]
         J[..., block, block] = h[..., None] * e.integration
-        tails[..., 2 * k : 2 * k + 2, block] = np.sqrt(h)[..., None] * e.tails
-        T[block, block] = e.last_two
+        tails[..., 2 * k : 2 * k + 2, block] = np.sqrt(h)[..., None] * e.last_two(order)
+        T[0, block, block] = e.projection(order)
+        T[1, block, block] = e.projection(axial_order)
+        axial[block, columns] = e.legendre[:, :axial_order]
     rooted = np.sqrt(weights)[..., None] * J
     G, g = rooted.mT @ rooted, np.vecmat(weights, J)
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
     breaks, points, weights, J = map(read_only, (breaks, points, weights, J))
-    grid = Grid(breaks, orders, points, weights, J)
-    arrays = (rooted, IJ @ T, tails, G, G.sum(axis=-1), g, eye)
-    return Mesh(breaks, orders, points, weights, J, grid, *map(read_only, arrays))
+    grid = Grid(breaks, orders, axial_orders, points, weights, J)
+    arrays = (rooted, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
+    return Mesh(breaks, orders, axial_orders, points, weights, J, grid, *map(read_only, arrays))
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:

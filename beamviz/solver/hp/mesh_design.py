@@ -85,7 +85,14 @@ class Layer(NamedTuple):
     order: float  # of the element of the whole span
 
 
-BreaksAndOrders = tuple[tuple[float, ...], tuple[int, ...]]
+class Elements(NamedTuple):
+    """The elements of a mesh."""
+
+    breaks: tuple[float, ...]
+    orders: tuple[int, ...]
+    axial_orders: tuple[int, ...]
+
+
 WITHOUT_INNER_MASS = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
 
 
@@ -151,17 +158,18 @@ def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: P
 def choose_mesh(
     spans: list[Span],
     mu: float,
-    modes: int,
+    waves: tuple[float, float],
     curvature_power: int,
     digits: float,
     thin_above: Sequence[float] = THIN_ABOVE,
-) -> BreaksAndOrders:
-    """Breaks and orders for the lowest `modes` modes to a number of digits: of the meshes with thin
-    elements for layers above each order of `thin_above`, the one with the fewest unknowns, which
-    may exceed MAX_UNKNOWNS. With an infinite order layers get no elements of their own, and long
-    elements are not divided: the breaks are the same for all positions of the mass."""
+) -> Elements:
+    """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits:
+    of the meshes with thin elements for layers above each order of `thin_above`, the one with the
+    fewest unknowns, which may exceed MAX_UNKNOWNS. With an infinite order layers get no elements of
+    their own, and long elements are not divided: the breaks are the same for all positions of the
+    mass."""
     power = 2 * curvature_power - 3
-    waves, compression = float(half_waves(mu, modes)), 0.0
+    (most_waves, axial_waves), compression = waves, 0.0
     layers = _layers(spans, power, digits)
     breaks = {0.0}
     for span in spans:
@@ -175,27 +183,34 @@ def choose_mesh(
         first = (N_end + 0.2 * mu**2) / span.slope if span.slope > 0 else math.inf
         if first < longest:
             breaks.update(span.end - near for near in distances(first, GRADING, longest))
-    waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
+    most_waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     candidates = []
     for most in thin_above:
         thin = [layer.end for layer in layers if layer.order > most] if layers else []
         ends = sorted(breaks.union(thin))
-        if waves > WAVES_PER_ELEMENT and most < math.inf:
-            ends = subdivided(ends, waves / WAVES_PER_ELEMENT)
+        if most_waves > WAVES_PER_ELEMENT and most < math.inf:
+            ends = subdivided(ends, most_waves / WAVES_PER_ELEMENT)
+        graded = len(ends) > len(spans) + 1
         candidates.append(
-            _with_orders(ends, layers, most, len(ends) > len(spans) + 1, waves, digits)
+            _with_orders(ends, layers, most, graded, (most_waves, axial_waves), digits)
         )
         if not thin:
             break
-    return min(candidates, key=itemgetter(0))[1:]
+    return min(candidates, key=itemgetter(0))[1]
 
 
 def _with_orders(
-    ends: list[float], layers: list[Layer], most: float, graded: bool, waves: float, digits: float
-) -> tuple[int, tuple[float, ...], tuple[int, ...]]:
-    """Unknowns, breaks and orders of a mesh; graded: whether some of its elements are thin."""
+    ends: list[float],
+    layers: list[Layer],
+    most: float,
+    graded: bool,
+    waves: tuple[float, float],
+    digits: float,
+) -> tuple[int, Elements]:
+    """Unknowns across the beam and elements of a mesh; graded: whether some are thin."""
     least = (SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits) * GRADED_ORDER if graded else 0.0
-    smooth, per_length = AT_LEAST + PER_DIGIT * digits, PER_HALF_WAVE * waves
+    smooth = AT_LEAST + PER_DIGIT * digits
+    per_length, axial_per_length = PER_HALF_WAVE * waves[0], PER_HALF_WAVE * waves[1]
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:
         element = ends.index(layer.x) - (layer.end < layer.x)
@@ -204,8 +219,12 @@ def _with_orders(
     highest = MAX_ORDER if most < math.inf else MAX_UNKNOWNS
     if max(orders) > SPLIT_ORDER and most < math.inf:
         ends, orders = _halved(ends, orders)
-    whole = [min(max(math.ceil(order), MIN_ORDER), highest) for order in orders]
-    return sum(whole), tuple(ends), tuple(whole)
+    whole, axial = [], []
+    for (a, b), order in zip(pairwise(ends), orders, strict=True):
+        whole.append(min(max(math.ceil(order), MIN_ORDER), highest))
+        along = max(axial_per_length * (b - a) + smooth, least, MIN_ORDER)  # there are no layers
+        axial.append(math.ceil(min(along, whole[-1])))
+    return sum(whole), Elements(tuple(ends), tuple(whole), tuple(axial))
 
 
 def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
@@ -245,15 +264,16 @@ def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
 
 
 @lru_cache(maxsize=64)
-def half_waves(mu: float, modes: int) -> int:
-    """The greatest number of half-waves of the lowest `modes` modes at rest, of either family."""
+def half_waves(mu: float, modes: int, coupled: bool) -> tuple[float, float]:
+    """The greatest number of half-waves of the lowest `modes` modes at rest, and that of those
+    along the beam; infinite where all modes couple, as they bend and stretch the beam alike."""
     bending = stretching = 0
     while bending + stretching < modes:
         if mu * (stretching + 0.5) < math.pi * (bending + 0.5) ** 2:
             stretching += 1
         else:
             bending += 1
-    return max(bending, stretching)
+    return max(bending, stretching), math.inf if coupled else stretching
 
 
 def distances(first: float, ratio: float, longest: float) -> list[float]:

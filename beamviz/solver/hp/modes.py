@@ -6,6 +6,10 @@ integrals, u = J s and w = J (f J kappa), so the clamp is exact and no continuit
 elements are needed: the jump of the stretch at a concentrated mass costs no accuracy. Convergence
 is exponential in the order.
 
+Few of the low modes stretch the beam, and s has no boundary layers. Without Coriolis forces, which
+couple it to kappa, s times the root of the axial stiffness is a polynomial of lower order, whose
+coefficients are the unknowns.
+
 All functions take a stack of beams, in the leading axis.
 """
 
@@ -116,12 +120,13 @@ def uncoupled_modes(
     """The lowest modes of uncoupled families.
 
     The softening is a multiple of M: it shifts every omega^2, does not change the modes, and is
-    subtracted at the end.
+    subtracted at the end. Along the beam s = S c, which makes the stiffness of c the identity.
     """
     mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
+    S = mesh.axial / np.sqrt(d)[..., None]
     shift = 0.0 if beams.outward else eigen.COMPRESSED
-    v, size, added, nu = eigen.family_modes(K, M, d, G, count, shift)
+    v, size, added, nu = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
     omega_squared = size - added
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale)
@@ -199,7 +204,7 @@ def relative_tail(mesh: Mesh, matrices: Matrices, v: NDArray, scale: NDArray) ->
     in shapes v (beams, 2, n, k) of the families, with the absolute value of the tension: an
     estimate of the change by a higher order. As it may nearly vanish by chance, that of a mode is
     at least that of each lower mode."""
-    tail = v.mT @ mesh.IJT[..., None, :, :].mT
+    tail = v.mT @ mesh.IJT.mT
     energy = np.matvec(tail * tail, abs(matrices.stiffness))
     return np.maximum.accumulate(energy / scale, axis=-1)
 

@@ -6,10 +6,10 @@ by one.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import count, groupby
+from itertools import groupby
 from operator import attrgetter
 from statistics import median
 from typing import Any, NamedTuple
@@ -35,7 +35,7 @@ from beamviz.solver.hp.mesh_design import (
     AT_END,
     MAX_UNKNOWNS,
     THIN_ABOVE,
-    BreaksAndOrders,
+    Elements,
     Span,
     choose_mesh,
     extra_digits,
@@ -179,31 +179,32 @@ class Refinement:
         chunks = self._chunks(stacked, shared) if stacked else []
         chunks += [[index] for index in indices if index in self.alone and not much_finer]
         if shared:
-            breaks, orders = max(common.items(), key=lambda item: sum(item[1]), default=((), ()))
-            if not 0 < sum(orders) <= MAX_UNKNOWNS:
+            breaks = max(common, key=lambda breaks: common[breaks][0].sum(), default=())
+            if not breaks or common[breaks][0].sum() > MAX_UNKNOWNS:
                 return []
-            return [(chunk, make_mesh(breaks, orders)) for chunk in chunks]
+            return [(chunk, make_mesh(breaks, *_tuples(common[breaks]))) for chunk in chunks]
         if not (common.keys() <= {1, 2} and 2 in common):
             return []
-        first, second = (max((order, *common.get(1, ()))) for order in common[2])
+        orders = np.maximum(common[2], common.get(1, 0))
+        (of_first, of_second), both = map(_tuples, np.hsplit(orders, 2)), _tuples(orders)
         stacks: list[tuple[list[int], Mesh]] = []
         for own in map(np.array, chunks):
             beta = self.numbers[own, 1]
             ends = beta <= AT_END, beta >= 1 - AT_END
-            for where, order in zip(ends, (second, first), strict=True):
-                stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), (order,))))
+            for where, single_orders in zip(ends, (of_second, of_first), strict=True):
+                stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), *single_orders)))
             inner = ~ends[0] & ~ends[1]
             breaks = [(0.0, position, 1.0) for position in beta[inner].tolist()]
             if len(breaks) == 1:
-                stacks.append((own[inner].tolist(), make_mesh(*breaks, (first, second))))
+                stacks.append((own[inner].tolist(), make_mesh(*breaks, *both)))
             elif breaks:
-                stacks.append((own[inner].tolist(), make_meshes(np.array(breaks), (first, second))))
+                stacks.append((own[inner].tolist(), make_meshes(np.array(breaks), *both)))
         return [stack for stack in stacks if stack[0]]
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
         """Meshes for beams by ascending load, their masses at the same position: the last beam of a
         chunk determines the mesh; the first half has its own where that is much coarser."""
-        groups: dict[BreaksAndOrders, list[int]] = {}
+        groups: dict[Elements, list[int]] = {}
         while chunks:
             chunk = chunks.pop()
             half = chunk[: len(chunk) // 2]
@@ -229,18 +230,18 @@ class Refinement:
             while groups:
                 group = groups.pop()
                 indices, meshes = zip(*group, strict=True)
-                breaks, orders = zip(*meshes, strict=True)
-                common = tuple(map(max, zip(*orders, strict=True)))
-                if sum(common) * len(group) > FINER * sum(map(sum, orders)):
+                breaks, orders, axial_orders = map(np.array, zip(*meshes, strict=True))
+                common = _tuples((orders.max(axis=0), axial_orders.max(axis=0)))
+                if sum(common[0]) * len(group) > FINER * orders.sum():
                     half = len(group) // 2
                     groups += [group[:half], group[half:]]
                 elif len(indices) == 1:
                     stacks.append((list(indices), make_mesh(*meshes[0])))
                 else:
-                    stacks.append((list(indices), make_meshes(np.array(breaks), common)))
+                    stacks.append((list(indices), make_meshes(breaks, *common)))
         return stacks
 
-    def _mesh(self, indices: list[int]) -> BreaksAndOrders | None:
+    def _mesh(self, indices: list[int]) -> Elements | None:
         """The mesh for some beams that the last of them needs; None where that has an error now, or
         is to be solved alone."""
         index, problem = indices[-1], self.problem
@@ -255,8 +256,9 @@ class Refinement:
         if index not in self.alone:
             digits -= FEWER_DIGITS
         mu, power = self.beams[index].mu, problem.curvature_power
-        found = choose_mesh(spans, mu, problem.modes, power, digits)
-        unknowns = sum(found[1])
+        waves = half_waves(mu, problem.modes, problem.gyroscopic)
+        found = choose_mesh(spans, mu, waves, power, digits)
+        unknowns = sum(found.orders)
         if unknowns <= MAX_UNKNOWNS:
             return found
         if index not in self.alone:
@@ -343,12 +345,13 @@ class Refinement:
 @lru_cache(maxsize=8)
 def common_orders(
     beams: tuple[Beam, ...], added: float, problem: Problem, by_breaks: bool
-) -> tuple[dict[Any, tuple[int, ...]], float, bool]:
-    """The greatest orders of the meshes of some beams by their breaks, or by the number of
-    elements, and the greatest number of extra digits, of those that have an equilibrium; whether
-    one mesh is much too fine for most of them."""
-    waves = max(half_waves(beam.mu, problem.modes) for beam in beams)
-    common: dict[Any, tuple[int, ...]] = {}
+) -> tuple[dict[Any, np.ndarray], float, bool]:
+    """The greatest orders (2, elements), across and along the beam, of the meshes of some beams by
+    their breaks, or by the number of elements, and the greatest number of extra digits, of those
+    that have an equilibrium; whether one mesh is much too fine for most of them."""
+    waves = [half_waves(beam.mu, problem.modes, problem.gyroscopic) for beam in beams]
+    most_waves, axial_waves = map(max, zip(*waves, strict=True))
+    common: dict[Any, np.ndarray] = {}
     greatest, unknowns = 0.0, []
     for beam in beams:
         try:
@@ -356,16 +359,25 @@ def common_orders(
         except (NoEquilibrium, NotConverged):
             continue
         greatest = max(greatest, extra)
-        modes = next(m for m in count(problem.modes) if half_waves(beam.mu, m) >= waves)
         digits = extra - math.log10(problem.tolerance) + added
         thin_above = THIN_ABOVE if by_breaks else (math.inf,)  # layers move with the mass
-        breaks, orders = choose_mesh(
-            spans, beam.mu, modes, problem.curvature_power, digits, thin_above
+        breaks, *orders = choose_mesh(
+            spans,
+            beam.mu,
+            (most_waves, axial_waves),
+            problem.curvature_power,
+            digits,
+            thin_above,
         )
-        kind = breaks if by_breaks else len(orders)
-        common[kind] = tuple(map(max, zip(orders, common.get(kind, orders), strict=True)))
-        unknowns.append(sum(orders))
+        kind = breaks if by_breaks else len(breaks) - 1
+        common[kind] = np.maximum(orders, common.get(kind, 0))
+        unknowns.append(sum(orders[0]))
     return common, greatest, max(unknowns, default=0) > MUCH_FINER * median(unknowns or [0])
+
+
+def _tuples(orders: Iterable[np.ndarray]) -> tuple[tuple[int, ...], ...]:
+    """Orders of elements as arguments of `make_mesh`."""
+    return tuple(tuple(each.tolist()) for each in orders)
 
 
 def design(beam: Beam, problem: Problem) -> Design:
