@@ -11,7 +11,7 @@ from viser import CameraHandle, InitialCameraConfig
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import mass_size
 from beamviz.drawing.surroundings import hub_radius
-from beamviz.scene import Camera
+from beamviz.scene import Camera, Scene
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
 TALL = math.tan(FIELD_OF_VIEW / 2)  # half the height of the picture at distance 1
@@ -127,6 +127,12 @@ def fitted(
     return Camera((target - distance * view[:, 2]).tolist(), target.tolist())
 
 
+def initial(scene: Scene) -> Camera:
+    """The camera of a page whose shape is not known yet."""
+    rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
+    return scene.camera or fitted(rest, scene.view.rotating_frame, aspect=1.0)
+
+
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
     view.position, view.look_at = camera.position, camera.look_at
     view.fov = FIELD_OF_VIEW
@@ -172,12 +178,13 @@ class ViewChange:
 
 class PageCamera:
     """The camera of a page: it keeps the viewpoint of the visitor, and is fitted to the beam on
-    request and after large changes. eased: changes of the frame take time."""
+    request and after large changes. initial: set in every page that opens. eased: changes of the
+    frame take time."""
 
-    def __init__(self, view: CameraHandle):
-        self.view = view
+    def __init__(self, view: CameraHandle, initial: Camera):
+        self.view, self.initial = view, initial
         self.given: Camera | None = None  # a fixed viewpoint; None: fitted to the beam
-        self.placed = self.before = Camera((1.0, 1.0, 1.0))  # the last two set by the server
+        self.placed = self.before = initial  # the last two set by the server
         self.requested = True  # the next picture moves the camera
         self.provisional = False  # set before the latest request was answered
         self.fitted_to: tuple = ()  # frame, plane, aspect and number of beams
@@ -255,7 +262,7 @@ class PageCamera:
 
     @property
     def outdated(self) -> bool:
-        """Whether the page still has the last but one camera: its message crossed the last one,
-        which viser does not send again."""
-        crossed = self.is_at(self.before) and not self.is_at(self.placed)
-        return crossed and not self.change
+        """Whether the page has the last but one camera, as its message crossed the last one, which
+        viser does not send again; or the initial one, which a busy page may set after that."""
+        crossed = self.is_at(self.before) or self.is_at(self.initial)
+        return crossed and not (self.change or self.is_at(self.placed))

@@ -22,7 +22,6 @@ from typing import Any
 from viser import ClientHandle, ViserServer
 
 from beamviz.drawing import camera
-from beamviz.drawing.modes import SampledModes
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.explorer.features.lessons import draw_sketches
 from beamviz.explorer.jobs import PATIENCE, Workers
@@ -134,9 +133,7 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
         access = replace(access, port=server.get_port())
         self_test(server, access)
         choose_theme(server, dark=scene.view.dark)
-        rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
-        fitted = camera.fitted(rest, scene.view.rotating_frame, aspect=1.0)
-        camera.place(server.initial_camera, scene.camera or fitted)
+        camera.place(server.initial_camera, camera.initial(scene))
         frame_loop = FrameLoop(server, scene, access)
         try:
             yield access.url

@@ -15,7 +15,7 @@ from typing import Any
 
 from viser import ClientHandle
 
-from beamviz.drawing.camera import PageCamera
+from beamviz.drawing.camera import PageCamera, initial
 from beamviz.drawing.modes import Clock
 from beamviz.errors import InvalidInput
 from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
@@ -46,7 +46,8 @@ class Visitor:
         self.state, self.version = state, object()
         self.history = History()
         self.workers, self.background = workers, workers.background
-        self.lock, self.camera = threading.RLock(), PageCamera(client.camera)
+        self.lock = threading.RLock()
+        self.camera = PageCamera(client.camera, initial(state.scene))
         self.camera.set_viewpoint(state.camera)
         self.controls: dict[str, Shown] = {}
         self.jobs: list[Job] = []

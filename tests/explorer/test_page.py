@@ -195,6 +195,7 @@ def drawn() -> Iterator[Page]:
         opened.wait(f"{SIZED}.length === 1 && {says('Stable equilibrium')}")
         for script in (RECORD, HIDE, HIDE_CAPTIONS):
             opened.evaluate(script)
+        wait_until(lambda: is_whole(picture(opened)))  # the camera is fitted to the page
         yield opened
 
 
