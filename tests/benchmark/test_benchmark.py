@@ -14,6 +14,7 @@ from scipy.linalg import eigh
 from beamviz import Beam, NoEquilibrium, NotConverged, benchmark, solve
 from beamviz.benchmark import METHODS, PEERS, SCENES, Row, time_to_error, work_precision
 from beamviz.benchmark.work_precision import Effort, dominated, limits, measure, relative_error
+from beamviz.errors import BeamvizError
 from beamviz.solver import METHODS as METHOD_NAMES
 
 ROOT = Path(__file__).parents[2]
@@ -162,6 +163,15 @@ def test_the_committed_measurement_is_complete(committed):
     assert {"date", "machine", "versions"} <= set(data)
     assert (data["threads"], data["effort"]) == ("1", "full")
     assert all(r.reason or (r.seconds and r.error and r.from_paper) for r in rows)
+
+
+def test_the_committed_reasons_are_those_of_the_program(committed):
+    """Of each solve without an answer, other programs apart."""
+    methods = {one.name: one for one in METHODS}
+    for failed in (r for r in committed[0] if r.reason and r.name in methods):
+        with pytest.raises(BeamvizError) as failure:
+            methods[failed.name].omega_squared(SCENES[failed.scene], failed.resolution, MODES)
+        assert str(failure.value) == failed.reason
 
 
 def test_the_pages_quote_the_committed_measurement(committed):
