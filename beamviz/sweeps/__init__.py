@@ -5,6 +5,7 @@ The executor is one of the standard library or Dask's; a task is a chunk of the 
 
 import contextlib
 import itertools
+import math
 import multiprocessing
 import os
 import signal
@@ -24,7 +25,15 @@ from beamviz.errors import Unavailable, optional, unknown_keyword
 from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS
 from beamviz.sweeps.lines import solve_and_write
-from beamviz.sweeps.store import ARRAYS, Plan, Task, find_place, make_plan, open_store, stored_plan
+from beamviz.sweeps.store import (
+    ARRAYS,
+    Plan,
+    Region,
+    find_place,
+    make_plan,
+    open_store,
+    stored_plan,
+)
 from beamviz.sweeps.store import count_statuses as count_statuses
 
 if TYPE_CHECKING:
@@ -67,6 +76,7 @@ class Progress:
 
 
 Report = Callable[[Progress], None]
+Work = tuple[Path, Region, Plan]  # of a chunk: the arguments of solve_and_write
 
 
 def sweep(
@@ -141,8 +151,8 @@ def run(
     cores = len(os.sched_getaffinity(0)) if known else os.cpu_count() or 1
     workers = cores if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     left = open_store(plan, path)
-    total = sum(map(plan.beams_of, plan.tasks))
-    before = total - sum(map(plan.beams_of, left))
+    total = math.prod(plan.shape)
+    before = total - sum(math.prod(plan.part(task).shape) for task in left)
     state, start = Progress(total, before, before), time.monotonic()
 
     def capacity() -> int:
@@ -154,8 +164,9 @@ def run(
             pool = stack.enter_context(process_pool(min(workers, len(left))))
         else:
             pool = executor.get_executor(pure=False) if is_dask else executor
-        for task in completed(pool, capacity, path, left, cancel=executor is not None):
-            state.done += plan.beams_of(task)
+        work = ((path, plan.region(task), plan.part(task)) for task in left)
+        for _, _, part in completed(pool, capacity, work, cancel=executor is not None):
+            state.done += math.prod(part.shape)
             state.seconds = time.monotonic() - start
             if report:
                 report(state)
@@ -164,27 +175,25 @@ def run(
 def completed(
     executor: futures.Executor | None,
     capacity: Callable[[], int],
-    path: Path,
-    tasks: list[Task],
+    work: Iterator[Work],
     *,
     cancel: bool,
-) -> Iterator[Task]:
-    """Each task as it is done, with `capacity` of them submitted at a time; in this process
+) -> Iterator[Work]:
+    """Each chunk as it is done, with `capacity` of them submitted at a time; in this process
     without an executor. cancel: the executor outlives this, so that what waits is cancelled."""
     if executor is None:
-        for task in tasks:
-            solve_and_write(path, task)
-            yield task
+        for chunk in work:
+            solve_and_write(*chunk)
+            yield chunk
         return
-    waiting = iter(tasks)
-    pending: dict[futures.Future, Task] = {}
+    pending: dict[futures.Future, Work] = {}
     try:
         while True:
             with defer_signals():  # an exception inside could leave a future locked for ever
-                for task in itertools.islice(waiting, max(0, capacity() - len(pending))):
+                for chunk in itertools.islice(work, max(0, capacity() - len(pending))):
                     with blocked_interrupts():
-                        future = executor.submit(solve_and_write, path, task)
-                    pending[future] = task
+                        future = executor.submit(solve_and_write, *chunk)
+                    pending[future] = chunk
                 done = futures.wait(pending, POLL, return_when=futures.FIRST_COMPLETED).done
             if not pending:
                 return

@@ -25,15 +25,7 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import TOLERANCES, Problem, interpolation_matrix, solve_many
 from beamviz.solver.solution import PURE, Solution
-from beamviz.sweeps.store import (
-    ARRAYS,
-    FAMILIES,
-    STATUSES,
-    Plan,
-    Task,
-    stored_plan,
-    write_chunk,
-)
+from beamviz.sweeps.store import ARRAYS, FAMILIES, STATUSES, Plan, Region, write_chunk
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
 SAFETY = 5.0
@@ -251,36 +243,34 @@ class Line:
         return determined & ~inaccurate & (highest[:, :, 0] <= ends).all(axis=1), order
 
 
-def solve_and_write(path: Path, task: Task) -> None:
-    """Solve a chunk of a store and write it."""
-    plan = stored_plan(path)
-    write_chunk(path, plan, task, solve_chunk(plan, task))
+def solve_and_write(path: Path, region: Region, part: Plan) -> None:
+    """Solve the part of a sweep that is a chunk of its store, and write it."""
+    write_chunk(path, region, solve_chunk(part))
 
 
 def solve_in_memory(plan: Plan, report: Callable[[float], None]) -> Row:
     """The arrays of a small sweep, without a store. report: called with the share that is done,
     before each chunk; what it raises ends the sweep."""
-    arrays = empty_arrays(plan, plan.shape)
+    arrays = empty_arrays(plan)
     for k, task in enumerate(plan.tasks):
         report(k / len(plan.tasks))
-        for name, part in solve_chunk(plan, task).items():
+        for name, part in solve_chunk(plan.part(task)).items():
             arrays[name][plan.region(task)] = part
     return arrays
 
 
-def empty_arrays(plan: Plan, shape: tuple[int, ...]) -> Row:
-    """Arrays of as many beams, without results."""
+def empty_arrays(plan: Plan) -> Row:
+    """The arrays of a sweep, without results."""
     return {
-        name: np.full(shape + (plan.problem.modes,) * len(extra), empty, kind)
+        name: np.full(plan.shape + (plan.problem.modes,) * len(extra), empty, kind)
         for name, (kind, extra, empty, _) in ARRAYS.items()
     }
 
 
-def solve_chunk(plan: Plan, task: Task) -> dict[str, np.ndarray]:
-    """The arrays of a chunk."""
-    parts = plan.region(task)
-    arrays = empty_arrays(plan, tuple(part.stop - part.start for part in parts))
-    values = {n: a[part].tolist() for (n, a), part in zip(plan.axes.items(), parts, strict=True)}
+def solve_chunk(plan: Plan) -> Row:
+    """The arrays of a sweep that is solved as one chunk."""
+    arrays = empty_arrays(plan)
+    values = {name: array.tolist() for name, array in plan.axes.items()}
     over = list(plan.axes)[plan.line]
     along = values.pop(over)
     places = itertools.product(*map(range, map(len, values.values())))

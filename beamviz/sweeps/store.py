@@ -15,8 +15,8 @@ import os
 import shutil
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +57,7 @@ FORMAT = "beamviz sweep 1"
 NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 
 Task = tuple[int, ...]  # a chunk, by its position along each axis
+Region = tuple[slice, ...]  # of the arrays
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Plan:
 
     @cached_property
     def line(self) -> int:
-        """The axis along which beams are solved together: the longest."""
+        """The axis along which beams are solved together: the longest, also of a chunk."""
         return self.shape.index(max(self.shape))
 
     @cached_property
@@ -109,14 +110,15 @@ class Plan:
         counts = [math.ceil(n / c) for n, c in zip(self.shape, self.chunk, strict=True)]
         return list(itertools.product(*map(range, counts)))
 
-    def region(self, task: Task) -> tuple[slice, ...]:
+    def region(self, task: Task) -> Region:
         """The region of a chunk in the arrays."""
         ends = zip(task, self.chunk, self.shape, strict=True)
         return tuple(slice(k * c, min((k + 1) * c, n)) for k, c, n in ends)
 
-    def beams_of(self, task: Task) -> int:
-        """The number of beams of a chunk."""
-        return math.prod(part.stop - part.start for part in self.region(task))
+    def part(self, task: Task) -> "Plan":
+        """The sweep over the values of a chunk."""
+        axes = zip(self.axes.items(), self.region(task), strict=True)
+        return replace(self, axes={name: values[region] for (name, values), region in axes})
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -286,19 +288,9 @@ def open_group(path: Path) -> Any:
     return group
 
 
-def stored_plan(path: Path) -> Plan:
-    """The sweep that a store was made for, read once."""
-    made = None
-    with contextlib.suppress(OSError):  # of no store, which is reported when it is opened
-        metadata = (path / "zarr.json").stat()
-        made = metadata.st_ino, metadata.st_mtime_ns  # others where it was deleted and made anew
-    return _read_plan(path, made)
-
-
-@lru_cache(maxsize=4)
 @defer_signals()
-def _read_plan(path: Path, made: tuple[int, int] | None) -> Plan:
-    """The sweep that a store was made for. made: identifies its metadata."""
+def stored_plan(path: Path) -> Plan:
+    """The sweep that a store was made for."""
     group = open_group(path)
     attributes = group.attrs
     fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
@@ -317,9 +309,9 @@ def _read_plan(path: Path, made: tuple[int, int] | None) -> Plan:
 
 
 @defer_signals()
-def write_chunk(path: Path, plan: Plan, task: Task, arrays: dict[str, np.ndarray]) -> None:
-    """Write the results of a task, `status` last."""
-    group, region = open_group(path), plan.region(task)
+def write_chunk(path: Path, region: Region, arrays: dict[str, np.ndarray]) -> None:
+    """Write the results of a chunk, `status` last."""
+    group = open_group(path)
     with written(path):
         for name in ARRAYS:
             group[name][region] = arrays[name]

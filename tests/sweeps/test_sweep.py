@@ -178,8 +178,7 @@ def test_a_store_of_another_version_is_named(tmp_path, run):
     assert code == 2
     assert f"'softening' is missing: damaged, or of beamviz 0.0.1, and this is {__version__}" in err
     damaged = tmp_path / "b.zarr"
-    sweep({"gamma": [0, 1], "mu": [50, 70]}, store.with_name("c.zarr"), workers=1)
-    shutil.copytree(store.with_name("c.zarr"), damaged)
+    sweep({"gamma": [0, 1], "mu": [50, 70]}, damaged, workers=1)
     shutil.rmtree(damaged / "frequency")
     code, _, err = run("export", str(tmp_path / "a.png"), "--sweep", str(damaged))
     assert (code, "'frequency' is missing: damaged" in err) == (2, True)
