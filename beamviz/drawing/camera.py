@@ -243,7 +243,7 @@ class PageCamera:
     @property
     def chosen(self) -> Camera | None:
         """The visitor's viewpoint; None if the beam is fitted into the page."""
-        if self.change or self.is_at(self.placed):
+        if self.change or self.outdated or self.is_at(self.placed):
             return self.given
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
 

@@ -122,10 +122,19 @@ class State:
 
     def loaded(self, scene: Scene) -> Self:
         """With another scene, and without the case kept for comparison."""
-        shown = {name: getattr(scene, name) for name in ("view", "camera", "over", "per_rev")}
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
-        state = replace(self, scene=scene, case=Case.of(scene), comparison=comparison, **shown)
-        return replace(state, kept=None, forced_response=False, run_speed=None)
+        return replace(
+            self.changed("over", scene.over),
+            scene=scene,
+            case=Case.of(scene),
+            view=scene.view,
+            camera=scene.camera,
+            per_rev=scene.per_rev,
+            comparison=comparison,
+            kept=None,
+            forced_response=False,
+            run_speed=None,
+        )
 
     @property
     def shown_case(self) -> Case:

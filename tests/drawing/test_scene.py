@@ -166,8 +166,10 @@ def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():
     for old in (wide, (start.position, start.look_at)):
         view.position, view.look_at = old
         assert page_camera.outdated
+        assert page_camera.chosen is None
     view.position = (1.0, -2.0, 1.0)
     assert not page_camera.outdated
+    assert page_camera.chosen.position == view.position
 
 
 @pytest.mark.parametrize("back", [None, 15])

@@ -63,6 +63,15 @@ def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
         assert state.changed(name, value).camera is None
 
 
+def test_the_axes_of_the_map_are_two_numbers():
+    """One chosen for both takes the place of the other, also in a scene that was loaded, where
+    tabs open as before."""
+    loaded = START.loaded(Scene(PAPER, over="alpha"))
+    for state in (START.changed("over", "alpha"), START.changed("across", "gamma"), loaded):
+        assert (state.over, state.across) == ("alpha", "gamma")
+    assert State.of(loaded.scene).changed("tab", "map").tab == "map"
+
+
 def test_a_kept_case_belongs_to_its_scene():
     """Another scene drops it; keeping a case does not replace another comparison. A case has all
     options, so that cases with equal solutions are equal."""
