@@ -329,7 +329,7 @@ class Session:
         page.html("legend", "" if view.warning else legend)
         page.html("pace-text", panel.pace(view.pace, units))
         invitation = panel.invitation(case) if case is self.links.start.case else ""
-        page.html("scene-caption", RESPONSE if self.run_up.driven else invitation)
+        page.html("scene-caption", RESPONSE if view.driven else invitation)
 
     def show_charts(self, now: float) -> None:
         """Show the charts, with many visitors only if the slider is at rest."""

@@ -81,11 +81,11 @@ class State:
     scene: the one loaded last; opened: the one that the page, a link or a file opened; camera: a
     fixed viewpoint, None to fit the beam into the page; tab: the one that is open; over: the
     abscissa of the loci chart and the map; across: the ordinate of the map; mapped: the quantity of
-    the map, "gap" or the number of a mode; per_rev: multiples of
-    the speed in the chart; comparison: the kind of second beam; kept: the case kept for it;
-    stacked: the second beam is drawn above the first, not overlaid; force_per_rev, damping: periods
-    of the force per revolution and damping ratio of the run-up; forced_response: the scene shows
-    the response to that force; run_speed: the speed during a run-up, in place of the beam's own;
+    the map, "gap" or the number of a mode; per_rev: multiples of the speed in the chart;
+    comparison: the kind of second beam; kept: the case kept for it; stacked: the second beam is
+    drawn above the first, not overlaid; force_per_rev, damping: periods of the force per revolution
+    and damping ratio of the run-up; forced_response: the scene shows the response to that force;
+    run_speed: the speed during a run-up, in place of the beam's own, of which an edit ends it;
     time_methods: the tab Methods times all methods; film_length: of the films that are exported;
     section: the sizes by which the panel of a real beam gives its section; lesson: the name of the
     open lesson, "" for none; step: its step, from 0; following: the visitor follows the presenter.
@@ -172,7 +172,9 @@ class State:
                 state = replace(state, **{other: getattr(self, name)})
             return state
         kept = self.keep_for_comparison() if name in TERMS else self
-        return replace(kept, case=self.case.changed(name, value), camera=camera)
+        run_speed = None if name == "gamma" else self.run_speed
+        case = self.case.changed(name, value)
+        return replace(kept, case=case, camera=camera, run_speed=run_speed)
 
     def share(self, value: Any, mode: int) -> Self:
         return replace(self, view=self.view.share(mode, value), forced_response=False)

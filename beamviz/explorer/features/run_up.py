@@ -50,16 +50,13 @@ class RunUpPlayback:
     """The run-up in the scene: `step` increases the speed shown, `drawn` is the response at that
     speed.
 
-    running: the speed increases; driven: the scene shows the response; field: complex displacement
-    (n, 2) [beam lengths] drawn.
+    request: the run-up of the chart; field: complex displacement (n, 2) [beam lengths] drawn.
     """
 
     def __init__(self, visitor: Visitor):
         self.visitor = visitor
         self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
         self.request: RunUpRequest | None = None
-        self.position: float | None = None  # index of the present speed, None while not running
-        self.gamma = 0.0  # of the beam at the start of the run-up
         self.field: np.ndarray = np.zeros((0, 2))
 
     @property
@@ -74,66 +71,50 @@ class RunUpPlayback:
 
     @property
     def running(self) -> bool:
-        return self.position is not None and self.run is not None
-
-    @property
-    def driven(self) -> bool:
-        """Whether the scene shows the response: from the start until a mode is chosen."""
-        state = self.visitor.state
-        shown = state.forced_response and not state.view.all_modes
-        return shown and self.run is not None and self.field.size > 0
+        return self.visitor.state.run_speed is not None and self.run is not None
 
     def start_or_stop(self) -> None:
         """Start from rest, or stop; nothing for a number out of range."""
         if self.running:
-            self.stop()
+            self.show_speed(None)
             return
         with contextlib.suppress(InvalidInput):
-            self.gamma, self.position = self.visitor.state.case.beam().gamma, 0.0
+            self.visitor.state.case.beam()
             self.compute()
-            self.visitor.change(with_response)
+            self.visitor.change(started)
 
     def compute(self) -> None:
         self.request = RunUpRequest.of(self.visitor.state)
         self.job.request(self.request)
 
-    def stop(self) -> None:
-        """Stop, and show the beam at its own speed again."""
-        self.position = None
-        self.visitor.set_state(replace(self.visitor.state, run_speed=None))
-
     def step(self, elapsed: float) -> None:
-        """Increase the speed after `elapsed` [s]. If the visitor has set another speed, stop the
-        run-up; for another beam, model or force discard it."""
+        """Increase the speed after `elapsed` [s]; for another beam, model or force discard the
+        run-up."""
         with self.visitor.lock:
             state = self.visitor.state
             if self.request is None:
                 if state.forced_response:  # of a link, or after undo
                     self.compute()
             elif RunUpRequest.of(state) != self.request:
-                self.request = self.position = None
+                self.request = None
                 self.visitor.set_state(replace(state, run_speed=None, forced_response=False))
-            elif self.run and self.position is not None:
-                unstable = np.flatnonzero(~np.isfinite(self.run.amplitudes))
-                last = max(float(unstable[0] if unstable.size else len(self.run.speeds)) - 1, 0.0)
-                if state.case.numbers["gamma"] != self.gamma or self.position >= last:
-                    self.stop()
-                else:
-                    self.show_speed(self.run, min(self.position + PER_SECOND * elapsed, last))
+            elif self.answer and state.run_speed is not None and not state.following:
+                self.show_speed(self.run and next_speed(self.run, state.run_speed, elapsed))
 
-    def show_speed(self, run: RunUp, position: float) -> None:
-        """Show the beam at a position between the speeds of the run-up."""
-        self.position = position
-        speed = float(np.interp(position, np.arange(len(run.speeds)), run.speeds))
+    def show_speed(self, speed: float | None) -> None:
+        """Show the beam at a speed of the run-up, or None: end it, at the beam's own speed."""
         self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
 
     def drawn(self, shapes: SampledModes, scale: float) -> DrawnBeam | None:
         """The response as the scene draws it, at `scale` [pixels per beam length]: as the only mode
-        of the beam, with the phase of the force. None unless the scene shows it."""
+        of the beam, with the phase of the force. None unless the scene shows it: from the start of
+        a run-up until a mode is chosen."""
         answer, state, run = self.visitor.answer, self.visitor.state, self.run
-        if state.forced_response and run and answer and answer.solution:
+        if run is None or not state.forced_response or state.view.all_modes:
+            return None
+        if answer and answer.solution:
             self.field = scaled_response(run, answer.solution, shapes, state.view.amplitude)
-        if not self.driven:
+        if not self.field.size:
             return None
         size, unlimited = max(PEAK * state.view.amplitude, 1e-9), np.full(1, np.inf)
         modes, nodes = 1j * self.field[None] / size, [np.zeros(0)]
@@ -141,10 +122,22 @@ class RunUpPlayback:
         return DrawnBeam.of(moved, state.view, scale, np.full(1, size))
 
 
-def with_response(state: State) -> State:
-    """With the response to the force in the scene, and its line in the chart."""
+def started(state: State) -> State:
+    """At rest, with the response to the force in the scene, and its line in the chart."""
     per_rev = tuple(sorted({*state.per_rev, state.force_per_rev}))
-    return replace(state.changed("all_modes", False), per_rev=per_rev, forced_response=True)
+    state = state.changed("all_modes", False)
+    return replace(state, per_rev=per_rev, forced_response=True, run_speed=0.0)
+
+
+def next_speed(run: RunUp, speed: float, elapsed: float) -> float | None:
+    """The speed after `elapsed` [s]; None after the last stable one."""
+    unstable = np.flatnonzero(~np.isfinite(run.amplitudes))
+    stable = run.speeds[: unstable[0] if unstable.size else None]
+    if not speed < max(stable, default=0.0):
+        return None
+    numbers = np.arange(len(stable))
+    reached = float(np.interp(speed, stable, numbers)) + PER_SECOND * elapsed
+    return float(np.interp(reached, numbers, stable))
 
 
 def scaled_response(
