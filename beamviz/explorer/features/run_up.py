@@ -99,7 +99,8 @@ class RunUpPlayback:
                 self.request = None
                 self.visitor.set_state(replace(state, run_speed=None, forced_response=False))
             elif self.answer and state.run_speed is not None and not state.following:
-                self.show_speed(self.run and next_speed(self.run, state.run_speed, elapsed))
+                run = self.run
+                self.show_speed(next_speed(run, state.run_speed, elapsed) if run else None)
 
     def show_speed(self, speed: float | None) -> None:
         """Show the beam at a speed of the run-up, or None: end it, at the beam's own speed."""
