@@ -20,7 +20,7 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps import compute
 from beamviz.failure_maps.compute import CORRECT, KINDS, STATES, Kind, Map, MethodMap, Plane
 from beamviz.files import Files, json_text, make_folder, markdown_table, write_files
-from beamviz.plotting import FAINT, INK, STYLE, new_figure, picture_files
+from beamviz.plotting import INK, STRIPES, STYLE, new_figure, picture_files
 from beamviz.sweeps.quantities import connected
 
 PAGE = "stability.md"
@@ -154,21 +154,8 @@ SMALLEST_LOSS = 0.02  # of the panel must be falsely unstable for its boundary t
 LETTER = 0.024  # width, of the panel
 CONSTANT = 1e-3  # largest relative difference of speeds called the same
 BUCKLING = (0, (3, 2))
-HATCHED = STYLE | {"hatch.linewidth": 0.5}
-EDGE: dict[str, Any] = {"ec": "#777777", "lw": 0.6}
+EDGE: dict[str, Any] = {"ec": STRIPES, "lw": 0.6}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "top", "zorder": 5}
-LOOKS = {  # by colour of a kind: face, hatch, and the ink of labels
-    # Safe for the colour-blind and in grey: lightness falls, and hatches help.
-    "white": ("#FFFFFF", "", FAINT),
-    "pale": ("#F0F0F0", "", INK),
-    "yellow": ("#F7E98E", "", INK),
-    "blue": ("#A9D3F0", "", INK),
-    "grey": ("#C4C4C4", "////", INK),
-    "green": ("#6FBFA6", "....", INK),
-    "purple": ("#A0508A", "xxx", "white"),
-    "orange": ("#C44601", "", "white"),
-    "black": ("#2B2B2B", "", "white"),
-}
 TEXTS = {  # of a sheet: its two lines of heading, and the meanings of a line and of a dashed line
     KINDS: (
         "Where methods fail",
@@ -186,7 +173,7 @@ TEXTS = {  # of a sheet: its two lines of heading, and the meanings of a line an
 }
 
 
-@rc_context(HATCHED)
+@rc_context(STYLE)
 def pictures(found: Map) -> Files:
     """The sheet of one plane as PNG and SVG, by file name: a panel for each method that does not
     refuse, one for the legend, and one for the others."""
@@ -228,8 +215,8 @@ def draw_legend(axes: Axes, found: Map, shown: list[MethodMap]) -> None:
     for kind in found.plane.kinds if states else (*found.plane.kinds, compute.OUTSIDE):
         if states or kind.name in present:
             text = kind.meaning + ("" if kind.name in present else " (nowhere here)")
-            face, hatch, _ = LOOKS[kind.colour]
-            handles.append(Patch(fc=face, hatch=hatch, label=fill(text, 38), **EDGE))
+            look = {"fc": kind.face, "hatch": kind.hatch, **EDGE}
+            handles.append(Patch(label=fill(text, 38), **look))
     line: dict[str, Any] = {"color": INK, "lw": 1.2}
     handles.append(Line2D([], [], label=boundary, **line))
     if states or np.isfinite(shown[0].speeds("buckling")).any():
@@ -264,18 +251,17 @@ def draw_cells(axes: Axes, plane: Plane, names: np.ndarray) -> None:
     y = compute.edges(plane.start, plane.stop, names.shape[0], plane.logarithmic)
     axes.set_xscale("log")
     axes.set_yscale("log" if plane.logarithmic else "linear")
-    axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], facecolor=LOOKS[compute.OUTSIDE.colour][0])
+    axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], facecolor=compute.OUTSIDE.face)
     axes.set_xticks(TICKS, [str(tick) for tick in TICKS])
     axes.minorticks_off()
     for kind in plane.kinds:
-        here, (face, hatch, ink) = names == kind.name, LOOKS[kind.colour]
+        here = names == kind.name
         if here.any():
-            edge = "none" if not hatch else "white" if ink == "white" else "#777777"
             axes.pcolor(
                 *(x, y, np.ma.masked_where(~here, here)),
-                cmap=ListedColormap([face]),
-                hatch=hatch,
-                edgecolor=edge,
+                cmap=ListedColormap([kind.face]),
+                hatch=kind.hatch,
+                edgecolor="white" if kind.ink == "white" else STRIPES,
                 linewidth=0,
                 antialiased=False,
                 zorder=1,
@@ -285,7 +271,7 @@ def draw_cells(axes: Axes, plane: Plane, names: np.ndarray) -> None:
 
 def label_region(axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, kind: Kind) -> None:
     """Label the largest connected region of a kind at its widest place, if there is room."""
-    label, (face, hatch, ink) = fill(kind.name, 9, break_long_words=False), LOOKS[kind.colour]
+    label = fill(kind.name, 9, break_long_words=False)
     share, row, column = max(connected(here, (1.2, 1.0)), key=itemgetter(0))
     outside = np.flatnonzero(~np.pad(here[row], 1))  # of the padded row: one to the right
     left = int(outside[outside <= column].max())
@@ -294,8 +280,8 @@ def label_region(axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, kin
     if share < SMALLEST_NAMED or (right - left) / here.shape[1] < LETTER * longest:
         return
     place = (x[left] * x[right]) ** 0.5, (y[row] + y[row + 1]) / 2
-    box = {"fc": face, "ec": "none", "pad": 0.8} if hatch else None
-    text: dict[str, Any] = {"size": 7.5, "color": ink, "bbox": box, "clip_on": True}
+    box = {"fc": kind.face, "ec": "none", "pad": 0.8}  # over hatches and boundaries
+    text: dict[str, Any] = {"size": 7.5, "color": kind.ink, "bbox": box, "clip_on": True}
     axes.text(*place, label, ha="center", va="center", zorder=4, **text)
 
 

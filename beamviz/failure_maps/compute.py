@@ -21,6 +21,7 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
 from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.limits import is_bent
 from beamviz.frequency_loci.mode_vectors import Outcome
+from beamviz.plotting import FAINT, INK
 from beamviz.solver import other_stable_states, solve_many
 from beamviz.solver.solution import Solution
 
@@ -37,32 +38,43 @@ SEARCHED = 4  # columns of the map from one search for a second state to the nex
 
 
 class Kind(NamedTuple):
-    """A kind of cell, and the colour that it is drawn in."""
+    """A kind of cell, the colour and the hatch that it is drawn in, and the colour of its label."""
 
     name: str
     meaning: str
-    colour: str
+    face: str
+    hatch: str = ""
+    ink: str = INK
 
 
-RIGHT = Kind("right", "right: within 0.001 of its own model's exact frequencies", "white")
-INACCURATE = Kind("inaccurate", "inaccurate: a larger discretisation error", "yellow")
-OTHER_MODEL = Kind("other model", "its model is more than 1 % off the reference", "blue")
-TRULY_UNSTABLE = Kind("truly unstable", "truly unstable, and reported as such", "grey")
-ROUNDING = Kind("rounding", "rounding error: more terms do not help", "green")
-NOT_CONVERGED = Kind("did not converge", "did not converge", "purple")
-FALSELY_UNSTABLE = Kind("falsely unstable", "falsely unstable: the beam is stable", "orange")
-NO_EQUILIBRIUM = Kind("no equilibrium", "no equilibrium in its model, reported as such", "black")
-OUTSIDE = Kind("outside", "not accepted: γ above 5 μ", "pale")
+# Safe for the colour-blind and in grey: lightness falls, and hatches help.
+RIGHT = Kind(
+    "right", "right: within 0.001 of its own model's exact frequencies", "white", "", FAINT
+)
+INACCURATE = Kind("inaccurate", "inaccurate: a larger discretisation error", "#F7E98E")
+OTHER_MODEL = Kind("other model", "its model is more than 1 % off the reference", "#A9D3F0")
+TRULY_UNSTABLE = Kind("truly unstable", "truly unstable, and reported as such", "#C4C4C4", "////")
+ROUNDING = Kind("rounding", "rounding error: more terms do not help", "#6FBFA6", "....")
+NOT_CONVERGED = Kind("did not converge", "did not converge", "#A0508A", "xxx", "white")
+FALSELY_UNSTABLE = Kind(
+    "falsely unstable", "falsely unstable: the beam is stable", "#C44601", "", "white"
+)
+NO_EQUILIBRIUM = Kind(
+    "no equilibrium", "no equilibrium in its model, reported as such", "#2B2B2B", "", "white"
+)
+OUTSIDE = Kind("outside", "not accepted: γ above 5 μ", "#F0F0F0")
 KINDS = (
     *(RIGHT, INACCURATE, OTHER_MODEL, TRULY_UNSTABLE),
     *(ROUNDING, NOT_CONVERGED, FALSELY_UNSTABLE, NO_EQUILIBRIUM),
 )
 CORRECT = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
-STRAIGHT = Kind("straight", "straight, and stable", "white")
-BENT = Kind("bent", "bent; the straight state is unstable", "blue")
-SEVERAL = Kind("more than one", "more than one stable state, mirror images apart", "green")
-NO_STATE = Kind("no stable state", "no stable state found", "black")
+STRAIGHT = RIGHT._replace(name="straight", meaning="straight, and stable")
+BENT = OTHER_MODEL._replace(name="bent", meaning="bent; the straight state is unstable")
+SEVERAL = ROUNDING._replace(
+    name="more than one", meaning="more than one stable state, mirror images apart"
+)
+NO_STATE = NO_EQUILIBRIUM._replace(name="no stable state", meaning="no stable state found")
 STATES = (STRAIGHT, BENT, SEVERAL, NO_STATE, NOT_CONVERGED)
 
 # Models: the options of `solve` that give their exact frequencies.

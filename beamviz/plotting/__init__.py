@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 COLOURS = {"bending": "#0072B2", "stretching": "#D55E00"}  # Okabe & Ito, safe for the colour-blind
 INK, FAINT = "#222222", "#8A8A8A"
+STRIPES = "#777777"  # of hatches
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
 STATIONS = 201  # of a mode shape
@@ -26,6 +27,8 @@ STYLE: Any = {
     "axes.spines.right": False,
     "axes.edgecolor": INK,
     "axes.linewidth": 0.8,
+    "hatch.linewidth": 0.5,
+    "hatch.color": STRIPES,
     "svg.hashsalt": "beamviz",  # the same picture is the same file
 }
 OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")

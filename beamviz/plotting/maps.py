@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
-from beamviz.plotting import INK, STYLE, current_axes, new_figure, on_axis, save_figure
+from beamviz.plotting import INK, STRIPES, STYLE, current_axes, new_figure, on_axis, save_figure
 from beamviz.solver import DEFAULTS, Problem
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES, chunks_read, find_place
@@ -28,7 +28,7 @@ EMPTY = {  # by status: colour and hatch of beams without a number
     "not converged": ("#A0A0A0", "xxxx"),
 }
 DECADES = 1e-4  # of the largest gap: colours end there
-HALO = [patheffects.withStroke(linewidth=2.5, foreground="white")]
+HALO = [patheffects.withStroke(linewidth=3.0, foreground="white")]
 
 
 def save_map(path: Path, dataset: "xarray.Dataset", over: Sequence[str], **options: Any) -> None:
@@ -104,7 +104,7 @@ def draw_empty(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> No
         one = ListedColormap([colour])
         ax.pcolormesh(x, y, np.ma.masked_where(~here, here), cmap=one, rasterized=True)
         ax.contourf(x, y, here, levels=[0.5, 1.5], colors="none", hatches=[hatch])
-        handles.append(Patch(facecolor=colour, edgecolor=INK, hatch=hatch, lw=0.5, label=name))
+        handles.append(Patch(facecolor=colour, edgecolor=STRIPES, hatch=hatch, lw=0.5, label=name))
     if handles:
         ax.legend(
             handles=handles,

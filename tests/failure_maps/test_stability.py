@@ -7,6 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from beamviz import Beam, NoEquilibrium, NotConverged, failure_maps, solve
@@ -211,6 +213,16 @@ def test_a_failing_cell_can_be_replayed(written, run, name, code, shown):
     found, out, err = run(*row["command"].split()[1:])
     assert found == code
     assert shown in out + err
+
+
+def test_a_label_hides_hatches_and_boundaries():
+    """In a box of the colour of its region."""
+    for plane in (PLANES[0], kinds.INWARD):
+        for kind in plane.kinds:
+            axes = Figure().add_subplot()
+            failure_maps.draw_cells(axes, plane, np.full((9, 9), kind.name))
+            (label,) = axes.texts
+            assert label.get_bbox_patch().get_facecolor() == to_rgba(kind.face)
 
 
 def test_middles_lie_between_edges():
