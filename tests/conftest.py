@@ -58,7 +58,24 @@ def steel(tmp_path: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def url(request: pytest.FixtureRequest) -> Iterator[str]:
+def frame_loops() -> Iterator[list[Any]]:
+    """The frame loops of all explorers started after this, in their order."""
+    from beamviz import explorer as server
+
+    made: list[Any] = []
+
+    class Watched(server.FrameLoop):
+        def __init__(self, *given: Any):
+            super().__init__(*given)
+            made.append(self)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(server, "FrameLoop", Watched)
+        yield made
+
+
+@pytest.fixture(scope="module")
+def url(request: pytest.FixtureRequest, frame_loops) -> Iterator[str]:
     """A running explorer for all tests of a file; every visitor starts from PAPER, or from the
     scene that the file calls FIRST."""
     from live.visitor import PAPER
@@ -81,6 +98,13 @@ def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
         yield visiting
 
 
+@pytest.fixture
+def session(guest, frame_loops) -> Any:
+    """The session of `guest` in the explorer of the file."""
+    sessions = frame_loops[0].sessions
+    return sessions[max(sessions)]
+
+
 @pytest.fixture(scope="module")
 def shown(url) -> Iterator[Page]:
     """One page of the explorer of the file, which its tests use in turn."""
@@ -96,23 +120,6 @@ def plain() -> Iterator[Any]:
 
     with plain_viser_server() as server:
         yield server
-
-
-@pytest.fixture(scope="module")
-def frame_loops() -> Iterator[list[Any]]:
-    """The frame loops of all explorers started after this, in their order."""
-    from beamviz import explorer as server
-
-    made: list[Any] = []
-
-    class Watched(server.FrameLoop):
-        def __init__(self, *given: Any):
-            super().__init__(*given)
-            made.append(self)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(server, "FrameLoop", Watched)
-        yield made
 
 
 @pytest.fixture

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from charts import SynchronousVisitor, case
-from live.visitor import PAPER, TIMEOUT, Visitor
+from charts import case
+from live.visitor import PAPER, TIMEOUT, Visitor, final_text, pause
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
-from beamviz.drawing.modes import Clock, SampledModes, displacement
+from beamviz.drawing.modes import SampledModes, displacement
 from beamviz.drawing.surroundings import MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import comparison_table
@@ -92,31 +92,32 @@ def test_modes_mixed_by_coriolis_forces_are_compared_by_shape():
 
 
 @pytest.mark.parametrize("stacked", [False, True])
-def test_both_beams_run_on_one_clock(stacked):
-    """With twice the mass: the phase of each mode has advanced by its own frequency."""
-    with run_server() as server:
-        guest: Any = SynchronousVisitor(Scene(PAPER), server.scene)
-        guest.change(lambda state: replace(state, comparison="mass", stacked=stacked))
-        comparison, clock = comparisons.Comparison(guest), Clock(phases=np.linspace(0, 1, 5))
-        main, double = guest.answer.shapes, solve(PAPER.replace(alpha=2))
-        comparison.draw(DrawnBeam.of(main, guest.state.view), clock, driven=False)
-        comparison.move(0.01, None)
-        for k, label in enumerate(double.labels):
-            start = clock.phases[main.labels.index(label)]
-            expected = start + 0.01 * double.frequencies[k]
-            assert comparison.clock.phases[k] == pytest.approx(expected)
-        view, shapes = comparison.view, comparison.view.shapes
-        moved = displacement(shapes, comparison.clock.phases, 0.15 * np.eye(5)[1])
-        centreline, _ = to_hub_frame(shapes, shapes.centreline + moved)
-        if stacked:
-            middle = (centreline[:-1] + centreline[1:]) / 2
-            assert np.allclose(view.beam.batched_positions, middle, atol=1e-6)
-            assert view.frame.position[2] == max(comparison.heights) == -min(comparison.heights)
-            assert view.surroundings.floor.visible is False
-        else:
-            rings = view.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)
-            assert np.allclose(rings, centreline, atol=1e-6)
-            assert np.allclose(view.mass.position, centreline[shapes.mass])
+def test_both_beams_run_on_one_clock(guest, session, stacked):
+    """With twice the mass: a mode begins at the phase of its partner, and advances by its own
+    frequency."""
+    pause(guest)
+    guest.do("stacked", stacked)
+    guest.choose("comparison", "mass")
+    assert frequency(double := PAPER.replace(alpha=2)) in final_text(guest)
+    comparison, solution, main = session.comparison, solve(double), session.view.shapes.labels
+    before, ours = comparison.clock.phases.copy(), session.view.clock.phases
+    assert before == pytest.approx([ours[main.index(label)] for label in solution.labels])
+    comparison.move(0.01, None)
+    advanced = (comparison.clock.phases - before - 0.01 * solution.frequencies) % math.tau
+    assert np.minimum(advanced, math.tau - advanced).max() < 1e-9
+    view, shapes = comparison.view, comparison.view.shapes
+    moved = displacement(shapes, comparison.clock.phases, 0.15 * np.eye(5)[1])
+    centreline, _ = to_hub_frame(shapes, shapes.centreline + moved)
+    if stacked:
+        middle = (centreline[:-1] + centreline[1:]) / 2
+        assert np.allclose(view.beam.batched_positions, middle, atol=1e-6)
+        height = max(comparison.heights)
+        assert view.frame.position[2] == height == -min(comparison.heights)
+        assert view.surroundings.floor.visible is False
+    else:
+        rings = view.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)
+        assert np.allclose(rings, centreline, atol=1e-6)
+        assert np.allclose(view.mass.position, centreline[shapes.mass])
 
 
 @pytest.mark.parametrize("beam", [PAPER, *(Beam(delta=delta, gamma=1) for delta in (-1, 0, 2))])

@@ -24,7 +24,6 @@ from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause
 from beamviz import explorer as frame_loop
 from beamviz.beam import Beam
 from beamviz.explorer import FrameLoop, explorer, jobs
-from beamviz.explorer.session import Session
 from beamviz.scene import Scene
 from beamviz.server import connection as guard
 from beamviz.server import viser_private as hardening
@@ -88,12 +87,6 @@ def vanish(line: socket.socket) -> None:
 def alone(frame_loops: list[FrameLoop], count: int = 1) -> None:
     """Wait until there are only `count` sessions."""
     wait_until(lambda: len(frame_loops[0].sessions) == count)
-
-
-def newest(frame_loops: list[FrameLoop]) -> Session:
-    """The session of the latest visitor, beside one other, once it exists."""
-    alone(frame_loops, 2)
-    return frame_loops[0].sessions[max(frame_loops[0].sessions)]
 
 
 @pytest.mark.slow
@@ -180,7 +173,8 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
         alone(frame_loops)
         with caplog.at_level(logging.WARNING), visitor(url) as guest:
             guest.choose("playing", False)
-            own = newest(frame_loops).visitor
+            alone(frame_loops, 2)
+            own = frame_loops[0].sessions[max(frame_loops[0].sessions)].visitor
             for action in 3 * list(own.page.handlers):
                 guest.do(action, bad)
             wait_until(partial(is_solved, guest, own))
@@ -191,15 +185,14 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(url, other, caplog):
+def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(other, guest, caplog):
     """The visitor reads that it was unexpected; the next number is solved."""
-    with visitor(url) as guest:
-        for _ in range(3):
-            guest.choose("gamma", 12.0)
-            guest.wait(lambda _: "a mistake of ours" not in guest.text)
-            guest.choose("gamma", BROKEN)
-            guest.says("unexpected: a mistake of ours")
-        guest.edit(gamma=12.0)
+    for _ in range(3):
+        guest.choose("gamma", 12.0)
+        guest.wait(lambda _: "a mistake of ours" not in guest.text)
+        guest.choose("gamma", BROKEN)
+        guest.says("unexpected: a mistake of ours")
+    guest.edit(gamma=12.0)
     lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert len(lines) == 1
     assert lines[0].exc_info in (None, False)
@@ -249,14 +242,12 @@ def test_the_server_stops_during_an_endless_solve(url):
         ENOUGH.set()
 
 
-def test_an_error_in_drawing_ends_only_this_session(url, other, frame_loops, caplog):
+def test_an_error_in_drawing_ends_only_this_session(other, guest, session, frame_loops, caplog):
     """The page connects again, to a new session; the log has one line."""
-    with visitor(url) as guest:
-        session = newest(frame_loops)
-        session.draw = lambda: 1 / 0
-        with pytest.raises(websockets.exceptions.ConnectionClosed):
-            guest.wait(lambda _: session.visitor.reset_view())  # a picture may be under way
-        assert guest.socket.close_code == 1011
+    session.draw = lambda: 1 / 0
+    with pytest.raises(websockets.exceptions.ConnectionClosed):
+        guest.wait(lambda _: session.visitor.reset_view())  # a picture may be under way
+    assert guest.socket.close_code == 1011
     alone(frame_loops)
     (line,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
     assert re.search(r"drawing: failed for visitor \d+, .* disconnected: ZeroDivisionError", line)

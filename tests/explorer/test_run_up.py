@@ -6,105 +6,94 @@ from typing import Any
 
 import numpy as np
 import pytest
-from charts import SynchronousVisitor
-from live.visitor import PAPER, TIMEOUT, beam_moved, visitor
+from live.visitor import PAPER, TIMEOUT, beam_moved, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
 from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
-from beamviz.explorer.features.run_up import RunUpPlayback, with_damping
+from beamviz.explorer.features.run_up import RunUpRequest, next_speed, with_damping
 from beamviz.explorer.state import State
-from beamviz.frequency_loci.forced_response import response
+from beamviz.frequency_loci.forced_response import RunUp, response
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
 
-def started(beam: Beam = PAPER, **options: bool) -> RunUpPlayback:
-    """A run-up about to begin, with a force twice per revolution."""
-    guest: Any = SynchronousVisitor(Scene(beam, options))
-    guest.change(lambda state: replace(state, force_per_rev=2))
-    playback = RunUpPlayback(guest)
-    playback.start_or_stop()
-    assert playback.running
-    return playback
+def run_of(beam: Beam) -> RunUp:
+    """The run-up of a beam, with a force twice per revolution."""
+    state = replace(State.of(Scene(beam)), force_per_rev=2)
+    return RunUpRequest.of(state).run_up()
 
 
-def gamma(playback: RunUpPlayback) -> float:
-    """The speed that is shown."""
-    return playback.visitor.state.shown_case.numbers["gamma"]
+@pytest.fixture(scope="module")
+def run() -> RunUp:
+    """The run-up of PAPER."""
+    return run_of(PAPER)
 
 
-def played(playback: RunUpPlayback, seconds: float) -> list[float]:
-    """The speeds to the end of the run-up, in steps of some seconds."""
-    gammas = []
-    while playback.running:
-        playback.step(seconds)
-        gammas.append(gamma(playback))
-    return gammas
+def speeds_shown(run: RunUp, seconds: float) -> list[float]:
+    """The speeds from rest to the end, in steps of some seconds."""
+    shown = [0.0]
+    while (speed := next_speed(run, shown[-1], seconds)) is not None:
+        shown.append(speed)
+    return shown
 
 
-def test_the_speed_increases_to_the_last_one_and_is_restored():
+def test_the_speed_increases_to_the_last_one(run):
     """From rest, never back, so many speeds a second, in a tenth of a second by far less near a
-    resonance than elsewhere; then that of the beam is shown."""
-    playback = started()
-    speeds, (first, _) = playback.run.speeds, playback.run.resonances
-    *gammas, restored = played(playback, 0.1)
-    assert len(gammas) == math.ceil((len(speeds) - 1) / (0.1 * run_up.PER_SECOND))
-    assert (gammas[-1], restored) == (speeds[-1], PAPER.gamma)
-    steps = np.diff([0.0, *gammas])
-    near = steps[abs(np.array(gammas) - first.at) < 0.01 * first.at]
+    resonance than elsewhere."""
+    first, _ = run.resonances
+    gammas = np.array(speeds_shown(run, 0.1))
+    assert len(gammas) - 1 == math.ceil((len(run.speeds) - 1) / (0.1 * run_up.PER_SECOND))
+    assert gammas[-1] == run.speeds[-1]
+    steps = np.diff(gammas)
+    near = steps[abs(gammas[1:] - first.at) < 0.01 * first.at]
     assert steps.min() > 0
     assert len(near) >= 5
     assert max(near) < 0.2 * max(steps)
-    playback.step(0.1)
-    assert gamma(playback) == PAPER.gamma
 
 
 def test_it_ends_where_the_beam_becomes_unstable():
     """An inward beam buckles near gamma 3: the last speed is a stable one."""
-    *_, last, restored = played(started(Beam(delta=-1, gamma=1)), 1.0)
+    last = speeds_shown(run_of(Beam(delta=-1, gamma=1)), 1.0)[-1]
     assert 2.7 < last < 3.0
-    assert restored == 1
     assert solve(Beam(delta=-1, gamma=last)).equilibrium.status == "stable"
 
 
-def test_the_scene_shows_the_scaled_response():
+def test_the_scene_shows_the_scaled_response(guest, session):
     """All points keep phase and ratio; the highest peak has twice the amplitude of the view, one of
     a quarter of it half that."""
-    playback = started(coriolis=True)
-    run, amplitude = playback.run, playback.visitor.state.view.amplitude
+    pause(guest)
+    guest.edit(coriolis=True)
+    guest.do("force_per_rev", 2)
+    guest.do("run_up")
+    guest.wait(lambda _: session.run_up.running)
+    run, amplitude = session.run_up.run, session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
-        playback.visitor.change(lambda state, speed=speed: state.changed("gamma", speed))
-        answer = playback.visitor.answer
-        drawn = playback.drawn(answer.shapes, 1000.0)
-        field = response(answer.solution, 2 * speed, run.damping, answer.shapes.x)
-        size = np.abs(playback.field).max() / np.abs(field).max()
-        assert np.allclose(playback.field, size * field, atol=1e-12)
+        guest.edit(gamma=speed)
+        drawn, shown = session.view.drawn, session.run_up.field
+        solution = solve(PAPER.replace(gamma=speed), coriolis=True)
+        field = response(solution, 2 * speed, run.damping, drawn.shapes.x)
+        size = np.abs(shown).max() / np.abs(field).max()
+        assert np.allclose(shown, size * field, atol=1e-12)
         share = min(np.abs(field).max() / np.nanmax(run.amplitudes), 1)
         peak = run_up.PEAK * amplitude * math.sqrt(share)
-        assert np.abs(playback.field).max() == pytest.approx(peak)
+        assert np.abs(shown).max() == pytest.approx(peak)
         quarter = math.pi / 2 / 2  # of the hub, in a quarter of a period of the force
         moved = displacement(drawn.shapes, np.array([2 * quarter]), drawn.amplitudes)
-        assert np.allclose(moved, -playback.field.imag, atol=1e-9)
+        assert np.allclose(moved, -shown.imag, atol=1e-9)
 
 
-def test_another_force_damping_or_beam_ends_the_run_up():
-    """Its result is no longer valid; invalid values change nothing."""
+def test_the_damping_is_clamped_and_an_invalid_one_changes_nothing():
+    """In percent, to at most 20."""
     state = State.of(Scene(PAPER))
     assert with_damping(state, "much") == with_damping(state, math.nan) == state
     assert with_damping(state, 90.0).damping == 0.2
-    for edit in (lambda s: with_damping(s, 5.0), lambda s: s.changed("alpha", 2.0)):
-        playback = started()
-        playback.visitor.change(edit)
-        playback.step(0.1)
-        assert (playback.running, playback.run) == (False, None)
 
 
-def test_the_chart_shows_amplitudes_and_resonances():
+def test_the_chart_shows_amplitudes_and_resonances(run):
     """Amplitudes over the speeds, and a button on each peak that sets its speed."""
-    run = started().run
     data = run_up.run_data(run)
     assert data["at"] == pytest.approx(run.speeds.tolist(), rel=1e-5)
     assert np.array(data["lines"][0]["y"], float) == pytest.approx(run.amplitudes, rel=1e-5)
@@ -113,9 +102,10 @@ def test_the_chart_shows_amplitudes_and_resonances():
     assert {mark["action"] for mark in data["marks"]} == {"gamma"}
 
 
-def test_a_run_up_in_the_page(guest):
-    """The line of the beam moves from rest, the speed of the beam does not change; a new speed
-    ends the run-up and keeps the result, another mass discards it."""
+def test_a_run_up_in_the_page(guest, monkeypatch):
+    """The line of the beam moves from rest, the speed of the beam does not change; it is restored
+    at the end. A new speed ends the run-up and keeps the result, another mass or damping discards
+    it."""
 
     def speed() -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
@@ -139,8 +129,15 @@ def test_a_run_up_in_the_page(guest):
     assert max(speeds) <= PAPER.gamma  # the run-up would go on to 16
     guest.wait(lambda _: speed() == 4.0)
     assert "resonances of the run-up" in guest.texts["run-up-list"]
-    guest.do("alpha", 2.0)
-    guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
+    for name, value in (("alpha", 2.0), ("damping", 5.0)):
+        guest.do(name, value)
+        guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
+        with monkeypatch.context() as faster:
+            faster.setattr(run_up, "PER_SECOND", 300.0)
+            guest.do("run_up")
+            guest.wait(lambda _: speed() == 0.0)
+            guest.wait(lambda _: button_is("Run up from rest") and speed() == 4.0)
+        assert "resonances of the run-up" in guest.texts["run-up-list"]
     guest.do("damping", "nonsense")
     guest.do("force_per_rev", "7")
     guest.edit(alpha=2.0, gamma=5.0)
