@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 from beamviz import exports
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
+from beamviz.drawing.objects import section_size
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
@@ -99,7 +100,7 @@ def test_a_model_swings_as_the_solution_does(model):
 
 def test_a_model_keeps_the_rules_of_gltf(model):
     """What the specification asks of the container and its views. Trimesh reads hub, beam and mass;
-    the beam is closed, and reaches from the clamp to its stretched tip."""
+    the beam is closed, faces outwards, and reaches from the clamp to its stretched tip."""
     path, solved = model
     blob, gltf = path.read_bytes(), pygltflib.GLTF2().load(path)
     assert blob[:4] == b"glTF"
@@ -120,10 +121,10 @@ def test_a_model_keeps_the_rules_of_gltf(model):
             assert indices.max() < gltf.accessors[primitive.attributes.POSITION].count
     read = trimesh.load(path).geometry
     assert set(read) == {"hub", "beam", "mass"}
-    assert read["beam"].is_watertight
-    assert read["mass"].is_watertight
-    ends = read["beam"].bounds[:, 0]
-    assert ends == pytest.approx([0, solved.solution.equilibrium.tip[0]], rel=1e-5, abs=1e-6)
+    assert all(read[name].is_volume for name in ("beam", "mass"))
+    length = solved.solution.equilibrium.tip[0]
+    assert read["beam"].bounds[:, 0] == pytest.approx([0, length], rel=1e-5, abs=1e-6)
+    assert read["beam"].volume == pytest.approx(length * math.prod(section_size(PAPER)), rel=1e-5)
 
 
 def test_an_unstable_beam_is_a_still_model_and_has_growth_rates(tmp_path):
