@@ -14,18 +14,18 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from importlib.metadata import PackageNotFoundError
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import blas, eigh, lapack
+from scipy.linalg import eigh
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.files import package_text
-from beamviz.solver import solve
+from beamviz.solver import eigen, solve
 
 MODES = 5
 SCENES = {
@@ -42,9 +42,6 @@ REFERENCE = "green"  # the paper's model
 FLOOR = 1e-15  # errors are drawn on a logarithmic axis
 EXACT = 1e-13  # an error that no finer resolution need improve
 REPEATS = 400
-DRIVERS = "dsygv", "dsyev", "dsyevd"  # each solves an eigenproblem
-STEPS = "dpotrf", "dsygst", "dsytrd", "dsterf", "dstein", "dormqr"  # together they do
-ROUTINES = [(lapack, name) for name in (*DRIVERS, *STEPS)] + [(blas, "dtrsm")]
 
 Limits = dict[str, dict[str, np.ndarray | str]]  # scene, theory -> omega^2 (modes,) or a reason
 
@@ -206,54 +203,36 @@ def processor_time() -> float:
 
 def lapack_ratios(beam: Beam, repeats: int = REPEATS) -> dict[str, float]:
     """The time of a default solve over that of its eigenproblems alone, repeated while caches are
-    warm, by LAPACK's routines ("bare_lapack": the least that any solver of them would take) and by
-    scipy.linalg.eigh ("eigh": the usual one, with all modes)."""
-    calls, whole = lapack_calls(beam), least_time(partial(solve, beam), repeats)
-    alone = {
-        "bare_lapack": [call for _, call in calls],
-        "eigh": [partial(eigh, *matrices) for matrices in eigenproblems(calls)],
-    }
-    times = {name: sum(least_time(one, repeats) for one in works) for name, works in alone.items()}
+    warm, by its own few calls of LAPACK ("bare_lapack") and by scipy.linalg.eigh ("eigh": the usual
+    one, with all modes)."""
+    problems, whole = eigenproblems(beam), least_time(partial(solve, beam), repeats)
+    by_eigh = [partial(eigh, *(one.T for one in problem.args[:-1])) for problem in problems]
+    works = {"bare_lapack": problems, "eigh": by_eigh}
+    times = {name: sum(least_time(one, repeats) for one in alone) for name, alone in works.items()}
     return {name: whole / seconds for name, seconds in times.items()}
 
 
-Call = tuple[str, partial[Any]]  # of a routine of LAPACK, by its name
+def eigenproblems(beam: Beam) -> list[partial[Any]]:
+    """The eigenproblems of a default solve, as calls of the functions that solve them: with copies
+    of M and K of M v = nu K v, or of A of A v = nu v, and the number of vectors."""
+    problems: list[partial[Any]] = []
 
+    def record(function: Callable[..., Any], *arguments: Any) -> Any:
+        copies = (one.copy() if isinstance(one, np.ndarray) else one for one in arguments)
+        place, problem = len(problems), partial(function, *copies)
+        answer = function(*arguments)
+        problems[place:] = [problem]  # without the calls that it made itself
+        return answer
 
-def lapack_calls(beam: Beam) -> list[Call]:
-    """The calls of LAPACK for eigenproblems in a default solve, with copies of their arguments."""
-    calls: list[Call] = []
-
-    def record(name: str, routine: Callable[..., Any], *arguments: Any, **options: Any) -> Any:
-        # LAPACK may overwrite its arguments.
-        kept = [one.copy(order="K") if isinstance(one, np.ndarray) else one for one in arguments]
-        calls.append((name, partial(routine, *kept, **options)))
-        return routine(*arguments, **options)
-
-    routines = [getattr(module, name) for module, name in ROUTINES]
+    functions = {name: getattr(eigen, name) for name in ("definite", "largest")}
     try:
-        for (module, name), routine in zip(ROUTINES, routines, strict=True):
-            setattr(module, name, partial(record, name, routine))
+        for name, function in functions.items():
+            setattr(eigen, name, partial(record, function))
         solve(beam)
     finally:
-        for (module, name), routine in zip(ROUTINES, routines, strict=True):
-            setattr(module, name, routine)
-    return calls
-
-
-def eigenproblems(calls: list[Call]) -> Iterator[tuple[np.ndarray, ...]]:
-    """The matrices A of A v = nu v, or A and B of A v = nu B v, that these calls solve: by one
-    driver, or step by step from Cholesky's factor of B (dpotrf) and the problem reduced by it
-    (dsygst)."""
-    before, factored = "", np.empty(0)
-    for name, call in calls:
-        if name == "dpotrf":
-            factored = call.args[0]
-        elif name == "dsygst":
-            yield call.args[0], factored
-        elif name in (*DRIVERS, "dsytrd") and before != "dsygst":
-            yield call.args
-        before = name
+        for name, function in functions.items():
+            setattr(eigen, name, function)
+    return problems
 
 
 def model_errors() -> dict[str, dict[str, float | str]]:

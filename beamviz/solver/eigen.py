@@ -103,10 +103,10 @@ def _largest(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """All nu (descending) of M v = nu (K + added M) v, the first `count` v as rows, and added."""
     for added in chain((shift,), SHIFTS):
-        found = _definite(M, K + added * M if added else K, count)
+        found = definite(M, K + added * M if added else K, count)
         if found is not None:
             if found[0][0] * added > 4:  # almost singular: inaccurate
-                again = _definite(M, K + 2 * added * M, count)
+                again = definite(M, K + 2 * added * M, count)
                 found, added = (found, added) if again is None else (again, 2 * added)
             return *found, added
     raise NotConverged(
@@ -115,7 +115,7 @@ def _largest(
     )
 
 
-def _definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
+def definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
     """All nu (descending) of M v = nu K v, the first `count` v as rows; None for indefinite K."""
     n = len(K)
     if n >= FEW:
