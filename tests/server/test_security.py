@@ -37,14 +37,24 @@ FOREIGN: list[dict[str, str]] = [
     # DNS rebinding makes a foreign page same-origin; only the Host header shows it.
     *({"Host": name, "Origin": f"http://{name}"} for name in REBOUND),
 ]
-KEYLESS = ("/", "/?token=", "/?token=wrong", f"/?token={KEY}x", "/?token=%ff%fe")
+NOT_UNICODE = "/?token=%ff%fe"
+PROCESSES = 2 if sys.platform == "linux" else 1
 
 
 @pytest.fixture(scope="module")
-def open_url() -> Iterator[str]:
-    """An explorer that the network can reach, under an address of this machine."""
-    with explorer(SCENE, "0.0.0.0", visitor_key=KEY) as found:
-        yield f"http://127.0.0.1:{found.split(':')[2].split('/')[0]}"
+def network(tmp_path_factory) -> Iterator[tuple[str, str]]:
+    """An explorer that the network can reach: its address on this machine, and its key. With two
+    processes, which get connections in turn, so that four reach both."""
+    options = ("--host", "0.0.0.0", "--port", str(server.free_port()))
+    folder = tmp_path_factory.mktemp("network")
+    with server.ServeProcess(folder, *options, processes=PROCESSES) as served:
+        assert PROCESSES == 1 or len(served.workers) == PROCESSES
+        yield f"http://127.0.0.1:{options[-1]}", served.url.partition("?token=")[2]
+
+
+def key_cookie(address: str, key: str) -> dict[str, str]:
+    """The header with the cookie of a visitor who has the key."""
+    return {"Cookie": f"beamviz-{address.rpartition(':')[2]}={key}"}
 
 
 def statuses(url: str, path: str = "/", **headers: str) -> tuple[int, int]:
@@ -55,10 +65,13 @@ def statuses(url: str, path: str = "/", **headers: str) -> tuple[int, int]:
 
 
 @pytest.mark.parametrize("headers", FOREIGN, ids=str)
-def test_a_foreign_page_gets_403(plain, url, headers):
-    """Over WebSocket and over HTTP; viser accepts any page under any name."""
+def test_a_foreign_page_gets_403(plain, url, network, headers):
+    """Over WebSocket and over HTTP, also from a browser that has the key; viser accepts any page
+    under any name."""
     assert statuses(server.url_of(plain), **headers) == (200, 101)
     assert statuses(url, **headers) == (403, 403)
+    for _ in range(4):
+        assert statuses(network[0], **headers | key_cookie(*network)) == (403, 403)
 
 
 def test_our_own_page_is_answered_under_the_names_of_this_machine(plain, url):
@@ -121,63 +134,46 @@ def test_only_this_machine_can_connect_by_default(url):
         socket.create_connection(("127.0.0.2", int(url.rsplit(":", 1)[1])), timeout=10)
 
 
-def test_on_a_network_the_key_is_required(plain, open_url):
-    """viser accepts all by default. Keys are compared in constant time: all of them, completely,
-    also after a match."""
+def test_on_a_network_the_key_is_required(plain, network):
+    """viser accepts all by default. Every answer has the security headers, and who has the key can
+    send no other messages. Keys are compared in constant time: all of them, completely, also after
+    a match."""
+    address, key = network
+    cookie = key_cookie(address, key)
     assert statuses(server.url_of(plain)) == (200, 101)
-    for path in KEYLESS:
-        assert statuses(open_url, path) == (403, 403)
-        assert b"viser" not in server.http_get(open_url, path)[2]
-    assert server.handshake_status(open_url, additional_headers={"Cookie": "beamviz=1; x"}) == 403
+    for path, headers, answers in (
+        ("/", cookie, (200, 101)),
+        (f"/?token={key}", {}, (303, 101)),
+        (ABOVE, cookie, (404, 101)),
+        ("/", {"Cookie": "beamviz=1; x"}, (403, 403)),
+        *((path, {}, (403, 403)) for path in ("/", "/?token=", f"/?token={key}x", NOT_UNICODE)),
+    ):
+        for _ in range(4):
+            assert statuses(address, path, **headers) == answers
+        _, shown, body = server.http_get(address, path, **headers)
+        assert not server.missing_headers(shown)
+        assert (b"viser" in body) == (answers[0] == 200)
+    tunnel = server.encoded(type="ShareUrlRequest")
+    for _ in range(4):
+        assert server.close_code(address, tunnel, additional_headers=cookie) == 1008
     with mock.patch("hmac.compare_digest", side_effect=[True, False]) as compared:
         assert matches((KEY, "another"), KEY)
     assert compared.call_count == 2
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="one process on other systems")
-def test_no_process_accepts_a_foreign_page_or_a_request_without_the_key(tmp_path):
-    """Connections go to the processes in turn; each has also tested itself at its start. A foreign
-    page and a rebound name are refused even if the browser has the key; all answers have the
-    security headers."""
-    port = str(server.free_port())
-    with server.ServeProcess(tmp_path, "--host", "0.0.0.0", "--port", port) as served:
-        assert len(served.workers) == 2
-        url, key = f"http://127.0.0.1:{port}", served.url.partition("?token=")[2]
-        cookie = {"Cookie": f"beamviz-{port}={key}"}
-        for path, headers, answers in (
-            ("/", cookie, (200, 101)),
-            (f"/?token={key}", {}, (303, 101)),
-            (ABOVE, cookie, (404, 101)),
-            *((path, {}, (403, 403)) for path in KEYLESS),
-            *(("/", headers | cookie, (403, 403)) for headers in FOREIGN),
-        ):
-            for _ in range(4):
-                assert statuses(url, path, **headers) == answers
-            assert not server.missing_headers(server.http_get(url, path, **headers)[1])
-        for message, code in (
-            ({"type": "ShareUrlRequest"}, 1008),  # a public tunnel
-            (server.CAMERA_MESSAGE | {"position": (1e300, 0.0, 0.0)}, 1008),
-            ({"type": "CommandTriggerMessage", "uuid": "x" * connection.MAX_BYTES}, 1009),
-        ):
-            for _ in range(4):
-                assert (
-                    server.close_code(url, server.encoded(**message), additional_headers=cookie)
-                    == code
-                )
-
-
-def test_the_key_moves_from_the_address_to_a_cookie(open_url):
+def test_the_key_moves_from_the_address_to_a_cookie(network):
     """So that a projector does not show it, and scripts cannot read it."""
-    status, headers, _ = server.http_get(open_url, f"/?token={KEY}")
+    address, key = network
+    status, headers, _ = server.http_get(address, f"/?token={key}")
     assert (status, headers["Location"]) == (303, "/")
     cookie, _, rules = headers["Set-Cookie"].partition(";")
     assert {"HttpOnly", "SameSite=Lax"} <= set(rules.replace(" ", "").split(";"))
-    assert server.http_get(open_url, Cookie=cookie)[0] == 200
-    assert server.http_get(open_url, Cookie=f"other=1; {cookie}; more=2")[0] == 200
-    for address, sent in ((open_url, {"Cookie": cookie}), (f"{open_url}/?token={KEY}", {})):
-        with visitor(address, additional_headers=sent):
+    assert server.http_get(address, Cookie=cookie)[0] == 200
+    assert server.http_get(address, Cookie=f"other=1; {cookie}; more=2")[0] == 200
+    for link, sent in ((address, {"Cookie": cookie}), (f"{address}/?token={key}", {})):
+        with visitor(link, additional_headers=sent):
             pass
-    _, headers, _ = server.http_get(open_url, f"/?lesson=nodes&token={KEY}&dark=true")
+    _, headers, _ = server.http_get(address, f"/?lesson=nodes&token={key}&dark=true")
     assert headers["Location"] == "/?lesson=nodes&dark=true"
 
 
