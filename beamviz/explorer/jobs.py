@@ -195,7 +195,7 @@ class Job(Generic[Q, R]):
     def request(self, request: Q) -> None:
         """Compute `request` instead of earlier ones, unless it is the latest already."""
         with self.lock:
-            if request == self.latest or self.closed or self.following:
+            if request == self.latest or self.following:
                 return
             self.latest = request
             if not self.busy:
@@ -259,7 +259,7 @@ class Job(Generic[Q, R]):
             replaced = self.latest is not request
             if not (replaced and isinstance(answer.error, Cancelled)):
                 self.answer = answer
-            self.busy = replaced and not self.closed
+            self.busy = replaced
             if self.busy:
                 self.start()
         self.ready()

@@ -108,27 +108,30 @@ def test_slow_solves_of_many_visitors_go_to_the_workers(crowd, release):
     wait_until(lambda: order == [1, 2])
 
 
-def test_requests_in_between_are_skipped(pool, release):
-    """Of 100 requests during a computation only the last one is computed."""
+def test_a_job_computes_the_latest_request():
+    """Of 100 requests during a computation only the last one, and not again once it is answered; a
+    closed job neither a new request nor a waiting one."""
+    waiting: list[Callable[[], None]] = []
     computed: list[int] = []
 
-    def slow(request: int) -> int:
+    def compute(request: int) -> int:
         computed.append(request)
-        release.wait(10)
+        for later in range(request + 1, 100):
+            job.request(later)
         return 2 * request
 
-    job: Job[int, int] = Job("number", slow, pool.submit, lambda: None)
-    job.request(-1)
-    wait_until(lambda: bool(computed))
-    for k in range(100):
-        job.request(k)
-    assert job.busy
-    release.set()
-    wait_until(lambda: bool(job.answer and job.answer.request == 99))
+    job: Job[int, int] = Job("number", compute, waiting.append, lambda: None)
+    job.request(0)
+    while waiting:
+        waiting.pop()()
     assert (job.answer.request, job.result, job.answer.message) == (99, 198, "")
-    assert computed == [-1, 99]
-    job.request(99)  # is answered already
-    assert not job.busy
+    job.request(99)
+    assert not waiting
+    job.request(100)
+    job.close()
+    waiting.pop()()
+    job.request(101)
+    assert (computed, waiting) == ([0, 99], [])
 
 
 @pytest.mark.parametrize(
@@ -158,19 +161,6 @@ def test_a_cancelled_job_frees_its_worker(pool, compute):
     job.cancel()
     wait_until(lambda: not pool.started)
     assert ended == [Cancelled]
-
-
-def test_a_closed_job_computes_nothing():
-    """Neither a new request nor a waiting one."""
-    waiting: list[Callable[[], None]] = []
-    computed: list[int] = []
-    job: Job[int, None] = Job("number", computed.append, waiting.append, lambda: None)
-    job.request(1)
-    job.close()
-    waiting.pop()()
-    job.request(2)
-    assert not computed
-    assert not waiting
 
 
 # Pictures
@@ -233,13 +223,10 @@ def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, wa
 )  # fmt: skip
 def test_with_many_visitors_charts_wait_until_a_slider_is_at_rest(crowded, now, busy, follow):
     """At 1 s, and for a running solve; with few visitors they do not wait."""
-    session = Session.__new__(Session)
-    shown: list[bool] = []
+    session, shown = Session.__new__(Session), list[bool]()
     session.charts, session.charts_due = [SimpleNamespace(show=lambda: shown.append(True))], 1.0
-    parts = {
-        "solver": SimpleNamespace(busy=busy),
-        "workers": SimpleNamespace(crowded=lambda: crowded),
-    }
-    session.visitor, session.charts_outdated = SimpleNamespace(**parts), True
+    workers = SimpleNamespace(crowded=lambda: crowded)
+    session.visitor = SimpleNamespace(solver=SimpleNamespace(busy=busy), workers=workers)
+    session.charts_outdated = True
     session.show_charts(now)
     assert session.charts_outdated == (not follow) == (not shown)
