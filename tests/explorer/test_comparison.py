@@ -11,26 +11,18 @@ from charts import case
 from live.visitor import PAPER, TIMEOUT, Visitor, final_text, pause
 
 from beamviz.beam import Beam
-from beamviz.drawing import BeamScene, stacked_heights
-from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
-from beamviz.drawing.modes import SampledModes, displacement
+from beamviz.drawing import stacked_heights
+from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.modes import displacement
 from beamviz.drawing.surroundings import MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
-from beamviz.explorer.features.comparison import comparison_table
-from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, Case, State
-from beamviz.scene import Scene, ViewOptions
-from beamviz.server import run_server
+from beamviz.explorer.features.comparison import comparison_case, comparison_table
+from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, State
+from beamviz.scene import Scene
 from beamviz.solver import solve
 
 PAPER_CASE = case(PAPER)
 OVERLAY = "/scene/rotor/overlay"
-
-
-def compared(choice: str, own: Case) -> Any:
-    """The case compared with, or the message why there is none."""
-    state = replace(State.of(Scene()), comparison=choice)
-    other = comparisons.comparison_case(state, own)
-    return other.case or other.title
 
 
 CORIOLIS_CASE = PAPER_CASE.changed("coriolis", True)
@@ -54,9 +46,9 @@ CORIOLIS_CASE = PAPER_CASE.changed("coriolis", True)
 def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(choice, own, other):
     """A method or a term that is chosen already is replaced by the other one. Without a choice
     there is no message."""
-    assert compared(NO_COMPARISON, own) == ""
-    found = compared(choice, own)
-    assert other in found if isinstance(other, str) else found == other
+    title, case = comparison_case(replace(State.of(Scene()), comparison=choice), own)
+    assert other in title if isinstance(other, str) else case == other
+    assert comparison_case(State.of(Scene()), own) == ("", None)
 
 
 def rows(html: str) -> list[list[str]]:
@@ -122,30 +114,29 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
 
 
 @pytest.mark.parametrize("beam", [PAPER, *(Beam(delta=delta, gamma=1) for delta in (-1, 0, 2))])
-def test_each_row_shows_one_mode(beam):
-    """Five rows; in row k the beam moves as mode k; titles name the modes. At the clamp is a small
-    drum: whole hubs above each other would cover the beams."""
-    shapes, all_modes = SampledModes.sampled(solve(beam)), ViewOptions(all_modes=True)
-    with run_server() as server:
-        beams = BeamScene(server.scene)
-        beams.show(DrawnBeam.of(shapes, all_modes))
-        beams.move(np.full(5, math.pi / 2), 0.0)
-        rows = beams.rows
-        levels = [part.frame.position[2] for part in rows]
-        assert levels == stacked_heights(5) == sorted(levels, reverse=True)
-        for k, part in enumerate(rows):
-            drawn = part.shapes
-            moved = displacement(drawn, np.full(5, math.pi / 2), 0.15 * np.eye(5)[k])
-            line, _ = to_hub_frame(drawn, drawn.centreline + moved)
-            middle = (line[:-1] + line[1:]) / 2
-            assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
-            assert part.title.text.startswith(shapes.labels[k])
-            around, delta = part.surroundings, beam.delta
-            assert (around.drum.visible, around.hoop.visible) == (True, False)
-            assert around.drum.radius == MIN_HUB
-            assert around.drum.position[0] == pytest.approx(delta - (delta != 0) * MIN_HUB)
-        beams.show(DrawnBeam.of(shapes, ViewOptions()))
-        assert not any(part.frame.visible for part in rows)
+def test_each_row_shows_one_mode(guest, session, beam):
+    """Five rows instead of one beam, and back; in row k the beam moves as mode k; titles name the
+    modes. At the clamp is a small drum: whole hubs above each other would cover the beams."""
+    guest.do("load", f"beam.toml\n{Scene.of(beam, all_modes=True, playing=False).to_toml()}")
+    guest.wait(lambda _: guest.nodes.get("/mode 5", {}).get("visible"))
+    final_text(guest)
+    assert guest.nodes["/scene"]["visible"] is False
+    rows, phases = session.view.scene.rows, session.view.clock.phases
+    levels = [part.frame.position[2] for part in rows]
+    assert levels == stacked_heights(5) == sorted(levels, reverse=True)
+    for k, part in enumerate(rows):
+        shapes, around = part.shapes, part.surroundings
+        moved = displacement(shapes, phases, 0.15 * np.eye(5)[k])
+        line, _ = to_hub_frame(shapes, shapes.centreline + moved)
+        middle = (line[:-1] + line[1:]) / 2
+        assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
+        assert part.title.text.startswith(shapes.labels[k])
+        assert (around.drum.visible, around.hoop.visible) == (True, False)
+        assert around.drum.radius == MIN_HUB
+        assert around.drum.position[0] == pytest.approx(beam.delta - (beam.delta != 0) * MIN_HUB)
+    guest.do("only", 1)
+    guest.wait(lambda _: guest.nodes["/scene"]["visible"])
+    assert not any(guest.nodes[f"/mode {k}"]["visible"] for k in range(1, 6))
 
 
 def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:
@@ -202,13 +193,3 @@ def test_a_kept_beam_stays_while_the_other_changes(guest):
     guest.do("reset")
     overlay_is(guest, visible=False)
     guest.says("shows the effect of one change")
-
-
-def test_all_modes_are_shown_by_a_button(guest):
-    """Five rows instead of one beam, and back."""
-    guest.choose("all_modes", True)
-    guest.wait(lambda _: "/mode 5/rotor/beam" in guest.nodes)
-    guest.wait(lambda _: guest.nodes["/scene"].get("visible") is False)
-    guest.do("only", 1)
-    guest.wait(lambda _: guest.nodes["/scene"].get("visible") is True)
-    guest.wait(lambda _: guest.nodes["/mode 5"].get("visible") is False)
