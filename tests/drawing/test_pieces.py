@@ -6,9 +6,9 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from drawing.shapes import PAPER
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from live.visitor import PAPER
 from strategies import beams
 from viser.transforms import SO3
 
