@@ -217,9 +217,9 @@ def share_of(mode: int, values: Mapping[str, Any]) -> float:
 # The mass in the scene
 
 BETA_DIGITS = 3  # of beta: finer than a pointer
+COORDINATES = np.linspace(0.0, 1.0, 2001)  # of points of the beam that may be under the pointer
 SETTLED = 0.002  # change of beta below which the mass is under the pointer
 PARALLEL = 0.03  # sine of the angle between view and beam below which no position is defined
-TINY = 1e-300
 
 Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the eye, another point
 
@@ -313,12 +313,9 @@ def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) 
     if not (np.isfinite(length) and length > 0):
         return None
     sight = sight / length
-    seen = points - eye
-    seen = seen - np.outer(seen @ sight, sight)  # projected along the line of sight
-    steps = np.diff(seen, axis=0)
-    sizes = (steps**2).sum(axis=1)
-    if np.sqrt(sizes).sum() < PARALLEL * np.linalg.norm(np.diff(points, axis=0), axis=1).sum():
+    line = np.column_stack([np.interp(COORDINATES, x, column) for column in points.T]) - eye
+    seen = line - np.outer(line @ sight, sight)  # projected along the line of sight
+    size, seen_size = (np.linalg.norm(np.diff(one, axis=0), axis=1).sum() for one in (line, seen))
+    if seen_size < PARALLEL * size:
         return None
-    share = np.clip(-(seen[:-1] * steps).sum(axis=1) / np.maximum(sizes, TINY), 0.0, 1.0)
-    k = int(np.argmin(((seen[:-1] + share[:, None] * steps) ** 2).sum(axis=1)))
-    return float(x[k] + share[k] * (x[k + 1] - x[k]))
+    return float(COORDINATES[np.linalg.norm(seen, axis=1).argmin()])
