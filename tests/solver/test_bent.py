@@ -199,7 +199,7 @@ def test_few_elements_of_a_folded_beam(delta, gamma):
     beam = Beam(delta=delta, gamma=gamma)
     exact = solve(beam, state="bent").equilibrium.tip
     found = solve(beam, state="bent", method="ancf-planar", elements=20).equilibrium.tip
-    assert found == pytest.approx(exact, abs=0.05)
+    assert found == pytest.approx(exact, abs=0.025)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
 ENERGY_POINTS = 160  # of the quadrature of the kinetic energy of modes, on either side of the mass
+LARGEST_STEP = 1.0  # of a coordinate, in one iteration
 SMALLEST_SHARE = 1e-3  # of the forces that hold a sampled state, taken away in one step
 
 
@@ -71,6 +72,8 @@ class PlanarProblem:
                 dq[self.free] = -splu(self.tangent(q)).solve(left)
             except RuntimeError:
                 raise np.linalg.LinAlgError from None
+            if not abs(dq).max() <= LARGEST_STEP:  # it would lead to another state
+                raise np.linalg.LinAlgError
             return dq
 
         def forward(_: float, q: NDArray) -> float:

@@ -8,9 +8,7 @@ folded over at the clamp, from where it points outward.
 
 import math
 from collections.abc import Iterator
-from itertools import pairwise
 from operator import attrgetter
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
@@ -20,14 +18,17 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
 from beamviz.solver.hp.equilibrium import axial_problem, single
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.mesh_design import distances, subdivided
+from beamviz.solver.hp.mesh_design import (
+    distances,
+    find_spans,
+    subdivided,
+    unstretched_positions,
+)
+from beamviz.solver.hp.refinement import design
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
-CELLS = 40  # of the beam, for an estimate of its tension
-MOST_STRETCH = 30.0  # of that estimate
-SETTLED = 0.05  # relative change of its stretch after which it is good enough
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no check of the energy
@@ -41,48 +42,36 @@ STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
 
 
-class FoldedBeam(NamedTuple):
-    """An estimate of the beam pulled straight outward from its clamp, at the middles of cells."""
-
-    x: np.ndarray  # (CELLS,)
-    stretch: np.ndarray  # (CELLS,)
-    carries_load: bool  # whether its strain law has the force for it
-    width: np.ndarray  # (CELLS,) of a bending layer: sqrt of bending stiffness over tension
-
-
-def folded_beam(beam: Beam, problem: Problem) -> FoldedBeam:
-    """The beam folded over at its clamp, where the load pulls it."""
-    law, power = problem.strain_law, 4 - 2 * problem.curvature_power
-    x = (np.arange(CELLS) + 0.5) / CELLS
+def folded_over(beam: Beam) -> Beam:
+    """The beam turned over at its clamp, to where the load pulls it: a straight outward one."""
     load = max(beam.gamma**2, abs(beam.spin_up))
-    f = np.ones(CELLS)
-    most = min(law.max_stretch, MOST_STRETCH)
-    for _ in range(CELLS):
-        arm = abs(beam.delta) + np.cumsum(f) / CELLS
-        at_mass = beam.alpha * np.interp(beam.beta, x, arm) * (x <= beam.beta)
-        tension = load * (np.cumsum(arm[::-1])[::-1] / CELLS + at_mass)
-        with np.errstate(invalid="ignore"):
-            found = np.clip(law.stretch(tension / beam.mu**2), 1.0, most)
-        change, f = abs(found / f - 1).max(), found
-        if change < SETTLED:
-            break
-    return FoldedBeam(
-        x, f, bool(f.max() < most), f ** ((power - 1) / 2) / np.sqrt(np.maximum(tension, 1.0))
+    return beam.replace(gamma=math.sqrt(load), delta=abs(beam.delta), spin_up=0.0)
+
+
+def layer_widths(beam: Beam, problem: Problem) -> list[tuple[float, float, float, float]]:
+    """Start and end of the parts of a beam beside the concentrated mass, and the widths of the
+    bending layers there, sqrt of bending stiffness over tension, of the beam folded over."""
+    folded, law = folded_over(beam), problem.strain_law
+    try:
+        spans = design(folded, problem).spans
+    except (NoEquilibrium, NotConverged):  # more force than the law has
+        spans = find_spans(folded, unstretched_positions(folded), law)
+    power = 2 * problem.curvature_power - 3
+    widths = (
+        [1 / math.sqrt(max(N, 1.0) * f**power) for N, f in zip(span.N, span.f, strict=True)]
+        for span in spans
     )
+    return [(span.start, span.end, *both) for span, both in zip(spans, widths, strict=True)]
 
 
 def first_mesh(beam: Beam, problem: Problem) -> Mesh:
     """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
-    folded = folded_beam(beam, problem)
-    ends = [0.0, beam.beta, 1.0] if beam.alpha and 0 < beam.beta < 1 else [0.0, 1.0]
-    breaks = set(ends)
-    for a, b in pairwise(ends):
-        inside = folded.width[(folded.x > a) & (folded.x < b)]
-        first, last = (inside[0], inside[-1]) if len(inside) else (1.0, 1.0)
-        half = (b - a) / 2
-        breaks |= {a + distance for distance in distances(LAYER * first, GRADING, half)}
-        if b < 1:
-            breaks |= {b - distance for distance in distances(LAYER * last, GRADING, half)}
+    breaks = {0.0}
+    for start, end, first, last in layer_widths(beam, problem):
+        half = (end - start) / 2
+        breaks |= {end, *(start + away for away in distances(LAYER * first, GRADING, half))}
+        if end < 1:
+            breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
     spread = subdivided(sorted(breaks), 1 / LONGEST_ELEMENT)
     return make_mesh(tuple(spread), (FIRST_ORDER,) * (len(spread) - 1))
 
@@ -117,9 +106,10 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         yield straight.q
         if beam.beam.delta >= 0:
             return
-    folded = folded_beam(beam.beam, beam.problem)
-    decay = np.exp(-beam.mesh.points / folded.width[0])
-    f = np.interp(beam.mesh.points, folded.x, folded.stretch)
+    *_, first, _ = layer_widths(beam.beam, beam.problem)[0]
+    decay = np.exp(-beam.mesh.points / first)
+    folded = folded_state(beam)
+    f = folded.f if folded else np.ones(n)
     yield np.concatenate((f, math.pi * decay / (w @ decay)))
     if straight is None:
         return
@@ -138,6 +128,11 @@ def straight_state(bent: BentBeam) -> State | None:
     except (NoEquilibrium, NotConverged):
         return None
     return State(bent, np.append(found.f[0], np.zeros(len(bent.w))), found.iterations)
+
+
+def folded_state(bent: BentBeam) -> State | None:
+    """The state of the beam folded over; None where its strain law cannot carry the load."""
+    return straight_state(BentBeam(bent.mesh, folded_over(bent.beam), bent.problem))
 
 
 def descend(beam: BentBeam, q: np.ndarray) -> State | None:

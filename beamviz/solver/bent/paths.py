@@ -17,7 +17,7 @@ from beamviz.solver.bent.beam import BentBeam, State
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_mesh,
-    folded_beam,
+    folded_state,
     guesses,
     newton,
     stable_states,
@@ -86,9 +86,8 @@ def _slower(bent: BentBeam) -> State:
     while low < high:
         k = (low + high) // 2
         beam = bent.beam.replace(gamma=bent.beam.gamma * SLOWER**k)
-        found = None
-        if folded_beam(beam, bent.problem).carries_load:
-            slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
+        slower, found = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem), None
+        if folded_state(slower):
             found = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
         if found:
             state, high = found, k
