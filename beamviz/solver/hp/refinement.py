@@ -48,10 +48,8 @@ from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 8  # for each beam
 STACKED_ATTEMPTS = 2  # of them in stacks
-CHUNK = 32  # beams that share a mesh, which is as fine as any of them needs
-OWN_CHUNK, FINER = 48, 1.5  # beams with own breaks and common orders; most relative unknowns then
-MIN_COARSER = 6  # least number of beams that get a coarser mesh
-MIN_SAVING = 1.5e5  # least saving by a coarser mesh, in unknowns^3: the cost of another stack
+CHUNK = 16  # beams that share a mesh, which is as fine as any of them needs
+OWN_CHUNK = 48  # beams with own breaks and common orders
 FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
 MUCH_FINER = 2.0  # ratio of the greatest to the median number of unknowns
 COMMON_DIGITS = 0.5, 4.0  # added for a common mesh, so that no beam needs another: first and most
@@ -182,64 +180,36 @@ class Refinement:
             breaks = max(common, key=lambda breaks: common[breaks][0].sum(), default=())
             if not breaks or common[breaks][0].sum() > MAX_UNKNOWNS:
                 return []
-            return [(chunk, make_mesh(breaks, *_tuples(common[breaks]))) for chunk in chunks]
+            mesh = make_mesh(breaks, *_tuples(common[breaks]))
+            return [(chunk, mesh) for chunk in chunks]
         if not (common.keys() <= {1, 2} and 2 in common):
             return []
-        orders = np.maximum(common[2], common.get(1, 0))
-        (of_first, of_second), both = map(_tuples, np.hsplit(orders, 2)), _tuples(orders)
-        stacks: list[tuple[list[int], Mesh]] = []
-        for own in map(np.array, chunks):
-            beta = self.numbers[own, 1]
-            ends = beta <= AT_END, beta >= 1 - AT_END
-            for where, single_orders in zip(ends, (of_second, of_first), strict=True):
-                stacks.append((own[where].tolist(), make_mesh((0.0, 1.0), *single_orders)))
-            inner = ~ends[0] & ~ends[1]
-            breaks = [(0.0, position, 1.0) for position in beta[inner].tolist()]
-            if len(breaks) == 1:
-                stacks.append((own[inner].tolist(), make_mesh(*breaks, *both)))
-            elif breaks:
-                stacks.append((own[inner].tolist(), make_meshes(np.array(breaks), *both)))
-        return [stack for stack in stacks if stack[0]]
+        both = np.maximum(common[2], common.get(1, 0))
+
+        def elements(beta: float) -> Elements:
+            if AT_END < beta < 1 - AT_END:
+                return Elements((0.0, beta, 1.0), *_tuples(both))
+            return Elements((0.0, 1.0), *_tuples(both[:, 1:] if beta <= AT_END else both[:, :1]))
+
+        every = ([(k, elements(self.numbers[k, 1].item())) for k in chunk] for chunk in chunks)
+        return [stack for chunk in every for stack in _stacks_of_own_meshes(chunk)]
 
     def _on_one_mesh(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
         """Meshes for beams by ascending load, their masses at the same position: the last beam of a
-        chunk determines the mesh; the first half has its own where that is much coarser."""
+        chunk determines the mesh."""
         groups: dict[Elements, list[int]] = {}
-        while chunks:
-            chunk = chunks.pop()
-            half = chunk[: len(chunk) // 2]
-            if not (found := self._mesh(chunk)):
-                chunks += [chunk[:-1]] if chunk[:-1] else []
-            elif len(half) < MIN_COARSER or sum(found[1]) ** 3 * len(half) <= MIN_SAVING:
-                groups.setdefault(found, []).extend(chunk)
-            elif not (coarser := self._mesh(half)):
-                chunks.append([index for index in chunk if index != half[-1]])
-            elif (sum(found[1]) ** 3 - sum(coarser[1]) ** 3) * len(half) > MIN_SAVING:
-                chunks += [half, chunk[len(half) :]]
-            else:
+        for chunk in chunks:
+            while chunk and not (found := self._mesh(chunk)):
+                chunk = chunk[:-1]
+            if chunk:
                 groups.setdefault(found, []).extend(chunk)
         return [(indices, make_mesh(*common)) for common, indices in groups.items()]
 
     def _on_own_meshes(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
         """Stacks of meshes for beams by ascending position of the mass: each beam has its own
         breaks, neighbours have the same orders."""
-        stacks = []
-        for chunk in chunks:
-            found = [(index, own) for index in chunk if (own := self._mesh([index]))]
-            groups = [list(own) for _, own in groupby(found, key=lambda pair: len(pair[1][1]))]
-            while groups:
-                group = groups.pop()
-                indices, meshes = zip(*group, strict=True)
-                breaks, orders, axial_orders = map(np.array, zip(*meshes, strict=True))
-                common = _tuples((orders.max(axis=0), axial_orders.max(axis=0)))
-                if sum(common[0]) * len(group) > FINER * orders.sum():
-                    half = len(group) // 2
-                    groups += [group[:half], group[half:]]
-                elif len(indices) == 1:
-                    stacks.append((list(indices), make_mesh(*meshes[0])))
-                else:
-                    stacks.append((list(indices), make_meshes(breaks, *common)))
-        return stacks
+        every = ([(k, own) for k in chunk if (own := self._mesh([k]))] for chunk in chunks)
+        return [stack for chunk in every for stack in _stacks_of_own_meshes(chunk)]
 
     def _mesh(self, indices: list[int]) -> Elements | None:
         """The mesh for some beams that the last of them needs; None where that has an error now, or
@@ -373,6 +343,19 @@ def common_orders(
         common[kind] = np.maximum(orders, common.get(kind, 0))
         unknowns.append(sum(orders[0]))
     return common, greatest, max(unknowns, default=0) > MUCH_FINER * median(unknowns or [0])
+
+
+def _stacks_of_own_meshes(own: list[tuple[int, Elements]]) -> list[tuple[list[int], Mesh]]:
+    """Stacks of neighbours with as many elements, whose orders are the greatest of any of them."""
+    stacks = []
+    for _, group in groupby(own, key=lambda pair: len(pair[1].orders)):
+        indices, meshes = zip(*group, strict=True)
+        breaks, orders, axial_orders = map(np.array, zip(*meshes, strict=True))
+        common = _tuples((orders.max(axis=0), axial_orders.max(axis=0)))
+        one = len(indices) == 1
+        mesh = make_mesh(meshes[0].breaks, *common) if one else make_meshes(breaks, *common)
+        stacks.append((list(indices), mesh))
+    return stacks
 
 
 def _tuples(orders: Iterable[np.ndarray]) -> tuple[tuple[int, ...], ...]:
