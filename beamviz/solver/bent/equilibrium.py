@@ -19,6 +19,7 @@ from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
 from beamviz.solver.hp.equilibrium import axial_problem, single
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.mesh_design import (
+    Span,
     distances,
     find_spans,
     subdivided,
@@ -48,28 +49,27 @@ def folded_over(beam: Beam) -> Beam:
     return beam.replace(gamma=math.sqrt(load), delta=abs(beam.delta), spin_up=0.0)
 
 
-def layer_widths(beam: Beam, problem: Problem) -> list[tuple[float, float, float, float]]:
-    """Start and end of the parts of a beam beside the concentrated mass, and the widths of the
-    bending layers there, sqrt of bending stiffness over tension, of the beam folded over."""
+def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]:
+    """The parts of the beam folded over, and the widths of the bending layers at both ends of each:
+    sqrt of bending stiffness over tension."""
     folded, law = folded_over(beam), problem.strain_law
     try:
         spans = design(folded, problem).spans
     except (NoEquilibrium, NotConverged):  # more force than the law has
         spans = find_spans(folded, unstretched_positions(folded), law)
     power = 2 * problem.curvature_power - 3
-    widths = (
-        [1 / math.sqrt(max(N, 1.0) * f**power) for N, f in zip(span.N, span.f, strict=True)]
+    return [
+        (span, [1 / math.sqrt(max(N, 1.0) * f**power) for N, f in zip(span.N, span.f, strict=True)])
         for span in spans
-    )
-    return [(span.start, span.end, *both) for span, both in zip(spans, widths, strict=True)]
+    ]
 
 
 def first_mesh(beam: Beam, problem: Problem) -> Mesh:
     """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
     breaks = {0.0}
-    for start, end, first, last in layer_widths(beam, problem):
-        half = (end - start) / 2
-        breaks |= {end, *(start + away for away in distances(LAYER * first, GRADING, half))}
+    for span, (first, last) in layer_widths(beam, problem):
+        half, end = span.length / 2, span.end
+        breaks |= {end, *(span.start + away for away in distances(LAYER * first, GRADING, half))}
         if end < 1:
             breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
     spread = subdivided(sorted(breaks), 1 / LONGEST_ELEMENT)
@@ -106,8 +106,8 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         yield straight.q
         if beam.beam.delta >= 0:
             return
-    *_, first, _ = layer_widths(beam.beam, beam.problem)[0]
-    decay = np.exp(-beam.mesh.points / first)
+    _, (at_clamp, _) = layer_widths(beam.beam, beam.problem)[0]
+    decay = np.exp(-beam.mesh.points / at_clamp)
     folded = folded_state(beam)
     f = folded.f if folded else np.ones(n)
     yield np.concatenate((f, math.pi * decay / (w @ decay)))

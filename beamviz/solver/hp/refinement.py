@@ -199,10 +199,10 @@ class Refinement:
         chunk determines the mesh."""
         groups: dict[Elements, list[int]] = {}
         for chunk in chunks:
-            while chunk and not (found := self._mesh(chunk)):
-                chunk = chunk[:-1]
-            if chunk:
-                groups.setdefault(found, []).extend(chunk)
+            for count in range(len(chunk), 0, -1):
+                if found := self._mesh(chunk[:count]):
+                    groups.setdefault(found, []).extend(chunk[:count])
+                    break
         return [(indices, make_mesh(*common)) for common, indices in groups.items()]
 
     def _on_own_meshes(self, chunks: list[list[int]]) -> list[tuple[list[int], Mesh]]:
