@@ -8,6 +8,7 @@ the work itself.
 
 import asyncio
 import gc
+import os
 import secrets
 import threading
 import time
@@ -106,14 +107,14 @@ def several_processes(
 ) -> Iterator[tuple[str, Callable[[], None]]]:
     """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
-    visitor_count = VisitorCount(processes)
+    visitor_count, main_process = VisitorCount(processes), os.getpid()
 
     def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
         worker = explorer(scene, host, visitor_count=visitor_count, listener=listener, **access)
         with suppress(Terminated), worker:
             ready()
-            wait_for_signal()
+            wait_for_signal(main_process)
 
     with (
         listening_sockets(host, port) as listeners,
@@ -141,10 +142,11 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
             frame_loop.stop()
 
 
-def wait_for_signal() -> None:
-    """Wait until a signal raises Terminated. Python handles one that arrives just before a sleep
-    only after that sleep, hence the short time."""
-    while True:
+def wait_for_signal(parent: int | None = None) -> None:
+    """Wait until a signal raises Terminated, or the parent process of this number has ended. Python
+    handles a signal that arrives just before a sleep only after that sleep, hence the short time.
+    """
+    while parent in (None, os.getppid()):
         time.sleep(SLEEP)
 
 

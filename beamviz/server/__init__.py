@@ -21,10 +21,6 @@ from beamviz.server.viser_private import PROTOCOL, opens_tunnel, viser_server
 TIMEOUT = 30.0  # [s] for an answer in the self-test
 COUNT_TIMEOUT = 1.0  # [s] for its connections to be closed
 FOREIGN_ORIGIN = "http://foreign.invalid"
-INVALID_MESSAGES = {
-    "a message that no page sends": b"\xc1",
-    "a request for a public tunnel": b"\x81\xa4type\xafShareUrlRequest",
-}
 
 
 @contextlib.contextmanager
@@ -89,28 +85,29 @@ def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> s
     """Try to connect from a foreign page and without the key, and to send invalid messages. Returns
     a description of the attack that succeeded, or ""."""
     uri = access.local_url.replace("http://", "ws://")
-    common: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
-    cookie = {"Cookie": f"{access.cookie}={access.visitor_key}"}
-    key: dict[str, Any] = {**common, "additional_headers": cookie}
-    attackers = {"a page of a foreign origin": {"origin": FOREIGN_ORIGIN, **key}}
+    keyless: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
+    key = keyless | {"additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"}}
+    attacks: dict[str, tuple[dict[str, Any], bytes]] = {
+        "a page of a foreign origin": (key | {"origin": FOREIGN_ORIGIN}, b""),
+        "a message that no page sends": (key, b"\xc1"),
+        "a request for a public tunnel": (key, b"\x81\xa4type\xafShareUrlRequest"),
+    }
     if access.visitor_key:
-        attackers["a visitor without the key"] = common
-    for name, attacker in attackers.items():
+        attacks["a visitor without the key"] = (keyless, b"")
+    for name, (options, message) in attacks.items():
         try:
-            with unix_connect(sock=connect(), **attacker):
-                return f"{name} can connect"
-        except InvalidStatus as error:
-            if error.response.status_code != 403:
-                return f"{name} gets status {error.response.status_code}, not 403"
-    for name, message in INVALID_MESSAGES.items():
-        with unix_connect(sock=connect(), **key) as line:
-            try:
+            with unix_connect(sock=connect(), **options) as line:
+                if not message:
+                    return f"{name} can connect"
                 line.send(message)
                 while True:
                     line.recv(TIMEOUT)
-            except TimeoutError:
-                return f"{name} does not close the connection"
-            except ConnectionClosed as closed:
-                if closed.rcvd is None or closed.rcvd.code != connection.POLICY_VIOLATION:
-                    return f"{name} closes the connection with an unexpected code"
+        except InvalidStatus as error:
+            if message or error.response.status_code != 403:
+                return f"{name} gets status {error.response.status_code}"
+        except ConnectionClosed as closed:
+            if closed.rcvd is None or closed.rcvd.code != connection.POLICY_VIOLATION:
+                return f"{name} closes the connection with an unexpected code"
+        except TimeoutError:
+            return f"{name} gets no answer within {TIMEOUT:g} s"
     return ""

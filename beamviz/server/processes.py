@@ -7,7 +7,6 @@ replaced.
 
 import contextlib
 import errno
-import mmap
 import multiprocessing
 import os
 import signal
@@ -23,7 +22,6 @@ from beamviz.signals import Terminated
 
 BACKLOG = 128  # connections that wait to be accepted
 BYTE = b"."  # sent with each connection
-COUNT_BYTES = 8
 POLL = 0.2  # [s] between two checks for a signal to stop
 START_TIMEOUT = 60.0  # [s] for a worker to be ready
 STOP_TIMEOUT = 5.0  # [s] for all workers to end
@@ -34,7 +32,7 @@ class VisitorCount:
     """Visitors of all processes, in shared memory; each counts its own at its index `process`."""
 
     def __init__(self, processes: int = 1):
-        self.counts = memoryview(mmap.mmap(-1, COUNT_BYTES * processes)).cast("q")
+        self.counts = multiprocessing.RawArray("q", processes)
         self.process = 0
 
     @property
@@ -81,11 +79,8 @@ class Pipe(socket.socket):
         return self.address
 
     def accept(self) -> tuple[socket.socket, Any]:
-        """The next connection. If the main process has ended, end this one."""
-        data, descriptors, *_ = socket.recv_fds(self, 1, 1)
-        if not data:
-            os.kill(os.getpid(), signal.SIGTERM)
-            raise BlockingIOError
+        """The next connection."""
+        _, descriptors, *_ = socket.recv_fds(self, 1, 1)
         connection = socket.socket(fileno=descriptors[0])
         try:
             return connection, connection.getpeername()
@@ -105,16 +100,16 @@ Run = Callable[[int, Pipe, Callable[[], None]], None]  # of number, listener, ca
 
 
 class Worker:
-    """A process that runs `run`; inherited: the sockets that it must close."""
+    """A process that runs `run`; address: of the server."""
 
-    def __init__(self, number: int, run: Run, address: Any, inherited: list[socket.socket]):
+    def __init__(self, number: int, run: Run, address: Any):
         self.number, self.accepted, self.started = number, 0, time.monotonic()
         self.sender, end = socket.socketpair()
         self.sender.setblocking(False)
         fork = multiprocessing.get_context("fork")
         self.result, report = fork.Pipe(duplex=False)  # of the start: "", or an error
         with Pipe(end, self.sender, address) as pipe, report:
-            arguments = (number, run, pipe, report, inherited)
+            arguments = (run, number, pipe, report)
             self.process = fork.Process(target=work, args=arguments, daemon=True)
             signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])  # until `work` handles it
             self.process.start()
@@ -129,21 +124,12 @@ class Worker:
             raise Unavailable(error)
 
 
-def work(
-    number: int, run: Run, pipe: Pipe, report: Connection, inherited: list[socket.socket]
-) -> None:
+def work(run: Run, number: int, pipe: Pipe, report: Connection) -> None:
     """The main function of a worker. It ignores Ctrl-C, which the main process handles."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    for line in inherited:
-        line.close()  # so that other workers notice the end of the main process
-
-    def ready() -> None:
-        pipe.sender.close()  # so that this worker notices it too
-        report.send("")
-
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
-        run(number, pipe, ready)
+        run(number, pipe, lambda: report.send(""))
     except Terminated:
         pass
     except BeamvizError as error:
@@ -162,9 +148,7 @@ class ProcessPool:
 
     def start(self, number: int) -> Worker:
         self.visitor_count.counts[number] = 0
-        inherited = [*self.listeners, *(worker.sender for worker in self.workers)]
-        address = self.listeners[0].getsockname()
-        self.workers.append(Worker(number, self.run, address, inherited))
+        self.workers.append(Worker(number, self.run, self.listeners[0].getsockname()))
         return self.workers[-1]
 
     def serve(self) -> None:

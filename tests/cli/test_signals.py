@@ -171,7 +171,7 @@ def test_a_signal_whose_exception_python_discards_comes_again(capsys):
 def test_a_worker_that_does_not_serve_yet_ends_quietly(capfd):
     """By a signal at any moment after its start."""
     with terminate_on_signal():
-        worker = Worker(0, lambda *_: signal.raise_signal(signal.SIGTERM), None, [])
+        worker = Worker(0, lambda *_: signal.raise_signal(signal.SIGTERM), None)
         with worker.sender, worker.result:
             worker.process.join()
     assert (worker.process.exitcode, capfd.readouterr().err) == (0, "")
