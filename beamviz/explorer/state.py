@@ -132,9 +132,7 @@ class State:
             per_rev=scene.per_rev,
             comparison=comparison,
             kept=None,
-            forced_response=False,
-            run_speed=None,
-        )
+        ).without_run_up()
 
     @property
     def shown_case(self) -> Case:
@@ -170,11 +168,14 @@ class State:
             if state.over == state.across:
                 (other,) = {*AXES} - {name}
                 state = replace(state, **{other: getattr(self, name)})
-            return state
+            return state.without_run_up() if name == "force_per_rev" else state
         kept = self.keep_for_comparison() if name in TERMS else self
-        run_speed = None if name == "gamma" else self.run_speed
-        case = self.case.changed(name, value)
-        return replace(kept, case=case, camera=camera, run_speed=run_speed)
+        state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
+        return state if name == "gamma" else state.without_run_up()
+
+    def without_run_up(self) -> Self:
+        """After an edit for which the response is another one."""
+        return replace(self, forced_response=False, run_speed=None)
 
     def share(self, value: Any, mode: int) -> Self:
         return replace(self, view=self.view.share(mode, value), forced_response=False)

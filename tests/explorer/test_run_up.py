@@ -102,10 +102,10 @@ def test_the_chart_shows_amplitudes_and_resonances(run):
     assert {mark["action"] for mark in data["marks"]} == {"gamma"}
 
 
-def test_a_run_up_in_the_page(guest, monkeypatch):
+def test_a_run_up_in_the_page(guest, session, monkeypatch):
     """The line of the beam moves from rest, the speed of the beam does not change; it is restored
-    at the end. A new speed ends the run-up and keeps the result, another mass or damping discards
-    it."""
+    at the end. A new speed ends the run-up and keeps the result, another mass, damping or force
+    discards it."""
 
     def speed() -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
@@ -129,9 +129,10 @@ def test_a_run_up_in_the_page(guest, monkeypatch):
     assert max(speeds) <= PAPER.gamma  # the run-up would go on to 16
     guest.wait(lambda _: speed() == 4.0)
     assert "resonances of the run-up" in guest.texts["run-up-list"]
-    for name, value in (("alpha", 2.0), ("damping", 5.0)):
+    for name, value in (("alpha", 2.0), ("damping", 5.0), ("force_per_rev", 3)):
         guest.do(name, value)
         guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
+        assert not session.visitor.state.forced_response
         with monkeypatch.context() as faster:
             faster.setattr(run_up, "PER_SECOND", 300.0)
             guest.do("run_up")
@@ -141,7 +142,7 @@ def test_a_run_up_in_the_page(guest, monkeypatch):
     guest.do("damping", "nonsense")
     guest.do("force_per_rev", "7")
     guest.edit(alpha=2.0, gamma=5.0)
-    assert guest.values["force_per_rev"] == 2
+    assert guest.values["force_per_rev"] == 3
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):

@@ -50,23 +50,23 @@ class RunUpPlayback:
     """The run-up in the scene: `step` increases the speed shown, `drawn` is the response at that
     speed.
 
-    request: the run-up of the chart; field: complex displacement (n, 2) [beam lengths] drawn.
+    field: complex displacement (n, 2) [beam lengths] drawn.
     """
 
     def __init__(self, visitor: Visitor):
         self.visitor = visitor
         self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
-        self.request: RunUpRequest | None = None
         self.field: np.ndarray = np.zeros((0, 2))
 
     @property
     def answer(self) -> Answer[RunUpRequest, RunUp] | None:
+        """The answer for the present beam and force; None before it."""
         answer = self.job.answer
-        return answer if answer and answer.request == self.request else None
+        return answer if answer and answer.request == RunUpRequest.of(self.visitor.state) else None
 
     @property
     def run(self) -> RunUp | None:
-        """The run-up; None if it is not computed for the present beam and force."""
+        """The run-up; None if it is not computed."""
         return self.answer.result if self.answer else None
 
     @property
@@ -80,26 +80,15 @@ class RunUpPlayback:
             return
         with contextlib.suppress(InvalidInput):
             self.visitor.state.case.beam()
-            self.compute()
             self.visitor.change(started)
 
-    def compute(self) -> None:
-        self.request = RunUpRequest.of(self.visitor.state)
-        self.job.request(self.request)
-
     def step(self, elapsed: float) -> None:
-        """Increase the speed after `elapsed` [s]; for another beam, model or force discard the
-        run-up."""
+        """Request the run-up if the scene shows it; increase its speed after `elapsed` [s]."""
         with self.visitor.lock:
-            state = self.visitor.state
-            if self.request is None:
-                if state.forced_response:  # of a link, or after undo
-                    self.compute()
-            elif RunUpRequest.of(state) != self.request:
-                self.request = None
-                self.visitor.set_state(replace(state, run_speed=None, forced_response=False))
-            elif self.answer and state.run_speed is not None and not state.following:
-                run = self.run
+            state, run = self.visitor.state, self.run
+            if state.forced_response:
+                self.job.request(RunUpRequest.of(state))
+            if self.answer and state.run_speed is not None and not state.following:
                 self.show_speed(next_speed(run, state.run_speed, elapsed) if run else None)
 
     def show_speed(self, speed: float | None) -> None:
@@ -205,7 +194,8 @@ class RunUpTab(Feature):
 
 def with_damping(state: State, percent: object) -> State:
     ratio = percent / 100 if isinstance(percent, int | float) else percent
-    return replace(state, damping=max(clip(ratio, DAMPING[1], state.damping), DAMPING[0]))
+    damping = max(clip(ratio, DAMPING[1], state.damping), DAMPING[0])
+    return replace(state.without_run_up(), damping=damping)
 
 
 def run_data(run: RunUp) -> page.Data:
