@@ -30,7 +30,8 @@ class SampledModes:
 
     x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam; strain:
     (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1; limits: (m,) largest
-    amplitudes to draw; nodes: the positions x (j,) of the nodes of each mode.
+    amplitudes to draw; nodes: the positions x (j,) of the nodes of each mode; solution: None for a
+    beam without one.
     """
 
     beam: Beam
@@ -43,6 +44,7 @@ class SampledModes:
     modes: np.ndarray = field(default_factory=lambda: np.zeros((0, STATIONS, 2)))
     limits: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nodes: Sequence[np.ndarray] = ()
+    solution: Solution | None = None
 
     @classmethod
     def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
@@ -66,6 +68,7 @@ class SampledModes:
             modes=modes if previous is None else align_signs(modes, labels, x, previous),
             limits=MAX_STRAIN / np.maximum(stretching, 1e-12),
             nodes=node_positions(x, larger),
+            solution=solution,
         )
 
     @classmethod

@@ -288,22 +288,15 @@ class Job(Generic[Q, R]):
 
 # Solutions
 
-Solved = tuple[Solution, SampledModes]  # a solution and its modes as the scene draws them
-
 
 @dataclass(frozen=True)
-class SolverAnswer(Answer[Case, Solved]):
-    """The answer to a case: its solution, or the error."""
+class SolverAnswer(Answer[Case, SampledModes]):
+    """The answer to a case: its modes as the scene draws them, or the error."""
 
     @property
     def solution(self) -> Solution | None:
         """The solution; None for an error."""
-        return self.result[0] if self.result else None
-
-    @property
-    def shapes(self) -> SampledModes | None:
-        """The modes as the scene draws them; None for an error."""
-        return self.result[1] if self.result else None
+        return self.result.solution if self.result else None
 
     @cached_property
     def beam(self) -> Beam | None:
@@ -331,7 +324,7 @@ class SolverAnswer(Answer[Case, Solved]):
         return self.warning if known else str(self.error)
 
 
-class SolveJob(Job[Case, Solved]):
+class SolveJob(Job[Case, SampledModes]):
     """Solves the latest case of one visitor. Modes keep the signs of the last stable ones."""
 
     kind = SolverAnswer
@@ -349,7 +342,7 @@ class SolveJob(Job[Case, Solved]):
         latest = self.latest
         return self.seconds < QUICK and latest is not None and self.options == latest.options
 
-    def solved(self, case: Case) -> Solved:
+    def solved(self, case: Case) -> SampledModes:
         start = time.thread_time()
         try:
             solution = solve(case.beam(), **case.options)
@@ -358,4 +351,4 @@ class SolveJob(Job[Case, Solved]):
             self.options, self.seconds = case.options, time.thread_time() - start
         if not stability_warning(solution):
             self.shapes = shapes
-        return solution, shapes
+        return shapes

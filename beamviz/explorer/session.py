@@ -33,7 +33,7 @@ from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RESPONSE, RunUpPlayback, RunUpTab
 from beamviz.explorer.features.sharing import Files, Links
 from beamviz.explorer.features.veering import VeeringTab
-from beamviz.explorer.jobs import Solved, SolverAnswer
+from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page import checkbox, panel
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
@@ -68,7 +68,7 @@ class SceneView(Feature):
     def open(self, scene: Scene) -> None:
         """Begin with a scene that was loaded, which is not solved yet."""
         self.opened = scene
-        self.solved: Solved | None = None
+        self.solved: SampledModes | None = None
         self.is_stable = False  # a stable answer of this scene has been drawn
         self.is_pending = True  # no answer to this scene has come
         self.choose_pace = True
@@ -107,8 +107,8 @@ class SceneView(Feature):
         """Use the shapes of a stable answer. For an unstable one, or an error, keep the last stable
         shapes of the scene, or else show the unloaded beam."""
         self.solved = answer.result or self.solved
-        if answer.shapes and not answer.warning:
-            self.shapes, self.is_stable = answer.shapes, True
+        if answer.result and not answer.warning:
+            self.shapes, self.is_stable = answer.result, True
         elif not self.is_stable:
             beam = answer.beam or self.opened.beam
             self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])

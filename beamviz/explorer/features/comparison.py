@@ -76,9 +76,8 @@ class Comparison:
     """The second beam: its solution and its drawing.
 
     case: the one compared with; choices: those drawn; shapes: the modes drawn, None if nothing is;
-    main: the solution drawn for the first beam; partner: of each mode of the first beam its mode of
-    the second, -1 where none corresponds; views: the objects that draw the second beam, by whether
-    it is stacked, made when they are first needed; view: the one that is shown.
+    views: the objects that draw the second beam, by whether it is stacked, made when they are first
+    needed; view: the one that is shown.
     """
 
     def __init__(self, visitor: Visitor):
@@ -87,8 +86,6 @@ class Comparison:
         self.choices: tuple[object, ...] = ()
         self.clock = Clock()
         self.shapes: SampledModes | None = None
-        self.main: Solution | None = None
-        self.partner = np.zeros(0, int)
         self.views: dict[bool, BeamView | OverlayBeam] = {}
         self.view: BeamView | OverlayBeam | None = None
 
@@ -111,26 +108,25 @@ class Comparison:
             self.case = comparison_case(state, answer.request)
             if self.case.case:
                 self.job.request(self.case.case)
-            self.main = answer.solution if answer.shapes is main.shapes else self.main
         choices, second = (state.comparison, state.kept, state.stacked), self.answer
         restarted = choices != self.choices
         lasts = self.case.case and not (restarted or state.view.all_modes)
         if self.shapes and second is None and lasts:
             return  # it stays until the answer, as the first beam
         drawable = second and not (second.warning or state.view.all_modes)
-        self.shapes = second.shapes if second and drawable else None
+        self.shapes = second.result if second and drawable else None
         for view in self.views.values():
             view.hide()
-        if self.shapes is None or second is None:
+        if self.shapes is None:
             self.choices = ()
             return
-        if self.main and second.solution:
-            self.partner = match_modes(self.main, second.solution).partner
-        if restarted or len(self.clock.phases) != len(self.shapes.modes):
+        partner = corresponding(main.shapes, self.shapes)
+        if restarted or len(self.clock.phases) != len(partner):
             self.choices = choices
-            self.clock.phases = self.transferred(clock.phases, np.pi / 2)
+            phases = dict(enumerate(clock.phases))
+            self.clock.phases = np.array([phases.get(k, np.pi / 2) for k in partner])
             self.clock.angle = clock.angle
-        sizes = self.transferred(np.zeros(0) if driven else main.amplitudes, 0.0)
+        sizes = 0.0 * partner if driven else np.array([*main.amplitudes, 0.0])[partner]
         if state.stacked not in self.views:
             api = self.visitor.client.scene
             made = BeamView(api, "/other", alone=False) if state.stacked else OverlayBeam(api)
@@ -158,13 +154,12 @@ class Comparison:
             view.choose_frame(change.rotating_share)
         view.move(self.clock.phases, angle)
 
-    def transferred(self, values: np.ndarray, default: float) -> np.ndarray:
-        """Values (m,) of the modes of the first beam, for the modes (m',) of the second."""
-        result = np.full(len(self.shapes.modes) if self.shapes else 0, default)
-        for value, k in zip(values, self.partner, strict=False):
-            if k >= 0:
-                result[k] = value
-        return result
+
+def corresponding(first: SampledModes, second: SampledModes) -> np.ndarray:
+    """The mode of one beam (m,) for each mode of another; -1 where none corresponds."""
+    if first.solution is None or second.solution is None:
+        return np.full(len(second.modes), -1)
+    return match_modes(second.solution, first.solution).partner
 
 
 # The tab

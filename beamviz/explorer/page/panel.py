@@ -13,7 +13,7 @@ from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, frequencies, mode_value, significant
 from beamviz.explorer import page
-from beamviz.explorer.jobs import Job, Solved, SolverAnswer
+from beamviz.explorer.jobs import Job, SolverAnswer
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
@@ -26,13 +26,16 @@ NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
-def show_answer(visitor: Visitor, solved: Solved | None, shown: list[int]) -> None:
+def show_answer(visitor: Visitor, solved: SampledModes | None, shown: list[int]) -> None:
     """Show the answer; if it has no solution, the faded modes of the last one."""
     own, answer = visitor.page, visitor.answer
     if answer:
         own.html("equilibrium", equilibrium_state(answer))
-        own.html("mode-rows", mode_table(*solved, shown) if solved else NO_MODES)
-        own.props("mode-rows", class_="faded" if solved and not answer.solution else None)
+        solution = solved.solution if solved else None
+        own.html(
+            "mode-rows", mode_table(solution, solved, shown) if solved and solution else NO_MODES
+        )
+        own.props("mode-rows", class_="faded" if solution and not answer.solution else None)
 
 
 def work(jobs: Sequence[Job]) -> str:
@@ -85,9 +88,9 @@ def pace(rate: float, units: Units | None) -> str:
 def equilibrium_state(answer: SolverAnswer) -> str:
     """The state of the equilibrium in up to three lines: stable, with a caution if no real beam has
     it; or the warning."""
-    if answer.shapes and not answer.warning:
+    if answer.result and not answer.warning:
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
-        text = answer.caution or stretch_text(answer.shapes)
+        text = answer.caution or stretch_text(answer.result)
     else:
         title, _, text = answer.warning.partition("\n")
         text = text if answer.message == answer.warning else answer.message
