@@ -90,23 +90,24 @@ FIELD = by_id("gamma-field")
 RANGE = "[...document.querySelectorAll('#loci-chart .tick:not(.y)')].map(e => +e.textContent)"
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def desk(shown) -> Page:
-    """A page 1440 pixels wide with its chart drawn."""
+    """A page 1440 pixels wide with its chart drawn, at the speed 3."""
     shown.wait(f"{MARKS}.length === 2")
     shown.box(PLOT, frames=40)
+    set_speed(shown, 3.0)
     return shown
-
-
-def value(shown: Page) -> float:
-    """The value at the line of the beam."""
-    return float(shown.evaluate(f"{LINE}.getAttribute('aria-valuenow')"))
 
 
 def set_speed(shown: Page, speed: float) -> None:
     """Set the speed, and wait for the line."""
     shown.send("gamma", speed)
-    wait_until(lambda: abs(value(shown) - speed) < 1e-9)
+    wait_until(lambda: value(shown) == speed)
+
+
+def value(shown: Page) -> float:
+    """The value at the line of the beam."""
+    return float(shown.evaluate(f"{LINE}.getAttribute('aria-valuenow')"))
 
 
 def field(shown: Page) -> float:
@@ -118,7 +119,6 @@ def field(shown: Page) -> float:
 def test_the_line_of_the_beam_is_dragged(desk):
     """It moves with the pointer, and the speed with it; the axis changes only after the drag. No
     value of a drag, which waits for its turn, comes after one that is sent later."""
-    set_speed(desk, 3.0)
     left, top, width, height = desk.box(PLOT)
     y = top + 0.3 * height
     desk.mouse("mousePressed", left + 0.4 * width, y, 1)
@@ -147,7 +147,6 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     def focused(name: str) -> str:
         return desk.evaluate(f"document.activeElement.getAttribute('{name}')")
 
-    set_speed(desk, 3.0)
     desk.evaluate(f"{LINE}.focus()")
     assert focused("aria-label") == "speed γ: line of this beam in the Campbell diagram"
     desk.key("ArrowRight")
@@ -173,7 +172,6 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
 @pytest.mark.slow
 def test_values_are_read_at_the_pointer(desk):
     """Speed, all frequencies, and the gap from the nearest to the next; none outside the axes."""
-    set_speed(desk, 3.0)
     left, top, width, height = desk.box(PLOT)
     desk.mouse("mouseMoved", left + 0.6 * width, top + 0.5 * height)
     lines = desk.wait(f"!{READOUT}.hidden && [...{READOUT}.children].map(e => e.textContent)")
@@ -215,7 +213,6 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
 @pytest.mark.slow
 def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(desk):
     """A horizontal drag moves the line; a tap on a crossing moves the beam there."""
-    set_speed(desk, 3.0)
     desk.resize(390, 844)
     desk.wait(f"{MARKS}.length === 2")
 
