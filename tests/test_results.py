@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from beamviz import Beam, Unavailable, __version__, loci, solve
+from beamviz import Beam, Unavailable, __version__, loci, solve, sweep
 from beamviz.beam import Units
+from beamviz.frequency_loci import Loci
 
 BEAM = Beam(alpha=1, beta=1, gamma=5)
 
@@ -86,9 +87,15 @@ def test_tables_in_a_notebook(found):
 
 
 @pytest.mark.parametrize(
-    ("package", "method"), [("xarray", "to_xarray"), ("pandas", "events_dataframe")]
+    ("package", "extra", "use"),
+    [
+        ("xarray", "xarray", Loci.to_xarray),
+        ("pandas", "xarray", Loci.events_dataframe),
+        ("xarray", "sweep", lambda _: sweep({"gamma": [0, 1]}, None)),
+        ("zarr", "sweep", lambda _: sweep({"gamma": [0, 1]}, None)),
+    ],
 )
-def test_a_missing_package_names_the_extra(package, method, found, monkeypatch):
+def test_a_missing_package_names_the_extra(package, extra, use, found, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[xarray\]'"):
-        getattr(found, method)()
+    with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[{extra}\]'"):
+        use(found)

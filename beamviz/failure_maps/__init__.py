@@ -3,6 +3,7 @@ pictures, data and text. A picture is a sheet for each plane with a panel for ea
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from itertools import product
 from multiprocessing import get_context
 from operator import itemgetter
 from pathlib import Path
@@ -131,16 +132,13 @@ def shares(found: Map) -> str:
 
 def commands(found: Map) -> Iterator[str]:
     """The command of the slowest beam of each method and each kind that is not correct."""
-    for one in found.methods:
-        places: dict[str, tuple[float, float]] = {}
-        for gamma, column in zip(found.gammas, one.kinds.T, strict=False):  # none if refused
-            for value, kind in zip(found.values, column, strict=True):
-                places.setdefault(str(kind), (gamma, value))
-        for kind in found.plane.kinds:
-            if kind not in CORRECT and kind.name in places:
-                yield f"# {one.method.name}: {kind.meaning}"
-                options = one.method.options | found.plane.options
-                yield command(found.plane.at(*places[kind.name]), options)
+    for one, kind in product(found.methods, found.plane.kinds):
+        places = np.argwhere(np.isin(one.kinds.T, kind.name))  # slowest first
+        if kind not in CORRECT and len(places):
+            column, row = places[0]
+            beam = found.plane.at(found.gammas[column], found.values[row])
+            yield f"# {one.method.name}: {kind.meaning}"
+            yield command(beam, one.method.options | found.plane.options)
 
 
 # The pictures.

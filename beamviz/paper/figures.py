@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
-from matplotlib.lines import Line2D
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.files import csv_text
@@ -323,15 +322,14 @@ def _draw_legend(
     """Colours, lines and markers, those drawn only."""
     branches = [branch for found in by_curvature.values() for branch in found.branches]
     families = {name for branch in branches for name in branch.family}
-    rows = [Line2D([], [], color=c, **LINE, label=n) for n, c in COLOURS.items() if n in families]
+    lines = {name: {"color": c, **LINE} for name, c in COLOURS.items() if name in families}
     for label, line, marker in LEGEND if MATERIAL in by_curvature else ():
-        style = {**(marker if marked else {}), "color": INK, "ls": "-", **line}
-        rows.append(Line2D([], [], label=label, **style))
+        lines[label] = {**(marker if marked else {}), "color": INK, "ls": "-", **line}
     if marked and MATERIAL not in by_curvature:
-        rows.append(Line2D([], [], label="crossing", **RING))
+        lines["crossing"] = RING
     if any(crossing.number for crossing in marked):
-        rows.append(Line2D([], [], label="in the paper", **TICK))
-    draw_legend(picture, rows, 0.0115, 1 - 0.3 / HEIGHT)
+        lines["in the paper"] = TICK
+    draw_legend(picture, lines, 0.0115, 1 - 0.3 / HEIGHT)
 
 
 @rc_context(STYLE)

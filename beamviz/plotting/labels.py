@@ -1,6 +1,6 @@
 """Placement of labels in a chart: off its lines, apart from each other, inside its frame."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -125,13 +125,14 @@ def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
         )
 
 
-def draw_legend(figure: Figure, handles: Sequence[Line2D], left: float, middle: float) -> None:
-    """A legend in one row, from a place given in fractions of the figure."""
+def draw_legend(figure: Figure, lines: Mapping[str, Any], left: float, middle: float) -> None:
+    """A legend in one row, from a place given in fractions of the figure; lines: styles of lines
+    and markers by their meaning."""
     figure.legend(
-        handles=handles,
+        handles=[Line2D([], [], label=label, **style) for label, style in lines.items()],
         loc="center left",
         bbox_to_anchor=(left, middle),
-        ncols=len(handles),
+        ncols=len(lines),
         frameon=False,
         fontsize=8,
         handlelength=1.6,

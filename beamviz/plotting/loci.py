@@ -10,7 +10,6 @@ from matplotlib import patheffects, rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.transforms import Bbox
 
 from beamviz.beam import NUMBERS
@@ -320,20 +319,22 @@ def _head(
     draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
 
 
-def _legend(loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]) -> list[Line2D]:
-    """The meaning of colours and marks, of those drawn."""
+def _legend(
+    loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]
+) -> dict[str, dict[str, Any]]:
+    """The styles of lines and marks, of those drawn, by their meaning."""
     families = {name for branch in loci.branches for name in branch.family if name}
-    rows = [
-        Line2D([], [], color=FAMILIES(share), lw=1.7, label=name)
+    lines: dict[str, dict[str, Any]] = {
+        name: {"color": FAMILIES(share), **LINE}
         for name, share in (("bending", 1.0), ("mixed", 0.5), ("stretching", 0.0))
         if name in families
-    ]
-    for kind in (kind for kind in MARKS if kind != "resonance"):
-        count = sum(event.kind == kind for event in loci.events)
-        label = kind if len(loci.events) <= MAX_LABELLED else f"{count} {kind}s"
-        rows += [Line2D([], [], label=label, **MARKS[kind])] if count else []
+    }
+    kinds = [event.kind for event in loci.events]
+    for kind in (kind for kind in MARKS if kind in kinds):
+        label = kind if len(kinds) <= MAX_LABELLED else f"{kinds.count(kind)} {kind}s"
+        lines[label] = MARKS[kind]
     if per_rev:
-        rows.append(Line2D([], [], label="per-rev line, k × speed", **PER_REV))
+        lines["per-rev line, k × speed"] = PER_REV
     if resonances:
-        rows.append(Line2D([], [], label="resonance", **MARKS["resonance"]))
-    return rows
+        lines["resonance"] = MARKS["resonance"]
+    return lines

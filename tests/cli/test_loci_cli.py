@@ -22,16 +22,21 @@ INWARD = (*SWEEP[:6], "8", "--delta", "-1", "--points", "5")
 
 
 def test_json(run):
-    """The keys of the contract, one entry for each value, and the crossing of physics 3.1."""
+    """The keys of the contract, one entry for each value of loci(), the crossing of physics 3.1."""
     code, out, err = run(*SWEEP, "--points", "21", "--format", "json")
     data = strict(out)
     assert (code, err) == (0, "")
     assert data["over"] == "gamma"
     assert data["values"] == pytest.approx(np.linspace(0, 10, 21).tolist())
     assert [branch["label"] for branch in data["branches"]] == ["B1", "B2", "B3", "S1", "B4"]
-    for branch in data["branches"]:
-        assert set(branch["family"]) == {"bending" if branch["label"][0] == "B" else "stretching"}
-        assert {len(branch[key]) for key in ("family", "frequency", "error", "growth_rate")} == {21}
+    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 21))
+    for branch, row in zip(found.branches, data["branches"], strict=True):
+        assert set(row["family"]) == {"bending" if row["label"][0] == "B" else "stretching"}
+        assert {len(row[key]) for key in ("family", "frequency", "error", "growth_rate")} == {21}
+        assert (row["frequency"], tuple(row["family"])) == (
+            branch.frequency.tolist(),
+            branch.family,
+        )
     (event,) = data["events"]
     assert (event["kind"], event["branches"], event["gap"]) == ("crossing", ["B3", "S1"], 0)
     assert event["at"] == pytest.approx(4.4641, abs=5e-5)
@@ -50,16 +55,6 @@ def test_an_incomplete_search_is_reported(run, monkeypatch):
         assert "The search for crossings and veerings stopped after" in table
         assert "No crossing" not in table
     assert strict(run(*SWEEP, "--points", "5", "--format", "json")[1])["complete"] is False
-
-
-def test_json_is_what_python_gives(run):
-    """The command line adds nothing to loci()."""
-    data = strict(run(*SWEEP, "--points", "11", "--coriolis", "--format", "json")[1])
-    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 11), coriolis=True)
-    for branch, row in zip(found.branches, data["branches"], strict=True):
-        assert row["frequency"] == pytest.approx(branch.frequency, rel=1e-9)
-        assert tuple(row["family"]) == branch.family
-    assert [event["gap"] for event in data["events"]] == pytest.approx([found.events[0].gap])
 
 
 def test_json_without_equilibrium_or_stability(run):
@@ -130,21 +125,23 @@ def words(figure):
 
 
 @pytest.mark.parametrize(
-    ("beam", "over", "stop", "options"),
+    ("beam", "over", "stop", "options", "shown"),
     [
-        (Beam(alpha=1), "gamma", 20, {}),
-        (Beam(alpha=1), "gamma", 20, {"coriolis": True}),
-        (Beam(delta=-1), "gamma", 10, {}),
+        (Beam(alpha=1), "gamma", 20, {}, ""),
+        (Beam(alpha=1), "gamma", 20, {"coriolis": True}, "veering at γ = 4.6502: gap 0.241"),
+        (Beam(delta=-1), "gamma", 10, {}, "unstable\nbeyond γ = 2.9960"),
+        (Beam(), "gamma", 60, {"strain": "hencky"}, "no equilibrium\nbeyond γ = 45.420"),
         *slow(
-            (Beam(), "gamma", 60, {"strain": "hencky", "modes": 6}),
-            (Beam(alpha=0.5, gamma=5), "beta", 1, {}),
-            (Beam(gamma=10), "alpha", 2, {"coriolis": True}),
+            (Beam(), "gamma", 60, {"strain": "hencky", "modes": 6}, ""),
+            (Beam(alpha=0.5, gamma=5), "beta", 1, {}, ""),
+            (Beam(gamma=10), "alpha", 2, {"coriolis": True}, ""),
         ),
     ],
 )
-def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options):
-    """No label on another, none of a line on a resonance, none outside the picture, and each event
-    is marked."""
+def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options, shown):
+    """No label on another, none of a line on a resonance, none outside the picture. Each event is
+    marked, each limit is named in its range, and a veering has an inset with its gap in the title
+    and labels at both ends of each line."""
     found = loci(beam, over, np.linspace(0, stop, 101), **options)
     per_rev = 3 if over == "gamma" else 0
     figure = draw_chart(found, resonances(found, per_rev), range(1, per_rev + 1))
@@ -162,25 +159,13 @@ def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options):
     drawn = [line.get_marker() for line in axes.lines]
     for kind, mark in {"crossing": "o", "veering": "D"}.items():
         assert drawn.count(mark) == sum(event.kind == kind for event in found.events)
-
-
-def test_limits_are_labelled_in_the_plot():
-    """In the part of the chart without an equilibrium or a stable one."""
-    found = loci(Beam(), "gamma", np.linspace(0, 60, 61), strain="hencky")
-    (text,) = (t for t in draw_chart(found).axes[0].texts if "equilibrium" in t.get_text())
-    assert text.get_text() == "no equilibrium\nbeyond γ = 45.420"
-    assert 45.42 < text.get_position()[0] < 60
-    found = loci(Beam(delta=-1), "gamma", np.linspace(0, 10, 61))
-    texts = [text.get_text() for text in draw_chart(found).axes[0].texts]
-    assert any("unstable\nbeyond γ = 2.996" in text for text in texts)
-
-
-def test_a_veering_has_an_inset():
-    """Enlarged, with its gap in the title and labels at both ends of each line."""
-    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 20, 101), coriolis=True)
-    (frame,) = draw_chart(found).axes[0].child_axes
-    assert frame.get_title("left") == "veering at γ = 4.6502: gap 0.241"
-    assert sorted(text.get_text() for text in frame.texts) == ["B3", "B3", "S1", "S1"]
+    texts = {text.get_text(): text.get_position()[0] for text in boxes}
+    for limit in found.limits:
+        (x,) = (x for text, x in texts.items() if text.startswith(limit.kind.replace("-", " ")))
+        assert limit.start < x < limit.stop
+    for inset in axes.child_axes:
+        assert sorted(text.get_text() for text in inset.texts) == ["B3", "B3", "S1", "S1"]
+    assert shown in {"", *texts, *(inset.get_title("left") for inset in axes.child_axes)}
 
 
 def test_an_option_without_effect_is_noted(run):

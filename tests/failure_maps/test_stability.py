@@ -1,7 +1,6 @@
 """Failure maps: each claim about where methods fail, by the solver itself."""
 
 import json
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 
@@ -110,24 +109,12 @@ def errors(exact, beam, method, **resolutions):
     return [abs(frequencies / truth - 1).max() for frequencies in found]
 
 
-def test_verdicts_from_the_errors_behind_them():
-    """The kind that an answer, the exact one of its model and the reference's make together."""
+def test_verdicts_without_an_equilibrium():
+    """By whether the method's own model, and the reference, have one."""
     beam = Beam(gamma=20, delta=1)
     good, more = solve(beam), solve(beam, modes=10, tolerance=1e-9)
-    rigid, rigid_more = solve(beam, method="foac"), solve(beam, 10, method="foac")
-    off = replace(good, omega_squared=good.omega_squared * 1.01)
-    unstable = replace(good, equilibrium=replace(good.equilibrium, stable=False))
-    for found, own, reference, expected in (
-        (good, more, more, kinds.RIGHT),
-        (off, more, more, kinds.INACCURATE),
-        (rigid, rigid_more, more, kinds.OTHER_MODEL),
-        (unstable, more, more, kinds.FALSELY_UNSTABLE),
-        (unstable, more, unstable, kinds.TRULY_UNSTABLE),
-        (GONE, more, more, kinds.NOT_CONVERGED),  # there is an equilibrium
-        (LOST, more, more, kinds.NOT_CONVERGED),
-        (good, more, GONE, kinds.OTHER_MODEL),  # the reference has no equilibrium
-    ):
-        assert judge(found, own, reference).kind == expected
+    assert judge(GONE, more, more).kind == kinds.NOT_CONVERGED
+    assert judge(good, more, GONE).kind == kinds.OTHER_MODEL
     assert judge(GONE, GONE, more) == Verdict(kinds.NO_EQUILIBRIUM, message="beyond", limit=3.0)
 
 

@@ -134,7 +134,7 @@ def missing_headers(headers: dict[str, str]) -> set[str]:
     return found | headers.keys() & {"Server"}
 
 
-def python(folder: Path, *arguments: str) -> subprocess.Popen:
+def python(folder: Path, *arguments: str, **settings: Any) -> subprocess.Popen:
     """A Python process with a folder of its own for temporary files, which may hold modules."""
     return subprocess.Popen(
         [sys.executable, *arguments],
@@ -142,6 +142,7 @@ def python(folder: Path, *arguments: str) -> subprocess.Popen:
         stderr=subprocess.PIPE,
         text=True,
         env={**os.environ, "PYTHONPATH": f"{ROOT}:{folder}", "TMPDIR": str(folder)},
+        **settings,
     )
 
 

@@ -1,5 +1,6 @@
 """A sweep that is killed, out of room or forbidden to write loses nothing and can be resumed."""
 
+import contextlib
 import json
 import os
 import resource
@@ -7,53 +8,37 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers import contents
+from live.server import python, wait_until
 
 from beamviz import Beam, solve
 from beamviz.cli.commands import KEPT
 from beamviz.sweeps import open_sweep, sweep
 
-ROOT = Path(__file__).parents[2]
 LINE = ["--over", "gamma=0:20:401", "--over", "alpha=0:3:13", "--over", "beta=0.5,1", "--coriolis"]
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of Unix")
 
 
-def python(*module_and_arguments: str | Path, output=subprocess.DEVNULL, **settings):
-    """A module as a process."""
-    return subprocess.Popen(
-        [sys.executable, "-m", *map(str, module_and_arguments)],
-        stdout=output,
-        stderr=output,
-        text=True,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        **settings,
-    )
-
-
 def start(store: Path, *more: str, **settings) -> subprocess.Popen:
     """`beamviz sweep` as a process."""
-    return python("beamviz", "sweep", store, *LINE, *more, output=subprocess.PIPE, **settings)
-
-
-def wait_for(store: Path, count: int, process: subprocess.Popen) -> None:
-    """Wait until a store has so many chunks, or the process has ended."""
-    until = time.monotonic() + 60
-    while process.poll() is None and time.monotonic() < until:
-        if store.exists() and chunks(store) >= count:
-            return
-        time.sleep(0.002)
+    return python(store.parent, "-m", "beamviz", "sweep", str(store), *LINE, *more, **settings)
 
 
 def chunks(store: Path) -> int:
     """How many chunks of `status` are there."""
     return sum(path.is_file() for path in (store / "status" / "c").rglob("*"))
+
+
+def has_chunks(store: Path, count: int) -> bool:
+    """Whether a store is there, with so many chunks."""
+    return store.exists() and chunks(store) >= count
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +72,7 @@ def test_ended_by_a_signal(number, counts, undisturbed, tmp_path):
     store, killed = tmp_path / "a.zarr", number == signal.SIGKILL
     for count in counts:
         with start(store, "--workers", "2", start_new_session=True) as process:
-            wait_for(store, count, process)
+            wait_until(partial(has_chunks, store, count))
             (os.kill if killed else os.killpg)(process.pid, number)
             out, err = process.communicate(timeout=10)  # when the workers have ended, too
         if killed:
@@ -159,8 +144,9 @@ def test_memory_does_not_grow(tmp_path):
         store = tmp_path / f"{count}.zarr"
         axes = ("gamma=0:50:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
         over = (word for axis in axes for word in ("--over", axis))
-        process = python("beamviz", "sweep", store, "--workers", "2", *over)
-        _, process.returncode, usage = os.wait4(process.pid, 0)
+        command = "-m", "beamviz", "sweep", str(store), "--workers", "2"
+        with python(tmp_path, *command, *over) as process:
+            _, process.returncode, usage = os.wait4(process.pid, 0)
         assert process.returncode == 0
         peaks.append(usage.ru_maxrss)  # the largest, of it and of its workers
     assert peaks[1] < 1.3 * peaks[0]
@@ -177,23 +163,23 @@ def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
     """A scheduler and three workers, as processes; one is killed in the middle of its work."""
     store = tmp_path / "a.zarr"
     address = tmp_path / "scheduler.json"
-    options = ("--no-dashboard", "--scheduler-file", address)
-    scheduler = "distributed.cli.dask_scheduler", "--port", "0"
-    worker = "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny"
-    processes = [python(*scheduler, *options, cwd=tmp_path)]
-    try:
-        until = time.monotonic() + 30
-        while not address.exists() and time.monotonic() < until:
-            time.sleep(0.1)
-        processes += [python(*worker, *options, cwd=tmp_path) for _ in range(3)]
+    options = ("--no-dashboard", "--scheduler-file", str(address))
+    scheduler = "-m", "distributed.cli.dask_scheduler", "--port", "0"
+    worker = "-m", "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny"
+    with contextlib.ExitStack() as stack:
+
+        def started(*arguments: str) -> subprocess.Popen:
+            process = stack.enter_context(python(tmp_path, *arguments, *options, cwd=tmp_path))
+            stack.callback(process.kill)
+            return process
+
+        started(*scheduler)
+        wait_until(address.exists)
+        first, *_ = [started(*worker) for _ in range(3)]
         with start(store, "--scheduler", json.loads(address.read_text())["address"]) as process:
-            wait_for(store, 3, process)
-            processes[1].kill()
+            wait_until(partial(has_chunks, store, 3))
+            first.kill()
             out, err = process.communicate(timeout=120)
         assert (process.returncode, out) == (0, "10426 solved\n"), err
-        assert processes[1].wait() == -signal.SIGKILL
+        assert first.wait() == -signal.SIGKILL
         assert contents(store) == undisturbed
-    finally:
-        for one in processes:
-            one.kill()
-            one.wait()

@@ -2,13 +2,12 @@
 
 import json
 import shutil
-import sys
 
 import numpy as np
 import pytest
 from helpers import contents
 
-from beamviz import Beam, InvalidInput, NoEquilibrium, Unavailable, __version__, solve_many, sweep
+from beamviz import Beam, InvalidInput, NoEquilibrium, __version__, solve_many, sweep
 from beamviz.beam import Units
 
 STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
@@ -210,11 +209,3 @@ def test_a_store_of_something_else_is_refused(tmp_path):
     with pytest.raises(InvalidInput, match="no sweep"):
         sweep({"gamma": [0, 1]}, store, workers=1)
     assert contents(store) == before
-
-
-@pytest.mark.parametrize("package", ["zarr", "xarray"])
-def test_a_missing_package_names_the_extra(package, tmp_path, monkeypatch):
-    """One line."""
-    monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(Unavailable, match=rf"{package}: pip install 'beamviz\[sweep\]'"):
-        sweep({"gamma": [0, 1]}, tmp_path / "a.zarr")
