@@ -115,6 +115,16 @@ def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
     return f"{'/'.join(labels[k] for k in parts)} mixed {':'.join(f'{x:.0f}' for x in shares)}"
 
 
+def numbers_in_family(found: Loci) -> dict[str, np.ndarray]:
+    """By branch label, the numbers (values,) of its modes among those of bending, negative ones
+    among those of stretching, as in `Solution.labels`."""
+    index = np.array([branch.mode_index for branch in found.branches])
+    bending = np.array([branch.bending_fraction for branch in found.branches]) >= 0.5
+    lower = (index >= 0) & (index <= index[:, None]) & (bending == bending[:, None])
+    numbers = np.where(bending, 1, -1) * lower.sum(axis=1)
+    return dict(zip((branch.label for branch in found.branches), numbers, strict=True))
+
+
 def names_of_branches(found: Loci, value: float) -> dict[str, str]:
     """The names of the modes by branch label, at the value of the sweep nearest to `value`. Two
     branches that veer keep their labels and exchange their shapes, so the names of their modes."""

@@ -23,7 +23,7 @@ from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
-from beamviz.frequency_loci.identity import names_of_branches
+from beamviz.frequency_loci.identity import names_of_branches, numbers_in_family
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.scene import PER_REV
 
@@ -136,23 +136,23 @@ def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> page.Data 
 def loci_lines(
     found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
 ) -> list[page.Data]:
-    """The loci, of all or some branches, interpolated at x (n,), in runs of one family with the
-    name of the mode there; consecutive runs share a point, so that lines have no gaps."""
+    """The loci, of all or some branches, interpolated at x (n,), in runs of one family and name of
+    the mode; consecutive runs share a point, so that lines have no gaps."""
     lines = []
-    last = len(x) - 1
+    last, numbers = len(x) - 1, numbers_in_family(found)
     before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0)
     for branch in branches or found.branches:
         y = np.interp(x, found.values, branch.frequency)
         family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        cuts = [k for k in range(1, len(x)) if family[k] != family[k - 1]]
+        kinds = [*zip(family, numbers[branch.label][before].tolist(), strict=True)]
+        cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
             if own := family[start]:
                 name = name_of(found, branch.label, float(x[(start + stop) // 2]))
                 runs.append([start, min(stop, last), own, name])
         if runs:
-            label = name_of(found, branch.label, float(x[runs[-1][1]]))
-            lines.append({"label": label, "y": page.sent(factor * y), "runs": runs})
+            lines.append({"label": runs[-1][3], "y": page.sent(factor * y), "runs": runs})
     return lines
 
 
@@ -220,7 +220,7 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[page.Data]:
 def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
     """The names of the modes of an event there, stretching modes first."""
     branches = (event.branch,) if isinstance(event, Resonance) else event.branches
-    names = (name_of(chart.loci, one, event.at) for one in branches)
+    names = {name_of(chart.loci, one, event.at) for one in branches}
     return sorted(names, key=lambda name: (name[0] != "S", name))
 
 
@@ -240,13 +240,13 @@ class LociTab(Feature):
         tools = (
             page.select("over", "horizontal axis", AXES)
             + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
-            "<span>per-rev lines</span>"
+            f'<span class="name">per-rev lines{page.hint("per-rev lines", PER_REV_HELP)}</span>'
         )
         for k in PER_REV:
             names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
             tools += page.button(f"{k} ×", class_="toggle", **names)
             visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
-        tools += f"{page.hint('per-rev lines', PER_REV_HELP)}</div>"
+        tools += "</div>"
         lists = "loci-resonances", "loci-events"
         self.page.html("tab-frequencies", page.chart_tab(tools, "loci-chart", *lists, hidden=False))
         self.page.on("go_to_event", self.go_to)

@@ -351,9 +351,11 @@ const beamvizFigure = (() => {
     labels() {
       const ends = [...this.rays, ...this.lines].filter((line) => line.label && !line.second)
         .map((line) => this.end(line)).filter((one) => one);
-      const beside = ends.filter((one) => !one.above).sort((a, b) => a.y - b.y);
+      let beside = ends.filter((one) => !one.above).sort((a, b) => a.y - b.y), before = -Infinity;
+      if ((beside.length - 1) * LETTERS > this.bottom - TOP) // no room for all
+        beside = beside.filter((one) => one.y - before >= LETTERS && ((before = one.y), true));
       const heights = spread(beside.map((one) => one.y), LETTERS, this.bottom);
-      let before = -Infinity;
+      before = -Infinity;
       const above = ends.filter((one) => one.above).sort((a, b) => a.x - b.x)
         .filter((one) => one.x - before > 28 && ((before = one.x), true));
       return beside.map((one, k) =>
@@ -361,13 +363,18 @@ const beamvizFigure = (() => {
         + above.map((one) => this.text(`label above ${one.style}`, one.x, TOP - 5, one.label)).join("");
     }
 
-    /* The beam shown, on each line. */
+    /* The beam shown, on each line, with the name of its mode if the line ends with another one. */
     rings() {
-      const [value] = this.place;
+      const [value] = this.place, x = this.px(value);
       if (!this.data.cursor || value < this.range[0] || value > this.range[1]) return "";
-      return this.lines.filter((line) => !line.second && !line.dots && line.label)
-        .map((line) => valueAt(line, value)[0]).filter((y) => y <= this.yRange[1])
-        .map((y) => `<circle class="ring" r="4.5" cx="${px(this.px(value))}" cy="${px(this.py(y))}"/>`).join("");
+      const found = this.lines.filter((line) => !line.second && !line.dots && line.label).map((line) => {
+        const [y, run] = valueAt(line, value);
+        return { y, style: run?.[2], name: run?.[3] === line.label ? "" : run?.[3] };
+      }).filter(({ y }) => y <= this.yRange[1]).map((one) => ({ ...one, y: this.py(one.y) }));
+      const named = found.filter(({ name }) => name).sort((a, b) => a.y - b.y);
+      const heights = spread(named.map(({ y }) => y - 9), LETTERS, this.bottom);
+      return found.map(({ y }) => `<circle class="ring" r="4.5" cx="${px(x)}" cy="${px(y)}"/>`).join("")
+        + named.map((one, k) => this.text(`label ${one.style}`, x + 8, heights[k] + 4.5, one.name)).join("");
     }
   }
 
