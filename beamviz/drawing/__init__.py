@@ -31,7 +31,8 @@ from beamviz.server.viser_private import set_orientation, set_position, set_prop
 INSET = 0.95  # relative size of an overlaid beam, so that no faces coincide
 TITLE_OFFSET = np.array([0.0, 0.0, 0.1])  # of an overlaid beam, from its mass or tip
 ROW_SPACING = 0.42  # [beam lengths] between rows
-TITLE_PLACE = np.array([-0.12, 0.0, 0.12])  # of a title, from the clamp
+TITLE_PLACE = np.array([-0.2, 0.0, 0.12])  # of a title, from the clamp
+OPPOSITE = np.array([0.5, 0.0, 0.12])  # the same, where a bent beam is there
 OVERLAY = "/scene/rotor/overlay"
 
 
@@ -81,7 +82,8 @@ class BeamView:
         self.mass.batched_colors = colours.instanced([colour])
         self.warning.show(drawn.warning, (beam.delta + 0.5, 0.0, 0.12))
         clamp = np.array([beam.delta if view.rotating_frame else 0.0, 0.0, 0.0])
-        self.title.show(drawn.title, clamp + TITLE_PLACE)
+        folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
+        self.title.show(drawn.title, clamp + (OPPOSITE if folded else TITLE_PLACE))
         self.frame.visible = True
 
     @property

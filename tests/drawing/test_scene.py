@@ -76,6 +76,15 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
         assert 0.9 < max(np.abs(across).max() / aspect, down.max(), -down.min() / top) <= 1
 
 
+@pytest.mark.parametrize("beam", [Beam(alpha=1), Beam(gamma=4, delta=-1)], ids=["straight", "bent"])
+def test_the_title_of_a_row_is_beside_its_beam(scene, beam):
+    """Not over one that is bent back past its clamp."""
+    shapes = sampled(beam, state="stable")
+    scene.show(DrawnBeam.of(shapes, ViewOptions(all_modes=True), title="B1"))
+    points, _ = to_hub_frame(shapes, shapes.centreline)
+    assert np.abs(points[:, 0] - scene.title.point.position[0]).min() > 0.15
+
+
 def test_all_that_the_beam_sweeps_and_a_bent_beam_are_in_the_picture():
     """From outside the tip is inside it at every angle of the hub, its circle in the middle; in the
     rotating frame all of a bent beam, be the picture tall or wide."""
