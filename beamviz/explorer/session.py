@@ -219,10 +219,11 @@ class Session:
         """Apply the preferences of the visitor's system: "dark" (the theme, unless the first scene
         is dark) and "still" (reduced motion: paused, without transitions of the view)."""
         visitor, words = self.visitor, str(preferences).split()
-        visitor.camera.eased = "still" not in words
+        visitor.still = "still" in words
+        visitor.camera.eased = not visitor.still
         with visitor.lock:
             state = visitor.state
-            if "still" in words:
+            if visitor.still:
                 state = state.changed("playing", False)
             if not self.links.start.view.dark:
                 state = state.changed("dark", "dark" in words)

@@ -35,7 +35,7 @@ class Visitor:
     by each edit; version: another object after each change; schedule: tells of a change to the
     frame loop; solver: the job that solves the case of the state; answer: the answer that the page
     shows; controls: what those of each key show; clock: of the scene; dragging: the mass is being
-    dragged, and the clock is stopped.
+    dragged, and the clock is stopped; still: their system prefers reduced motion.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class Visitor:
         self.controls: dict[str, Shown] = {}
         self.jobs: list[Job] = []
         self.answer: SolverAnswer | None = None
-        self.clock, self.dragging = Clock(), False
+        self.clock, self.dragging, self.still = Clock(), False, False
         self.solver = self.solve_job()
         self.solver.request(state.case)
         self.page.on("tab", self.open_tab)
@@ -94,8 +94,11 @@ class Visitor:
         self.wake()
 
     def load(self, scene: Scene, **values: Any) -> None:
-        """Show another scene, with other values of the state by field name."""
+        """Show another scene, with other values of the state by field name; with reduced motion it
+        only moves if the last one did."""
         with self.lock:
+            if self.still:
+                scene = scene.changed(playing=self.state.view.playing)
             self.change(lambda state: replace(state.loaded(scene), **values))
             self.camera.set_viewpoint(scene.camera)
 

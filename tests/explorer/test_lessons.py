@@ -57,6 +57,18 @@ def test_next_and_back_go_through_the_steps_and_lessons(guest):
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
 
 
+def test_with_reduced_motion_a_lesson_moves_only_if_the_scene_before_it_did(guest):
+    """Paused at first; after a press of P the next lesson moves."""
+    guest.do("preferences", "still")
+    guest.wait(lambda _: guest.values.get("playing") is False)
+    begin(guest, "nodes")
+    assert guest.values["playing"] is False
+    guest.press("P")
+    guest.wait(lambda _: guest.values["playing"] is True)
+    begin(guest, "crossing")
+    assert guest.values["playing"] is True
+
+
 def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     """The camera is the same as for a page that opens with that scene, even if late; such a page
     (`beamviz serve --lesson buckling`) opens the lesson."""
