@@ -61,6 +61,13 @@ def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:
     shown.wait(f"document.documentElement.dataset.theme === '{scheme}'")
 
 
+def leave_lesson(shown: Page) -> None:
+    """Show the first scene again, paused."""
+    for action, value in (("lesson", ""), ("reset", None), ("playing", False)):
+        shown.send(action, value)
+    shown.wait(f"!location.search.includes('lesson') && {PLAY}.ariaPressed === 'false'")
+
+
 @pytest.mark.parametrize("size", [*SIZES, (1366, 768), (1280, 720)], ids=str)
 def test_the_scene_has_half_of_the_page(shown, size):
     """At every size, with nothing cut off at the sides; on wide pages the complete chart is beside
@@ -83,6 +90,25 @@ def test_the_scene_has_half_of_the_page(shown, size):
         shown.wait(f"{SCENE}.top === {0 if scrolled else top}")
     last = "[...document.querySelectorAll('#controls summary')].at(-1).getBoundingClientRect()"
     assert shown.evaluate(f"{SCENE}.bottom <= {last}.top && {last}.top < innerHeight")
+
+
+def test_no_tab_and_no_table_is_cut_off(shown):
+    """All tabs are in the window of a phone, and the buttons of the per-rev lines in one row; on a
+    wide page the lists beside a chart are as wide as their tables, also with a lesson."""
+    shown.resize(*PHONE)
+    tabs = "[...document.querySelectorAll('#dock [role=tab]')]"
+    shown.wait(f"{tabs}.every(e => e.getBoundingClientRect().right <= {PHONE[0]})")
+    tops = "[...document.querySelectorAll('#per-rev button.toggle')].map(e => e.offsetTop)"
+    assert len(set(shown.evaluate(tops))) == 1
+    shown.resize(*DESK)
+    shown.send("lesson", "nodes")
+    shown.wait(f"location.search.includes('lesson=nodes') && !{by_id('lesson')}.hidden")
+    shown.open_tab("methods")
+    wide = "<table><td><div style=width:350px>wide</div></table>"
+    shown.evaluate(f"{by_id('timings')}.innerHTML = '{wide}'")
+    column = f"{by_id('timings')}.closest('.beside')"
+    assert shown.evaluate(f"{column}.scrollWidth - {column}.clientWidth") == 0
+    leave_lesson(shown)
 
 
 @on_desk_and_phone
@@ -132,9 +158,7 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
         shown.send("lesson", name)
         shown.wait(f"location.search.includes('lesson={name}') && {LESSON_IN_VIEW}")
         assert violations(shown) == []
-    for action, value in (("lesson", ""), ("reset", None), ("playing", False)):
-        shown.send(action, value)
-    shown.wait(f"!location.search.includes('lesson') && {PLAY}.ariaPressed === 'false'")
+    leave_lesson(shown)
 
 
 @pytest.mark.slow

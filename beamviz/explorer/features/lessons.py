@@ -156,6 +156,7 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     forward = page.button(
         "Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main"
     )
+    restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the lesson"}
     leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
     body = (
         f'<p class="question">{formatted(lesson.question)}</p>'
@@ -169,7 +170,7 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     number = NAMES.index(lesson.name) + 1
     return (
         f'<div class="title"><h3>{number}. {escape(lesson.title)}</h3>'
-        f"{page.button('Restart', data_do='lesson_restart', class_='quiet')}"
+        f"{page.button('↺', class_='quiet', **restart)}"
         f"{page.button('✕', class_='quiet', **leave)}</div>"
         f"{page.group('Steps of the lesson', steps, forward)}{body}"
     )

@@ -290,12 +290,13 @@ def note(text: str) -> str:
 
 
 def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
-    """The skeleton of a tab: its controls (HTML), and by their ids its chart and its lists."""
+    """The skeleton of a tab: its controls (HTML), and by their ids its chart and its lists, below
+    the chart or, on wide pages, below the controls beside it."""
     parts = "".join(f'<div id="{id}"></div>' for id in lists)
     return (
-        f'<div class="chart-tab"><div class="tools">{tools}</div>'
-        f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
+        f'<div class="chart-tab"><div class="beside"><div class="tools">{tools}</div>'
         f'<div class="lists">{parts}</div></div>'
+        f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div></div>'
     )
 
 
