@@ -14,7 +14,6 @@ from beamviz.frequency_loci.interpolation.fits import (
     Way,
     by_block,
     by_characteristics,
-    by_pairs,
     by_squares,
 )
 from beamviz.frequency_loci.interpolation.pieces import Piece
@@ -30,7 +29,6 @@ FEW = 64  # greatest order of a part of the axis; below it the convergence rate 
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
 SHORTEST = 1 / 64  # of the axis: length below which a piece is not halved
 AT_REST = 1e-7  # replaces gamma = 0 where all modes couple: omega^2 differs by its square
-POLYNOMIALS: tuple[Way, ...] = by_squares, by_pairs
 BLOCK_FIRST = ("gamma", "delta")  # where shapes vary little a block takes fewer nodes
 
 
@@ -87,10 +85,8 @@ def _fit(nodes: Nodes, ways: Sequence[Way]) -> tuple[Piece, int]:
 
 def _ways(sweep: Sweep) -> tuple[Way, ...]:
     """The interpolants to try, the fastest first."""
-    if not sweep.coupled and sweep.over == "beta":  # modes veer with both neighbours
-        return by_squares, by_characteristics, by_pairs
     if not sweep.coupled:
-        return *POLYNOMIALS, by_characteristics
+        return by_squares, by_characteristics
     if sweep.over in BLOCK_FIRST:
         return by_squares, by_block, by_characteristics
     return by_squares, by_characteristics, by_block
@@ -102,7 +98,7 @@ def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
     values = _values_of(axis, attempt)
     squares, solver_error, bending, error = piece.at(axis.t(values))
     spectra = Spectra(squares, solver_error + error, bending)
-    other, _ = _fit(Nodes(sweep, axis, *attempt, values, spectra), POLYNOMIALS)
+    other, _ = _fit(Nodes(sweep, axis, *attempt, values, spectra), [by_squares])
     return piece if other.errors is None else other
 
 
@@ -125,9 +121,8 @@ def _first(sweep: Sweep, axis: Axis) -> _Attempt:
 
 def unresolved(axis: Axis, spectra: Spectra) -> Piece:
     """An axis as one piece without interpolation."""
-    none = np.zeros(spectra.squares.shape[1:], bool)
     start, stop = axis.t_ends
-    return Piece(axis, start, stop, spectra, None, none, none)
+    return Piece(axis, start, stop, spectra, None, np.zeros(spectra.squares.shape[1:], bool))
 
 
 def _values_of(axis: Axis, attempt: _Attempt) -> np.ndarray:

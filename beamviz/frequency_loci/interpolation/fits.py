@@ -1,12 +1,9 @@
 """The interpolants of the modes on a piece, which are tried one after the other.
 
 Within a family the k-th omega^2 is an analytic function of the parameter. Two that veer have branch
-points near the real axis, but their mean and the square of their difference have none: these are
-interpolated where omega^2 does not converge. Where a mode veers with both neighbours, as over beta,
-a characteristic function of the family takes fewer solves.
-
-Coupled modes have many narrow veerings: a characteristic function is interpolated, or the matrix of
-a block of modes.
+points near the real axis: where omega^2 does not converge, a characteristic function of the family
+is interpolated. Coupled modes have many narrow veerings: it is one of all modes, or the matrix of a
+block of modes is interpolated.
 
 Solves at check points between the nodes measure the error of each interpolant.
 """
@@ -30,7 +27,7 @@ from beamviz.frequency_loci.interpolation.chebyshev import (
     positive_shift,
     tail_and_rates,
 )
-from beamviz.frequency_loci.interpolation.pieces import Block, Piece, of_root
+from beamviz.frequency_loci.interpolation.pieces import Block, Piece
 from beamviz.frequency_loci.sweep import Spectra, Sweep
 
 SHARE = 0.5  # accepted interpolation error, of the tolerance and of the solver's error
@@ -101,31 +98,26 @@ class Nodes:
     @cached_property
     def piece(self) -> Piece:
         """The piece without an interpolant."""
-        none = np.zeros(self.needed.shape, bool)
         nodes = self.solved.take(slice(self.order + 1))
-        return Piece(self.axis, self.low, self.high, nodes, None, self.needed, none)
+        return Piece(self.axis, self.low, self.high, nodes, None, self.needed)
 
     @cached_property
     def estimates(self) -> tuple[np.ndarray, np.ndarray]:
-        """`estimated` for scaled omega^2 and, of coupled modes, the bending fraction."""
-        scaled, bending = self.solved.squares / self.scale, self.solved.bending
-        return self.estimated(np.stack((scaled, bending) if self.sweep.coupled else (scaled,)))
+        """The errors (functions, families, k) of interpolated scaled omega^2 and, of coupled modes,
+        bending fraction, and the factors by which they fall when the order grows by a half."""
+        functions = [self.solved.squares / self.scale]
+        if self.sweep.coupled:
+            functions.append(self.solved.bending)
+        values, points = np.stack(functions, axis=1), lobatto(self.order)
+        nodes, checks = np.split(values, [self.order + 1])
+        tail, rates = tail_and_rates(abs(interpolated(points.coefficients, nodes)), self.order)
+        misfit = abs(interpolated(points.checks, nodes) - checks).max(axis=0)
+        return estimated_error(tail, misfit) + EPS * abs(nodes).max(axis=0), rates
 
     @cached_property
     def ratios(self) -> np.ndarray:
         """The errors (families, k) of scaled omega^2 relative to those accepted."""
         return np.where(self.needed, self.estimates[0][0] / self.accepted_scaled, 0.0)
-
-    def estimated(self, functions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The errors (functions, families, k) of interpolated functions (functions, n, families,
-        k), and the factors by which they fall when the order grows by a half."""
-        points, shape = lobatto(self.order), (len(functions), *functions.shape[2:])
-        flat = np.moveaxis(functions, 1, 0).reshape(functions.shape[1], -1)
-        nodes, checks = flat[: self.order + 1], flat[self.order + 1 :]
-        tail, rates = tail_and_rates(abs(points.coefficients @ nodes), self.order)
-        misfit = abs(points.checks @ nodes - checks).max(axis=0)
-        errors = estimated_error(tail, misfit) + EPS * abs(nodes).max(axis=0)
-        return errors.reshape(shape), rates.reshape(shape)
 
 
 def by_squares(nodes: Nodes) -> Fit:
@@ -138,52 +130,7 @@ def by_squares(nodes: Nodes) -> Fit:
         ratios = (errors / limits * rates**power).max(axis=0)
         return float(np.where(nodes.needed, ratios, 0.0).max())
 
-    return Fit(replace(nodes.piece, errors=errors), ratio)
-
-
-def by_pairs(nodes: Nodes) -> Fit:
-    """Polynomials for scaled omega^2, or for mean and squared difference of two neighbours."""
-    squares = nodes.solved.squares / nodes.scale
-    functions = np.full((3, *squares.shape), np.nan)
-    functions[0] = squares
-    functions[1, ..., :-1] = (squares[..., :-1] + squares[..., 1:]) / 2
-    functions[2, ..., :-1] = (squares[..., 1:] - squares[..., :-1]) ** 2
-    errors, rates = nodes.estimated(functions)
-    least = interpolated(lobatto(nodes.order).dense, functions[2, : nodes.order + 1]).min(axis=0)
-    paired, _ = _pairs(nodes, errors, least)
-    above = np.pad(paired[:, :-1], ((0, 0), (1, 0)))  # the upper modes of pairs
-    piece = replace(nodes.piece, errors=errors, needed=nodes.needed | above, paired=paired)
-    return Fit(piece, lambda power: _pairs(nodes, errors * rates**power, least)[1])
-
-
-def _pairs(nodes: Nodes, errors: np.ndarray, least: np.ndarray) -> tuple[np.ndarray, float]:
-    """Whether modes (families, k) are interpolated in a pair with the next one, for the least
-    errors, and the largest ratio of an error to that accepted.
-
-    errors: of the functions of `by_pairs`. least: least squared differences (families, k)."""
-    needed, accepted = nodes.needed, nodes.accepted_scaled
-    alone = np.where(needed, errors[0] / accepted, 0.0)
-    paired, worst = np.zeros(needed.shape, bool), 0.0
-    if (alone <= 1).all():
-        return paired, float(alone.max())
-    together = (errors[1] + of_root(least, errors[2])) / np.fmin(
-        accepted, np.pad(accepted[:, 1:], ((0, 0), (0, 1)), constant_values=np.inf)
-    )
-    together = np.where(np.isfinite(together), together, np.inf)
-    for f, k in np.argwhere(~(alone <= 1)).tolist():  # those that do not converge alone
-        free = not paired[f, k] and not (k and paired[f, k - 1])
-        if not free:
-            continue
-        down = together[f, k - 1] if k and not (k > 1 and paired[f, k - 2]) else np.inf
-        up = together[f, k] if k + 1 < needed.shape[1] and not paired[f, k + 1] else np.inf
-        own = alone[f, k] if np.isfinite(alone[f, k]) else np.inf
-        best = min(own, down, up)
-        worst = max(worst, best)
-        if up <= min(down, own):
-            paired[f, k] = True
-        elif down <= own:
-            paired[f, k - 1] = True
-    return paired, worst
+    return Fit(replace(nodes.piece, errors=errors[0]), ratio)
 
 
 def by_block(nodes: Nodes) -> Fit | None:
@@ -215,7 +162,7 @@ def by_block(nodes: Nodes) -> Fit | None:
     ratios = errors / accepted
     known = np.zeros(nodes.needed.shape, bool)
     known[0, :m] = (ratios <= 1) & np.isfinite(accepted)
-    piece = replace(nodes.piece, errors=nodes.estimates[0], needed=known, block=block)
+    piece = replace(nodes.piece, errors=nodes.estimates[0][0], needed=known, block=block)
     return Fit(piece, lambda power: float((ratios * falls**power)[needed].max()))
 
 
@@ -239,7 +186,7 @@ def by_characteristics(nodes: Nodes) -> Fit | None:
             if not (own <= 1).all():  # else its terms are rounding errors, which do not fall
                 rates[f] = falls
     piece = replace(
-        nodes.piece, errors=nodes.estimates[0], needed=needed, characteristics=tuple(found)
+        nodes.piece, errors=nodes.estimates[0][0], needed=needed, characteristics=tuple(found)
     )
     return Fit(piece, lambda power: float((ratios * rates**power).max()))
 

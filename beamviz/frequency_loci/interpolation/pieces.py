@@ -1,7 +1,6 @@
 """Modes on a part of an axis: Chebyshev interpolants of omega^2, of the logarithm of a small matrix
 or of a characteristic function, with their estimated errors."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -61,9 +60,8 @@ class Piece:
     low: float  # of the variable t
     high: float
     spectra: Spectra
-    errors: np.ndarray | None  # (functions, families, k) of those interpolated
+    errors: np.ndarray | None  # (families, k) of omega^2 divided by the scale
     needed: np.ndarray  # (families, k) whether the mode is interpolated
-    paired: np.ndarray  # (families, k) whether together with the next one
     block: Block | None = None  # interpolated instead, if any
     characteristics: tuple[Characteristic | None, ...] = ()  # of families, the same
 
@@ -95,15 +93,11 @@ class Piece:
             return found
         scale = self._scale(t)
         squares[:] = self._squares(rows, scale)
-        error[:] = self.errors[0] * scale * kept
+        error[:] = self.errors * scale * kept
         if len(self.needed) == 2:
             bending[:] = fractions[0] * kept
         elif not self.characteristics:
             bending[:] = np.clip(interpolated(rows, fractions * kept), 0.0, 1.0)
-        for f, k, _, square in self._pairs(rows):
-            _, of_mean, of_square = self.errors[:, f, k]
-            both = (of_mean + of_root(square, of_square)) * scale[:, 0, 0]
-            error[:, f, k] = error[:, f, k + 1] = both
         for f, one in enumerate(self.characteristics):
             if one:
                 squares[:, f, : one.modes], change, fractions = one.roots(rows)
@@ -142,23 +136,4 @@ class Piece:
             found[:, 0, : len(self.block.misfit)] = self.block.squares(rows)
             found[:, ~self.needed] = np.nan
             return found
-        kept = np.where(self.needed, 1.0, np.nan)
-        found = interpolated(rows, self._scaled * kept)
-        for f, k, mean, square in self._pairs(rows):
-            half = np.sqrt(np.maximum(square, 0.0)) / 2
-            found[:, f, k], found[:, f, k + 1] = mean - half, mean + half
-        return found * scale
-
-    def _pairs(self, rows: np.ndarray) -> Iterator[tuple[int, int, np.ndarray, np.ndarray]]:
-        """Family and index of the lower mode of each pair, mean and squared difference (n,), by the
-        scale."""
-        for f, k in np.argwhere(self.paired).tolist():
-            lower, upper = self._scaled[:, f, k], self._scaled[:, f, k + 1]
-            yield f, k, rows @ ((lower + upper) / 2), rows @ (upper - lower) ** 2
-
-
-def of_root(square: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """The error of sqrt(square) / 2 by the error of the square."""
-    square = np.maximum(square, 0.0)
-    below = np.sqrt(square) + np.sqrt(square + error)
-    return error / np.maximum(2 * below, np.finfo(float).tiny)
+        return interpolated(rows, self._scaled * np.where(self.needed, 1.0, np.nan)) * scale
