@@ -110,11 +110,6 @@ def value(shown: Page) -> float:
     return float(shown.evaluate(f"{LINE}.getAttribute('aria-valuenow')"))
 
 
-def field(shown: Page) -> float:
-    """The speed in its field: what the server says."""
-    return float(shown.evaluate(f"{FIELD}.value"))
-
-
 @pytest.mark.slow
 def test_the_line_of_the_beam_is_dragged(desk):
     """It moves with the pointer, and the speed with it; the axis changes only after the drag. No
@@ -125,9 +120,9 @@ def test_the_line_of_the_beam_is_dragged(desk):
     desk.mouse("mouseMoved", left + 0.5 * width, y, 1)
     middle = value(desk)
     assert 8 < middle < 11
-    wait_until(lambda: field(desk) == middle)
+    wait_until(lambda: desk.number("gamma") == middle)
     desk.mouse("mouseMoved", left + width - 45, y, 1)
-    wait_until(lambda: field(desk) > 18)
+    wait_until(lambda: desk.number("gamma") > 18)
     assert desk.evaluate(f"Math.max(...{RANGE})") <= 20
     desk.mouse("mouseReleased", left + width - 45, y)
     desk.wait(f"Math.max(...{RANGE}) > 30")
@@ -135,7 +130,7 @@ def test_the_line_of_the_beam_is_dragged(desk):
         "[5, 6].forEach((speed) => beamviz.sendOften('gamma', speed)); beamviz.send('gamma', 3);"
         "new Promise((done) => setTimeout(done, 500))"
     )
-    wait_until(lambda: field(desk) == 3.0)
+    wait_until(lambda: desk.number("gamma") == 3.0)
     desk.wait(f"Math.max(...{RANGE}) <= 20")
 
 
@@ -150,22 +145,22 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     desk.evaluate(f"{LINE}.focus()")
     assert focused("aria-label") == "speed γ: line of this beam in the Campbell diagram"
     desk.key("ArrowRight")
-    wait_until(lambda: 3.0 < field(desk) == value(desk) < 3.2)
-    step = field(desk) - 3.0
+    wait_until(lambda: 3.0 < desk.number("gamma") == value(desk) < 3.2)
+    step = desk.number("gamma") - 3.0
     desk.key("PageUp")
-    wait_until(lambda: field(desk) == value(desk) == pytest.approx(3.0 + 11 * step))
+    wait_until(lambda: desk.number("gamma") == value(desk) == pytest.approx(3.0 + 11 * step))
     assert focused("aria-valuetext").startswith("γ = ")
     desk.key("Home")
-    wait_until(lambda: field(desk) == 0)
+    wait_until(lambda: desk.number("gamma") == 0)
     desk.key("Tab")
     assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
     assert not desk.evaluate(f"{READOUT}.hidden")
     desk.key("Enter")
     there = pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6)
-    wait_until(lambda: field(desk) == there)
+    wait_until(lambda: desk.number("gamma") == there)
     set_speed(desk, 3.0)
     desk.click(f"{MARKS}[0]")
-    wait_until(lambda: field(desk) == there)
+    wait_until(lambda: desk.number("gamma") == there)
     desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
 
 
@@ -197,7 +192,7 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
     desk.wait(f"!!{mark}")
     for _ in range(3):
         desk.click("document.querySelector('#loci-resonances button')")
-        wait_until(lambda: field(desk) == pytest.approx(0.79791, abs=1e-5))
+        wait_until(lambda: desk.number("gamma") == pytest.approx(0.79791, abs=1e-5))
         assert desk.evaluate(f"{FIELD}.scrollWidth <= {FIELD}.clientWidth")  # all its digits
         desk.wait(f"Math.max(...{RANGE}) < 2")
         left, top, width, height = desk.box(PLOT)
@@ -226,9 +221,11 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(desk):
     for step in range(1, 9):
         touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
     touch("touchEnd")
-    wait_until(lambda: 8 < field(desk) == pytest.approx(value(desk)))
+    wait_until(lambda: 8 < desk.number("gamma") == pytest.approx(value(desk)))
     left, top, width, height = desk.box(f"{MARKS}[0]", frames=40)
     touch("touchStart", (left + width / 2, top + height / 2))
     touch("touchEnd")
-    wait_until(lambda: field(desk) == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6))
+    wait_until(
+        lambda: desk.number("gamma") == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6)
+    )
     assert desk.evaluate("document.documentElement.scrollWidth") <= 390

@@ -4,7 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
-from live.browser import NODES, Page, by_id, field, says
+from live.browser import NODES, Page, by_id, says
 from live.visitor import PAPER, frequency_text
 
 from beamviz.beam import Beam
@@ -72,7 +72,7 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
         along, across = solution.equilibrium.position([x])[0]
         return on_screen(shown, beam.delta + along, across)
 
-    position = f"parseFloat({field('position β')}.value)"
+    position = f"parseFloat({by_id('beta-field')}.value)"
 
     def stays(x: float) -> str:
         there = f"Math.abs({position} - {x}) < 0.01"
@@ -87,7 +87,7 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
             break
     assert shown.evaluate(stays(end))
     shown.wait(f"{NODES}['/scene/rotor/overlay']?.visible === true")
-    after = float(shown.evaluate(position))
+    after = shown.number("beta")
     omegas = [solve(beam.replace(beta=x), state=state).frequencies[0] for x in (beam.beta, after)]
     for words in ("before, ω", *map(number, omegas)):
         shown.wait(f"{by_id('comparison')}.textContent.includes('{words}')")

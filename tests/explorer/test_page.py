@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import NODES, Page, control, field, page, says
+from live.browser import NODES, Page, by_id, page, says
 from live.server import wait_until
 from live.visitor import frequency_text
 from scipy import ndimage
@@ -74,7 +74,7 @@ def test_mode_2_shows_its_node(shown):
 def test_dragging_a_slider_changes_beam_and_table(shown):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
     size = thickness(shown)
-    shown.drag(control("slenderness μ"), 0.33, 0.1)
+    shown.drag(by_id("mu-slider"), 0.33, 0.1)
 
     def is_thicker() -> bool:
         beam = solved_beam(shown)
@@ -83,16 +83,13 @@ def test_dragging_a_slider_changes_beam_and_table(shown):
 
     wait_until(is_thicker)
     before = pieces(shown)
-    shown.drag(control("mass α"), 0.02, 0.6)
+    shown.drag(by_id("alpha-slider"), 0.02, 0.6)
     wait_until(lambda: (solved_beam(shown) or START).alpha > 1 and not same(pieces(shown), before))
 
 
 def solved_beam(shown: Page) -> Beam | None:
     """The beam of the fields beside the sliders, once the table has its frequency."""
-    mu, alpha = (
-        float(shown.evaluate(f"{field(label)}.value")) for label in ("slenderness μ", "mass α")
-    )
-    beam = START.replace(mu=mu, alpha=alpha)
+    beam = START.replace(mu=shown.number("mu"), alpha=shown.number("alpha"))
     return beam if shown.evaluate(says(frequency_text(beam))) else None
 
 

@@ -98,6 +98,10 @@ class Page:
         """Send an action of the page."""
         self.evaluate(f"beamviz.send({json.dumps(action)}, {json.dumps(value)})")
 
+    def number(self, name: str) -> float:
+        """A number of the beam in its field: what the server says."""
+        return float(self.evaluate(f"{by_id(f'{name}-field')}.value"))
+
     def open_tab(self, name: str) -> None:
         """Open a tab."""
         self.evaluate(f"{by_id(f'to-{name}')}.click()")
@@ -170,16 +174,6 @@ def element(selector: str, text: str) -> str:
     """The first element of a kind that has exactly this text."""
     every = f"[...document.querySelectorAll('{selector}')]"
     return f"{every}.find(e => e.innerText.trim() === '{text}')"
-
-
-def control(label: str) -> str:
-    """The element that a label of the panel belongs to."""
-    return f"document.getElementById({element('label', label)}?.htmlFor)"
-
-
-def field(label: str) -> str:
-    """The field beside a slider."""
-    return f"{control(label)}.parentElement.querySelector('input[type=number],input[type=text]')"
 
 
 def button(text: str) -> str:
