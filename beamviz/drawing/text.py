@@ -76,10 +76,6 @@ def frequencies(units: Units | None) -> Measure:
     return Measure("Hz", "f", "Hz", units.hertz(1.0))
 
 
-def measures(units: Units | None) -> dict[str, Measure]:
-    return {name: measure(name, units) for name in NUMBERS}
-
-
 def significant(value: float, digits: int) -> str:
     """A number with `digits` significant digits, or more before the point, without exponent."""
     return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"

@@ -10,7 +10,7 @@ from live.visitor import PAPER, frequency_text
 
 from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.drawing import text as messages
-from beamviz.drawing.text import measure, measures, rounded_to_error
+from beamviz.drawing.text import measure, rounded_to_error
 from beamviz.errors import NoEquilibrium
 from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.features.real_beam import MATERIALS
@@ -27,7 +27,7 @@ sizes = st.floats(1e-3, 1e3)
 
 def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
     """600 rpm, 20 g, 150 mm from gamma, alpha and beta."""
-    shown = measures(RULER.units)
+    shown = {name: measure(name, RULER.units) for name in RULER.numbers}
     values = {name: shown[name].factor * number for name, number in RULER.numbers.items()}
     assert values["gamma"] == pytest.approx(600)
     assert values["alpha"] == pytest.approx(0.02)

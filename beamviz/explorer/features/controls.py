@@ -13,7 +13,7 @@ from viser.transforms import SO3
 from beamviz.beam import NUMBERS, PARAMETERS
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import to_hub_frame
-from beamviz.drawing.text import measures
+from beamviz.drawing.text import measure
 from beamviz.explorer import page
 from beamviz.explorer.state import CHOICES, State
 from beamviz.explorer.visitor import Feature, Visitor
@@ -131,7 +131,7 @@ class Controls(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.alpha, self.measures = FIRST_MASS, measures(visitor.state.case.units)
+        self.alpha = FIRST_MASS
         self.ranges: dict[str, tuple[float, float]] = {}
         for id, content in CONTENT.items():
             self.page.html(id, content)
@@ -154,7 +154,7 @@ class Controls(Feature):
         visitor.command("Fit the view", visitor.reset_view)
 
     def edit(self, name: str, value: Any) -> None:
-        number = self.measures[name].plain(value)
+        number = measure(name, self.visitor.state.case.units).plain(value)
         self.visitor.change(lambda state: state.changed(name, number))
 
     def show(self) -> None:
@@ -167,10 +167,10 @@ class Controls(Feature):
                 continue
             if name == "alpha" and number > 0:
                 self.alpha = number
-            measure, (low, high) = self.measures[name], self.ranges[name]
-            shown = float(f"{measure.factor * number:.{FIELD_DIGITS}g}")
+            factor, (low, high) = measure(name, state.case.units).factor, self.ranges[name]
+            shown = float(f"{factor * number:.{FIELD_DIGITS}g}")
             if not low <= shown <= high:
-                low, high = (measure.factor * limit for limit in NUMBERS[name].limits)
+                low, high = (factor * limit for limit in NUMBERS[name].limits)
                 self.page.props(f"{name}-slider", min=low, max=high)
             self.page.value(name, shown)
 
@@ -178,20 +178,18 @@ class Controls(Feature):
         """Choose labels and ranges for a scene that was loaded: up to four times the value of a
         real beam, or the full range if the usual one does not contain the value."""
         units = state.case.units
-        self.measures = measures(units)
         for name, number in state.case.numbers.items():
-            measure, known = self.measures[name], number if is_finite(number) else 0.0
+            own, known = measure(name, units), number if is_finite(number) else 0.0
             low, high, step = NUMBERS[name].slider
             if units and known > 0 and name in ("alpha", "gamma"):  # of a real beam
                 low, high, step = 0.0, 4 * known, known / 100
             if not low <= known <= high:
                 low, high = NUMBERS[name].limits
-            low, high, step = measure.range(low, high, step, NUMBERS[name].limits)
+            low, high, step = own.range(low, high, step, NUMBERS[name].limits)
             self.ranges[name] = low, high
-            values = {"min": low, "max": high, "step": step, "data_unit": measure.unit}
-            self.page.props(f"{name}-slider", **values)
-            self.page.props(f"{name}-field", aria_label=measure.label)
-            self.page.html(f"{name}-label", escape(measure.label))
+            self.page.props(f"{name}-slider", min=low, max=high, step=step, data_unit=own.unit)
+            self.page.props(f"{name}-field", aria_label=own.label)
+            self.page.html(f"{name}-label", escape(own.label))
         self.page.props("mu-row", hidden=units is not None)
         self.page.html("units", "SI units" if units else "Real beam…")
 
@@ -254,22 +252,17 @@ class MassDrag:
         x = self.nearest_coordinate(sight)
         if x is None:
             return
-        begins = not visitor.dragging
-        if begins:
+        if not visitor.dragging:
             self.offset = x - self.view.shapes.beam.beta
             self.view.fixed = visitor.dragging = True
+            visitor.change(State.keep_for_comparison)
         self.sight = sight
-        self.move(x, begins=begins)
+        self.move(x)
 
-    def move(self, x: float, *, begins: bool) -> None:
-        """Move the mass so that the point where it was picked up is at the coordinate x; `begins`:
-        of a drag, which keeps the case before for comparison."""
+    def move(self, x: float) -> None:
+        """Move the mass so that the point where it was picked up is at the coordinate x."""
         beta = min(max(round(x - self.offset, BETA_DIGITS), 0.0), 1.0)
-
-        def moved(state: State) -> State:
-            return (state.keep_for_comparison() if begins else state).changed("beta", beta)
-
-        self.visitor.change(moved)
+        self.visitor.change(lambda state: state.changed("beta", beta))
         self.case = self.visitor.state.case
 
     def update(self) -> None:
@@ -283,7 +276,7 @@ class MassDrag:
                 return
             x = self.nearest_coordinate(self.sight)
             if x is not None and abs(x - self.offset - case.numbers["beta"]) > SETTLED:
-                self.move(x, begins=False)
+                self.move(x)
                 return
         if not visitor.dragging:
             self.sight, self.view.fixed = None, False
