@@ -41,13 +41,13 @@ class LabelPlacer:
         self.lines = [path for path in paths if len(path)]  # [px]
         steps = [SAMPLES // max(len(path) - 1, 1) + 1 for path in self.lines]
         dense = [path.interpolated(n) for path, n in zip(self.lines, steps, strict=True)]
-        self.line_points = np.concatenate([path.vertices for path in dense])  # (n, 2)
+        self.line_points = np.vstack([np.empty((0, 2)), *(path.vertices for path in dense)])
         self.taken: list[Bbox] = [text.get_window_extent() for text in axes.texts]
 
-    def annotate(self, text: str, x: float, y: float, **style: Any) -> None:
+    def annotate(self, text: str, x: float, y: float, inside: bool = False, **style: Any) -> None:
         """Write a label near a point of the chart, with a connector where it is not beside it.
 
-        style: properties of the text.
+        inside: of a region, whose label may hide the point. style: properties of the text.
         """
         label: Any = self.axes.annotate(
             text,
@@ -65,7 +65,8 @@ class LabelPlacer:
         size = label.get_window_extent().size / self.point
         reach = (size / 2 / np.maximum(abs(DIRECTIONS), 1e-9)).min(axis=1)  # to the label's edge
         rings = DIRECTIONS[:, None] * np.add.outer(reach, DISTANCES)[..., None]
-        best = min(rings.reshape(-1, 2), key=lambda offset: self._cost(here, offset, size))
+        offsets = np.vstack((np.zeros((int(inside), 2)), rings.reshape(-1, 2)))
+        best = min(offsets, key=lambda offset: self._cost(here, offset, size))
         label.set_position(tuple(best))
         label.arrow_patch.set_visible(_distance(best, size) > DISTANCES[0] + 1)
         self.taken.append(self._box(here, best, size))

@@ -13,6 +13,7 @@ from matplotlib.patches import Patch
 from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, current_axes, new_figure, on_axis, save_figure
+from beamviz.plotting.labels import LabelPlacer
 from beamviz.solver import DEFAULTS, Problem
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES, chunks_read, find_place
@@ -87,10 +88,10 @@ def draw_map(
     values = units.hertz(values) if units else values
     draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
     draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
-    name_regions(ax, x, y, shown)
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
     ax.set_title(title(what, over, held), loc="left", fontsize=8)
     ax.set(xlabel=xlabel, ylabel=ylabel, xlim=x[[0, -1]], ylim=y[[0, -1]])
+    name_regions(ax, x, y, shown)
     return ax
 
 
@@ -136,12 +137,14 @@ def draw_values(
 
 
 def name_regions(ax: Axes, x: np.ndarray, y: np.ndarray, shown: Quantity) -> None:
-    """Lines between regions of different kinds, and their names in the larger of them."""
+    """Lines between regions of different kinds, and the names of the larger of them."""
     for border in shown.borders:
         ax.contour(x, y, border, levels=[0.5], colors=INK, linewidths=0.9)
-    style: Any = {"ha": "center", "va": "center", "color": INK, "fontsize": 7.5}
+    figure: Any = ax.get_figure(root=True)
+    figure.draw_without_rendering()  # so that the frame has its place
+    placer, style = LabelPlacer(ax), {"color": INK, "fontsize": 7.5, "path_effects": HALO}
     for name, row, column in shown.regions:
-        ax.text(float(x[column]), float(y[row]), name, path_effects=HALO, **style)
+        placer.annotate(name, x[column], y[row], inside=True, **style)
 
 
 def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:

@@ -5,6 +5,7 @@ import pytest
 from helpers import strict
 from matplotlib.figure import Figure
 from matplotlib.image import imread
+from matplotlib.text import Text
 
 from beamviz import Beam, solve, sweep
 from beamviz.plotting.maps import draw_map
@@ -61,6 +62,17 @@ def test_a_map_shows_the_smallest_gap(store):
     frequencies = solve(beam, modes=3, strain="hencky").frequencies
     assert values[2, 3] == pytest.approx(np.diff(frequencies).min(), rel=1e-4)
     assert "modes 1, 2:\nboth\nbending" in texts
+
+
+def test_names_lie_within_the_frame_and_apart_from_each_other():
+    """Where the regions are narrower than their names, too."""
+    axes = {"gamma": np.linspace(0, 200, 21), "delta": np.linspace(0.3, 2, 9)}
+    data = sweep(axes, None, 3, beam=Beam(mu=60), workers=1, strain="hencky")
+    ax = draw_map(data, gap=True, ax=Figure().add_subplot())
+    one, other = map(Text.get_window_extent, ax.texts)
+    assert not one.overlaps(other)
+    for box in (one, other):
+        assert all(ax.bbox.contains(*corner) for corner in (box.min, box.max))
 
 
 @pytest.mark.parametrize("options", [("--mode", "2"), ("--gap",)])
