@@ -132,14 +132,6 @@ PLOT, RING, SVG, CANVAS = (
 )
 
 
-@pytest.fixture(scope="module")
-def desk(shown) -> Page:
-    """A page with its map drawn."""
-    shown.open_tab("map")
-    shown.wait(f"!!{SVG}?.querySelector('.region')")
-    return shown
-
-
 def fields(shown: Page) -> list[float]:
     """Speed and mass as the server says."""
     values = (f"{by_id(f'{name}-field')}.value" for name in ("gamma", "alpha"))
@@ -147,23 +139,25 @@ def fields(shown: Page) -> list[float]:
 
 
 @pytest.mark.slow
-def test_the_map_works_by_mouse_and_keys(desk):
+def test_the_map_works_by_mouse_and_keys(shown):
     """A click sets both numbers, an arrow key one of them; the map and its ring have names. The
     canvas has the first colour at the smallest value, the last at the largest."""
-    left, top, width, height = desk.box(PLOT, frames=40)
+    shown.open_tab("map")
+    shown.wait(f"!!{SVG}?.querySelector('.region')")
+    left, top, width, height = shown.box(PLOT, frames=40)
     x, y = left + 62 + 0.5 * (width - 62 - 39), top + 20 + 0.75 * (height - 62)
-    desk.click_at(x, y)
-    wait_until(lambda: fields(desk) == [pytest.approx(10, abs=0.1), pytest.approx(0.5, abs=0.05)])
-    before = fields(desk)
-    desk.evaluate(f"{RING}.focus()")
-    desk.key("ArrowUp")
-    wait_until(lambda: fields(desk)[0] == before[0] and fields(desk)[1] > before[1])
-    assert desk.evaluate(f"{RING}.getAttribute('aria-valuetext')").startswith("γ = 10")
-    name = desk.evaluate(f"{SVG}.getAttribute('aria-label')")
+    shown.click_at(x, y)
+    wait_until(lambda: fields(shown) == [pytest.approx(10, abs=0.1), pytest.approx(0.5, abs=0.05)])
+    before = fields(shown)
+    shown.evaluate(f"{RING}.focus()")
+    shown.key("ArrowUp")
+    wait_until(lambda: fields(shown)[0] == before[0] and fields(shown)[1] > before[1])
+    assert shown.evaluate(f"{RING}.getAttribute('aria-valuetext')").startswith("γ = 10")
+    name = shown.evaluate(f"{SVG}.getAttribute('aria-label')")
     assert name.startswith("Map: smallest frequency gap over speed γ and mass α, from ")
-    ends = desk.evaluate(f"""(values => [Math.min(...values), Math.max(...values)].map(value => {{
+    ends = shown.evaluate(f"""(values => [Math.min(...values), Math.max(...values)].map(value => {{
       const k = values.indexOf(value), canvas = {CANVAS}.getContext('2d');
       return [...canvas.getImageData(k % 81, 40 - Math.floor(k / 81), 1, 1).data];
     }}))(beamviz.drawn['map-chart'].values)""")
     assert ends == [[62, 84, 150, 255], [253, 231, 37, 255]]
-    assert desk.problems == []
+    assert shown.problems == []
