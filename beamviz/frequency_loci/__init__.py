@@ -1,7 +1,7 @@
 """Loci: frequencies along one parameter of a beam, mode by mode."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
@@ -137,8 +137,10 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
 
 
 def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
-    """The loci within `widths` widths of a veering and the range of `found`, at `points` values."""
+    """`found` within `widths` widths of a veering and its own range, at `points` values."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
-    values = np.linspace(low, high, points)
-    return loci(found.beam, found.over, values, **found.problem.options)
+    values, sweep = np.linspace(low, high, points), Sweep(found.beam, found.over, found.problem)
+    branches = branches_of(sweep, values, found.parts)
+    events = tuple(one for one in found.events if low <= one.at <= high)
+    return replace(found, values=values, branches=branches, events=events)

@@ -247,37 +247,15 @@ class Chart:
         corner = _free_corner(placer)
         if corner is None:
             return False
-        near = close_up(self.loci, event)
-        if not near.events:
-            return False
+        near, upper = close_up(self.loci, event), _upper(self.loci, event)
         inset = self.axes.inset_axes((*corner, *INSET), zorder=8)
-        two = [branch for branch in near.branches if branch.label in near.events[0].branches]
-        for branch in two:
+        for branch in (one for one in near.branches if one.label in event.branches):
             self.draw_branch(inset, near, branch)
-        inset.set(xticks=[], yticks=[], xlim=self.x(near.values[[0, -1]]))
-        inset.margins(y=0.3)
-        for side in inset.spines.values():
-            side.set(visible=True, color="#B0B0B0", linewidth=0.8)
-        title = f"{event.kind} at {self.text(event.at)}: {self._gap(event)}"
-        inset.set_title(title, fontsize=8, loc="left", pad=3)
-        self._label_inset(inset, near, two, event)
-        self.axes.indicate_inset_zoom(inset, edgecolor="#555555", lw=0.6, alpha=1.0)
-        placer.taken.append(
-            Bbox(self.axes.transAxes.transform([corner, corner + INSET + (0, INSET_MARGIN[1])]))
-        )
-        return True
-
-    def _label_inset(self, inset: Axes, near: Loci, two: Sequence[Branch], event: Event) -> None:
-        """The labels that two branches have in the chart, at both their ends in an inset."""
-        upper = _upper(self.loci, event)
-        lower = next(label for label in event.branches if label != upper)
-        for branch in two:
-            above = branch.label == _upper(near, near.events[0])
             for end, side, align in ((0, 1, "left"), (-1, -1, "right")):
                 inset.annotate(
-                    upper if above else lower,
+                    branch.label,
                     (self.x(near.values[end]), self.y(branch.frequency[end])),
-                    (3 * side, 7 if above else -7),
+                    (3 * side, 7 if branch.label == upper else -7),
                     textcoords="offset points",
                     color=FAMILIES(branch.bending_fraction[end]),
                     ha=align,
@@ -285,6 +263,17 @@ class Chart:
                     fontsize=8,
                     weight="bold",
                 )
+        inset.set(xticks=[], yticks=[], xlim=self.x(near.values[[0, -1]]))
+        inset.margins(y=0.3)
+        for spine in inset.spines.values():
+            spine.set(visible=True, color="#B0B0B0", linewidth=0.8)
+        title = f"{event.kind} at {self.text(event.at)}: {self._gap(event)}"
+        inset.set_title(title, fontsize=8, loc="left", pad=3)
+        self.axes.indicate_inset_zoom(inset, edgecolor="#555555", lw=0.6, alpha=1.0)
+        placer.taken.append(
+            Bbox(self.axes.transAxes.transform([corner, corner + INSET + (0, INSET_MARGIN[1])]))
+        )
+        return True
 
 
 def _upper(loci: Loci, event: Event) -> str:
