@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from viser import BatchedMeshHandle, SceneApi
+from viser import SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
@@ -49,15 +49,10 @@ class BeamView:
         self.frame = api.add_frame(root, show_axes=False)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
-        api.add_frame(f"{root}/rotor/beam", show_axes=False)
         box = trimesh.creation.box()
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
-        self.beams = {
-            count: add_instances(api, f"{root}/rotor/beam/{count}", count, tube)
-            for count in beam_mesh.PIECE_COUNTS  # one node each: the page cannot change a count
-        }
-        self.count = 0  # of the pieces drawn
+        self.beam = add_instances(api, f"{root}/rotor/beam", 1, tube)  # in as many as needed
         self.ends = add_instances(api, f"{root}/rotor/ends", 2, box)
         self.mass = add_instances(api, f"{root}/rotor/mass", 1, collar())
         self.reference = ReferenceShapes(api, root)
@@ -68,7 +63,7 @@ class BeamView:
     def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the mode that it moves in."""
         self.drawn, view, beam = drawn, drawn.view, drawn.shapes.beam
-        self.shapes = shapes = subdivide(drawn, self.count)
+        self.shapes = shapes = subdivide(drawn)
         self.section = section_size(beam, view.thicken)
         self.choose_frame(float(view.rotating_frame))
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
@@ -113,9 +108,6 @@ class BeamView:
             paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)))
         else:
             paint = colours.painted(shapes, self.drawn.view.colouring, moved, self.drawn.largest)
-        if self.count not in (0, len(paint)):  # hide the last pieces in the same frame
-            set_properties(self.beam, batched_scales=np.full((self.count, 3), HIDDEN))
-        self.count = len(paint)
         placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
         placed["batched_colors"] = paint
         set_properties(self.beam, **placed)
@@ -126,10 +118,6 @@ class BeamView:
         set_properties(self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along)
         self.surroundings.rotate(angle, self.share)
         set_orientation(self.rotor, axis_rotation((1 - self.share) * angle))
-
-    @property
-    def beam(self) -> BatchedMeshHandle:
-        return self.beams[self.count]
 
 
 class OverlayBeam:
@@ -143,13 +131,11 @@ class OverlayBeam:
         self.mass = add_mesh(api, f"{OVERLAY}/mass", ring.vertices, ring.faces, **pale)
         self.nodes = Nodes(api, OVERLAY, colours.BEFORE)
         self.title = Caption(api, f"{OVERLAY}/title", "bottom")
-        self.count = 0  # of the pieces drawn
 
     def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the modes that it moves in."""
         self.drawn, view = drawn, drawn.view
-        shapes = subdivide(replace(drawn, largest=np.inf), self.count)
-        self.count = len(shapes.strain)
+        shapes = subdivide(replace(drawn, largest=np.inf))
         thickness, breadth = section_size(shapes.beam, view.thicken)
         self.shapes, self.section = shapes, (INSET * thickness, INSET * breadth)
         self.root.visible = True

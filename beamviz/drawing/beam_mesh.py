@@ -80,11 +80,10 @@ def segments(
     return (points[:-1] + points[1:]) / 2, wxyz, sizes
 
 
-PIECE_COUNTS = (16, 32, 64, 128, 256)
-DEVIATION = 0.2  # [pixels] largest distance of a piece from the curve, in mid-picture
-STEP = 1 / 40  # largest difference of neighbouring pieces on the colour map
+MAX_PIECES = 256
+DEVIATION = 0.1  # [pixels] of a piece from a curve of the same curvature, in mid-picture
+STEP = 1 / 60  # largest difference of neighbouring pieces on the colour map
 LONGEST = 1 / 4  # [beam lengths] longest piece
-LEAVE = 0.8  # hysteresis: a count is reduced if this fraction of the smaller one is enough
 DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 
@@ -131,20 +130,16 @@ class DrawnBeam:
         return self.view.all_modes and len(self.shapes.modes) > 0 and not self.warning
 
 
-def subdivide(drawn: DrawnBeam, before: int = 0) -> SampledModes:
+def subdivide(drawn: DrawnBeam) -> SampledModes:
     """The shapes sampled at the ends of the pieces that the beam is drawn in, of which one is at
-    the mass, with the mean strain of each piece; before: the last number of pieces."""
+    the mass, with the mean strain of each piece."""
     shapes, x = drawn.shapes, drawn.shapes.x
     need = np.append(0.0, np.cumsum(required_density(drawn) * np.diff(x)))  # from the clamp
-    mass, whole = need.item(shapes.mass), need.item(-1)
-    least = math.ceil(mass), math.ceil(whole - mass)
-    count = piece_count(sum(least), before)
-    if sum(least) > count:
-        least = int(mass > 0), int(mass < whole)
-    inner = min(max(round(count * mass / whole), least[0]), count - least[1])
-    ends = np.empty(count + 1)
-    ends[: inner + 1] = np.linspace(0.0, mass, inner + 1)
-    ends[inner:] = np.linspace(mass, whole, count - inner + 1)
+    mass, whole = need[shapes.mass], need[-1]
+    scale = min(1.0, (MAX_PIECES - 1) / whole)
+    inner, outer = math.ceil(scale * mass), math.ceil(scale * (whole - mass))
+    beyond = np.linspace(mass, whole, outer + 1)
+    ends = np.append(np.linspace(0.0, mass, inner, endpoint=False), beyond)
     return resampled(shapes, np.interp(ends, need, x))
 
 
@@ -161,12 +156,6 @@ def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
         strain=np.diff(np.interp(x, known, strain)) / np.diff(x),
         modes=fields[1:],
     )
-
-
-def piece_count(need: int, before: int) -> int:
-    """The smallest sufficient number of PIECE_COUNTS, or `before` if hardly fewer are needed."""
-    enough = next((count for count in PIECE_COUNTS if count >= need), PIECE_COUNTS[-1])
-    return before if before > enough >= before / 2 and need > LEAVE * enough else enough
 
 
 def required_density(drawn: DrawnBeam) -> np.ndarray:

@@ -63,7 +63,7 @@ beam_mesh.segments of the package on the data of html_page.py. */
       const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
       return { ...on(i, 0.5), batched_scales: [length, ...beam.section], ...colours };
     });
-    update(`${root}/rotor/beam/${pieces.length}`, pieces);
+    update(`${root}/rotor/beam`, pieces);
     update(`${root}/rotor/ends`, [pieces[0], pieces.at(-1)]);
     const piece = Math.min(beam.mass, pieces.length - 1);
     update(`${root}/rotor/mass`, [on(piece, beam.mass - piece)]);

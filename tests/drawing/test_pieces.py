@@ -13,7 +13,7 @@ from strategies import beams
 from viser.transforms import SO3
 
 from beamviz.beam import Beam
-from beamviz.drawing import BeamView, OverlayBeam, beam_mesh, camera, colours
+from beamviz.drawing import OverlayBeam, beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import (
     DEFAULT_SCALE,
     DrawnBeam,
@@ -22,7 +22,6 @@ from beamviz.drawing.beam_mesh import (
     to_hub_frame,
 )
 from beamviz.drawing.modes import CLOSE, LAYER, STATIONS, SampledModes, displacement
-from beamviz.drawing.objects import HIDDEN
 from beamviz.scene import COLOURINGS, ViewOptions
 from beamviz.server.viser_private import offline_scene
 from beamviz.solver import solve
@@ -86,11 +85,10 @@ class Drawn:
 @given(BEAMS | FASTEST, mixes, st.floats(0, 0.4), st.sampled_from(COLOURINGS))
 def test_pieces_deviate_little_from_the_curve(options, beam, shares, amplitude, colouring):
     """By at most a fifth of a pixel, also in the thin layers of the fastest beams, and neighbours
-    by a fortieth of the colour map."""
+    by a sixtieth of the colour map."""
     drawn = Drawn(beam, shares, amplitude, colouring, **options)
-    need = beam_mesh.required_density(drawn.seen) @ np.diff(drawn.shapes.x)
-    if need <= beam_mesh.PIECE_COUNTS[-1]:
-        assert drawn.deviation() <= 1.1
+    if len(drawn.pieces.strain) < beam_mesh.MAX_PIECES - 1:
+        assert drawn.deviation() <= 2.0  # of a tenth: the curvature changes along a piece
         assert drawn.steps() <= 1.1
 
 
@@ -104,14 +102,15 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
         beam = Beam(alpha=alpha, beta=beta, gamma=gamma, mu=random.uniform(40, 300))
         one = np.eye(5)[k % 5].tolist()
         drawn = Drawn(beam, one, random.uniform(0.05, 0.4), COLOURINGS[k % 2])
-        count = len(drawn.pieces.strain)
-        if count > beam_mesh.PIECE_COUNTS[0]:
-            with monkeypatch.context() as patch:
-                patch.setattr(beam_mesh, "PIECE_COUNTS", (count // 2,))
-                drawn.pieces = subdivide(drawn.seen)
-            assert len(drawn.pieces.strain) == count // 2
-            halved.append(max(drawn.deviation(), drawn.steps()))
-    assert len(halved) > 30
+        half = len(drawn.pieces.strain) // 2
+        if half < 8:
+            continue
+        with monkeypatch.context() as patch:
+            patch.setattr(beam_mesh, "MAX_PIECES", half)
+            drawn.pieces = subdivide(drawn.seen)
+        assert half - 1 <= len(drawn.pieces.strain) <= half
+        halved.append(max(drawn.deviation(), drawn.steps()))
+    assert len(halved) > 40
     assert min(halved) > 0.85
     assert np.mean(np.array(halved) > 1) > 0.9
 
@@ -123,24 +122,12 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
     return len(subdivide(DrawnBeam.of(shapes, ViewOptions(), scale, sizes)).strain)
 
 
-def test_the_count_is_small_follows_a_slider_and_does_not_flicker():
-    """A straight beam has 16 pieces, its first mode 64, the fifth many more; and more at a larger
-    scale. Amplitude up and down with noise: the number changes once in each direction."""
-    assert [count(PAPER, mode) for mode in range(3)] == [16, 64, 128]
-    assert count(PAPER, 5, 0.4) == 256
+def test_the_count_is_small():
+    """A straight beam has 4 pieces, its first modes some dozens; there are more at a larger scale,
+    at most 256."""
+    assert [count(PAPER, mode) for mode in range(3)] == pytest.approx([4, 60, 90], rel=0.2)
+    assert 250 < count(PAPER, 5, 0.4) <= 256
     assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
-    shapes, counts = SampledModes.sampled(solve(PAPER)), [0]
-    noise = np.random.default_rng(1).uniform(0.97, 1.03, 200)
-    for amplitude in 0.4 * np.sin(np.linspace(0, math.pi, 200)) * noise:
-        view = ViewOptions(colouring="axial strain")
-        swing = DrawnBeam.of(shapes, view, DEFAULT_SCALE, amplitude * np.eye(5)[4])
-        counts.append(len(subdivide(swing, counts[-1]).strain))
-        enough = len(subdivide(swing).strain)
-        assert enough <= counts[-1] <= 2 * enough
-    changes = np.diff(counts[1:])
-    assert counts[1] == counts[-1] == 16
-    assert max(counts) == 128
-    assert np.count_nonzero(changes > 0) == np.count_nonzero(changes < 0) == 3
 
 
 @given(BEAMS, st.integers(0, 4))
@@ -163,18 +150,13 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
     assert pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))
 
 
-def test_a_scene_shows_one_set_of_pieces_and_an_overlay_has_faces_for_its_vertices():
-    """When the number of pieces changes, both ways, the other sets have no size."""
-    shapes, api = SampledModes.sampled(solve(PAPER)), offline_scene()
-    scene, overlay = BeamView(api), OverlayBeam(api)
+def test_an_overlay_has_faces_for_its_vertices():
+    """When the number of pieces changes, both ways."""
+    shapes, overlay = SampledModes.sampled(solve(PAPER)), OverlayBeam(offline_scene())
     for mode in (0, 4, 0, 1):
-        for beam in (scene, overlay):
-            beam.show(DrawnBeam.of(shapes, ViewOptions().only(mode)))
-            beam.move(np.full(5, math.pi / 2), 0.0)
-        largest = {k: np.asarray(node.batched_scales).max() for k, node in scene.beams.items()}
-        assert [k for k, size in largest.items() if size > HIDDEN] == [scene.count]
-        assert scene.count == count(PAPER, mode + 1)
-        assert len(overlay.body.vertices) == 4 * (overlay.count + 1)
+        overlay.show(DrawnBeam.of(shapes, ViewOptions().only(mode)))
+        overlay.move(np.full(5, math.pi / 2), 0.0)
+        assert len(overlay.body.vertices) == 4 * len(overlay.shapes.x)
         assert overlay.body.faces.max() + 1 == len(overlay.body.vertices)
 
 

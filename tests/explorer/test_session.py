@@ -81,7 +81,7 @@ def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
     guest.do("preferences", "still" if still else "")
     guest.choose("comparison", "mass")
     guest.do("stacked", True)
-    guest.wait(lambda _: "/other/rotor/beam/16" in guest.nodes)
+    guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
     pause(guest)
     places: dict[str, list[float]] = {"/scene": [], "/other": []}
     guest.choose("rotating_frame", False)
