@@ -61,9 +61,10 @@ def test_each_real_beam_is_stable_and_slender(real):
     assert len(real.source) > 50
 
 
-def test_a_steel_beam_is_entered_in_one_panel(guest):
+def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     """1.2 m x 30 mm x 5 mm at 600 rpm in Hz; the mass of the first scene is removed. Values are
-    kept when another field is edited, and can be undone."""
+    kept when another field is edited, and can be undone. An edit of a field that is not there any
+    more changes nothing."""
     area, moment = 30e-3 * 5e-3, 30e-3 * 5e-3**3 / 12
     values = {"length": 1.2, "density": 7850.0, "youngs_modulus": 210e9}
     sizes = {"area": area, "second_moment": moment, "rotation_speed": 600 * real_beam.RPM}
@@ -92,7 +93,16 @@ def test_a_steel_beam_is_entered_in_one_panel(guest):
     guest.shows(half)
     guest.wait(lambda _: guest.values["real.material"] == "steel")
     guest.do("dimensionless")
-    guest.shows(half)
+    guest.shows(half.replace(units=None))
+    for name, value in (("length", 900), ("material", "titanium"), ("section", "tube")):
+        guest.do(f"real.{name}", value)
+    guest.edit(gamma=half.gamma + 1)
+    guest.do("real.preset", "wind blade")
+    guest.shows(real_beam.BLADE.beam)
+    guest.do("real.diameter", 20)
+    guest.choose("real.length", 61000)
+    guest.shows(Beam.from_si(**real_beam.BLADE.values | {"length": 61.0}))
+    assert not caplog.records
 
 
 def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):

@@ -187,6 +187,8 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
     """The beam with one field set, in the unit of the field; the others keep their values. Raises
     InvalidInput, which names the field, the value and the values allowed in its unit."""
     (label, factor), values = FIELDS[name], entries(beam)
+    if name not in values:  # the beam or its section was changed meanwhile
+        return beam
     low = -MAX_VALUE if name in SIGNED else 0.0
     number = check_float(label, value, low, 100.0 if name == PERCENT else MAX_VALUE)
     if number == 0 and name not in (*OPTIONAL, PERCENT):
@@ -266,7 +268,7 @@ class RealBeamPanel(Feature):
     def choose_material(self, name: Any) -> None:
         """Set the material; "own" keeps the values."""
         if name in MATERIALS:
-            self.load(lambda beam: built(entries(beam) | MATERIALS[name]))
+            self.load(lambda beam: built(entries(beam) | MATERIALS[name]) if beam.si else beam)
 
     def choose_section(self, kind: Any) -> None:
         if kind in SECTIONS:
