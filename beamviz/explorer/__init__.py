@@ -163,7 +163,7 @@ class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
     sessions: by client id; woken: ids of visitors whose page may be outdated, in order; drawn: time
-    [s] of the end of the last round of frames; presenter: the id of the presenter.
+    [s] of the end of the last round of frames; presenter: None while there is none.
     """
 
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
@@ -173,7 +173,7 @@ class FrameLoop:
         self.workers = Workers(self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
-        self.presenter: int | None = None
+        self.presenter: Visitor | None = None
         self.sessions: dict[int, Session] = {}
         self.woken: dict[int, None] = {}
         self.drawn = 0.0
@@ -189,8 +189,8 @@ class FrameLoop:
         lecture = bool(self.access.presenter_key)
         with suppress(RuntimeError):  # stopped meanwhile
             opened = self.opener.submit(self.session, client, follows=lecture and not presents)
-            self.sessions[visitor] = await asyncio.wrap_future(opened)
-            self.presenter = visitor if presents else self.presenter
+            self.sessions[visitor] = session = await asyncio.wrap_future(opened)
+            self.presenter = session.visitor if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
             self.wake(visitor)
@@ -200,12 +200,7 @@ class FrameLoop:
         state = replace(State.of(self.scene), following=follows)
         wake = partial(self.wake, client.client_id)
         visitor = Visitor(client, state, self.workers, wake)
-        return Session(visitor, self.present if follows else None)
-
-    def present(self) -> Visitor | None:
-        """The presenter, while there is one."""
-        session = self.sessions.get(self.presenter) if self.presenter is not None else None
-        return session.visitor if session else None
+        return Session(visitor, (lambda: self.presenter) if follows else None)
 
     def crowded(self) -> bool:
         return len(self.sessions) >= CROWD
@@ -218,13 +213,14 @@ class FrameLoop:
         session = self.sessions.pop(visitor, None)
         if session:
             session.close()
-        if visitor == self.presenter:
+        if session and session.visitor is self.presenter:
             self.wake(visitor)
+            self.presenter = None
 
     def wake(self, visitor: int) -> None:
         """Draw for a visitor soon, and for the visitors who follow them."""
         self.woken[visitor] = None
-        if visitor == self.presenter:
+        if self.presenter and visitor == self.presenter.client.client_id:
             for session in list(self.sessions.values()):
                 if session.visitor.state.following:
                     session.visitor.wake()
