@@ -12,7 +12,6 @@ from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
     BOX,
-    HIDDEN,
     SIDES,
     Caption,
     Nodes,
@@ -52,9 +51,9 @@ class BeamView:
         box = trimesh.creation.box()
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
-        self.beam = add_instances(api, f"{root}/rotor/beam", 1, tube)  # in as many as needed
-        self.ends = add_instances(api, f"{root}/rotor/ends", 2, box)
-        self.mass = add_instances(api, f"{root}/rotor/mass", 1, collar())
+        self.beam = add_instances(api, f"{root}/rotor/beam", tube)
+        self.ends = add_instances(api, f"{root}/rotor/ends", box)
+        self.mass = add_instances(api, f"{root}/rotor/mass", collar())
         self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root)
         self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
@@ -71,7 +70,8 @@ class BeamView:
         alone = len(drawn.shown) == 1 and not drawn.warning
         marked = drawn.shown if view.nodes and alone else []
         self.nodes.show(shapes, self.section, marked, labels=not view.all_modes)
-        length, radius = mass_size(beam, view.thicken) if beam.alpha > 0 else (HIDDEN, HIDDEN)
+        length, radius = mass_size(beam, view.thicken)
+        self.mass.visible = beam.alpha > 0
         self.mass.batched_scales = np.array([[length, radius, radius]])
         colour = colours.GREYED if drawn.warning else colours.MASS
         self.mass.batched_colors = colours.instanced([colour])

@@ -49,20 +49,19 @@ def collar() -> trimesh.Trimesh:
     return ring
 
 
-HIDDEN = 1e-6  # size of an instance that is not shown
-
-
-def add_instances(api: SceneApi, name: str, count: int, mesh: trimesh.Trimesh) -> BatchedMeshHandle:
-    """Add `count` instances of a mesh in one node, each with position, orientation, size, colour.
-    Browsers draw such nodes one frame late: all objects that move with the beam are of this kind.
-    """
+def add_instances(
+    api: SceneApi, name: str, mesh: trimesh.Trimesh, count: int = 1
+) -> BatchedMeshHandle:
+    """Add a node of instances of a mesh, each with position, orientation, size and colour; all four
+    set in one message change their number. Browsers draw such nodes one frame late: all objects
+    that move with the beam are of this kind."""
     return api.add_batched_meshes_simple(
         name,
         mesh.vertices,
         mesh.faces,
         batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
         batched_positions=np.zeros((count, 3)),
-        batched_scales=np.full((count, 3), HIDDEN),
+        batched_scales=np.zeros((count, 3)),
         batched_colors=np.zeros((count, 3), np.uint8),
         side="double",
         lod="off",
@@ -147,9 +146,8 @@ class Nodes:
     def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
         self.at = self.x = np.zeros(0)  # positions of the nodes, and of the ends of pieces
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
-        self.collars = add_instances(api, f"{root}/rotor/nodes", MAX_NODES, trimesh.creation.box())
-        self.collars.batched_colors = colours.instanced(np.tile(colour, (MAX_NODES, 1)))
-        self.collars.visible = False
+        self.size, self.colour = np.zeros(3), colours.instanced([colour])  # of a ring
+        self.rings = add_instances(api, f"{root}/rotor/nodes", trimesh.creation.box())
         self.captions = [Caption(api, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
@@ -159,13 +157,10 @@ class Nodes:
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
         self.at, self.x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(self.x[1:-1], self.at, side="right")
-        size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
-        self.collars.visible = bool(marks)
-        scales = np.full((MAX_NODES, 3), HIDDEN)
-        scales[: len(marks)] = size
-        self.collars.batched_scales = scales
+        self.size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
+        self.rings.visible = bool(marks)
         still, _ = to_hub_frame(shapes, shapes.centreline)
-        places = self.on_beam(still) - [0.0, 0.0, size[2] / 2 + 0.03]
+        places = self.on_beam(still) - [0.0, 0.0, self.size[2] / 2 + 0.03]
         units = shapes.beam.units
         for caption in self.captions:
             caption.text = ""
@@ -179,10 +174,11 @@ class Nodes:
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Move the rings onto the line through `points` (n, 3), its pieces oriented by wxyz."""
-        count = len(self.piece)
-        if not count:
-            return
-        centres = np.zeros((MAX_NODES, 3))
-        orientations = np.tile([1.0, 0.0, 0.0, 0.0], (MAX_NODES, 1))
-        centres[:count], orientations[:count] = self.on_beam(points), wxyz[self.piece]
-        set_properties(self.collars, batched_positions=centres, batched_wxyzs=orientations)
+        if count := len(self.piece):
+            set_properties(
+                self.rings,
+                batched_positions=self.on_beam(points),
+                batched_wxyzs=wxyz[self.piece],
+                batched_scales=np.tile(self.size, (count, 1)),
+                batched_colors=np.tile(self.colour, (count, 1)),
+            )

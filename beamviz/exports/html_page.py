@@ -199,7 +199,8 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
         "normal": normal.tolist(),
         "thickness": row.section[0],
         "section": extents(row.section, normal)[1:].tolist(),
-        "ring": np.array(row.nodes.collars.batched_scales)[0].tolist(),
+        "ring": row.nodes.size.tolist(),
+        "ring_colour": row.nodes.colour[0].tolist(),
         "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
         "largest": row.drawn.largest,
     }

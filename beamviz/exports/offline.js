@@ -9,7 +9,7 @@ beam_mesh.segments of the package on the data of html_page.py. */
   for (const values of [data.body, ...data.beams.map(({ states }) => states)].flat())
     for (const unit of [1, data.resolution]) // from second differences between speeds, in integers
       values.forEach((step, k) => { values[k] = unit * step + (k ? values[k - 1] : 0); });
-  const HIDDEN = [1e-6, 1e-6, 1e-6], MAX_NODES = 10, MIN_STEP = 10, // a smaller one is rounding
+  const MIN_STEP = 10, // a smaller one is rounding
     MAX_WEDGE = Math.tan(0.5), last = data.speeds.length - 1;
   const [slider, shown, button] = ["speed", "speed-shown", "play"].map(byId), phases = {};
   const chart = document.querySelector("aside figure[data-step]");
@@ -67,13 +67,14 @@ beam_mesh.segments of the package on the data of html_page.py. */
     update(`${root}/rotor/ends`, [pieces[0], pieces.at(-1)]);
     const piece = Math.min(beam.mass, pieces.length - 1);
     update(`${root}/rotor/mass`, [on(piece, beam.mass - piece)]);
+    const ring = (i, share, size) =>
+      ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
     const rings = pieces.flatMap((_, i) => { // where the mode changes its sign
       const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
       const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
-      return node ? [{ ...on(i, u / (u - v)), batched_scales: beam.ring }] : [];
+      return node ? [ring(i, u / (u - v), beam.ring)] : [];
     });
-    const hidden = { ...on(0, 0), batched_scales: HIDDEN };
-    update(`${root}/rotor/nodes`, [...rings, ...Array(MAX_NODES).fill(hidden)].slice(0, MAX_NODES));
+    update(`${root}/rotor/nodes`, rings.length ? rings : [ring(0, 0, [0, 0, 0])]);
     const turn = (data.turning[1] * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];
     send("SetOrientationMessage", `${root}/${data.turning[0]}`, { wxyz });
   }

@@ -19,7 +19,6 @@ from viser.transforms import SO3
 
 from beamviz.drawing import camera, colours
 from beamviz.drawing.colours import linear
-from beamviz.drawing.objects import HIDDEN
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
 from beamviz.exports.solved_scene import Moment, SolvedScene
 from beamviz.server.viser_private import VisibleNode, offline_scene, visible_nodes
@@ -102,12 +101,11 @@ class Geometry:
 
 
 def instances(props: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The triangles of all instances that have a size, and their colours."""
-    shown = props.batched_scales.max(axis=1) > HIDDEN
-    axes = SO3(props.batched_wxyzs[shown].astype(float)).as_matrix()
-    sized = props.vertices[props.faces].reshape(-1, 3) * props.batched_scales[shown, None]
-    corners = sized @ axes.mT + props.batched_positions[shown, None]
-    colour = np.repeat(props.batched_colors[shown] / 255, len(props.faces), axis=0)
+    """The triangles of all instances, and their colours."""
+    axes = SO3(props.batched_wxyzs.astype(float)).as_matrix()
+    sized = props.vertices[props.faces].reshape(-1, 3) * props.batched_scales[:, None]
+    corners = sized @ axes.mT + props.batched_positions[:, None]
+    colour = np.repeat(props.batched_colors / 255, len(props.faces), axis=0)
     return corners.reshape(-1, 3, 3), colour
 
 
