@@ -85,10 +85,11 @@ class State:
     comparison: the kind of second beam; kept: the case kept for it; stacked: the second beam is
     drawn above the first, not overlaid; force_per_rev, damping: periods of the force per revolution
     and damping ratio of the run-up; forced_response: the scene shows the response to that force;
-    run_speed: the speed during a run-up, in place of the beam's own, of which an edit ends it;
-    time_methods: the tab Methods times all methods; film_length: of the films that are exported;
-    section: the sizes by which the panel of a real beam gives its section; lesson: the name of the
-    open lesson, "" for none; step: its step, from 0; following: the visitor follows the presenter.
+    run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
+    which an edit ends it; time_methods: the tab Methods times all methods; film_length: of the
+    films that are exported; section: the sizes by which the panel of a real beam gives its section;
+    lesson: the name of the open lesson, "" for none; step: its step, from 0; following: the visitor
+    follows the presenter.
     """
 
     scene: Scene
@@ -137,7 +138,7 @@ class State:
     @property
     def shown_case(self) -> Case:
         """The case to show: during a run-up with the speed of that."""
-        return self.case if self.run_speed is None else self.case.changed("gamma", self.run_speed)
+        return self.case.changed("gamma", self.run_speed) if self.run_speed else self.case
 
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""

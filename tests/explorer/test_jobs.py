@@ -33,11 +33,6 @@ def release() -> Iterator[threading.Event]:
     event.set()
 
 
-def threads(name: str) -> int:
-    """The number of running threads with a name."""
-    return sum(thread.name == name for thread in threading.enumerate())
-
-
 def test_work_starts_in_order_two_at_a_time(release):
     """The others wait, and start in the order of submission."""
     begun: list[int] = []
@@ -62,15 +57,8 @@ def test_closing_a_pool_does_not_wait(release):
         pool.submit(lambda: done.append(1))
     pool.submit(lambda: done.append(2))
     release.set()
-    wait_until(lambda: not threads("test close"))
+    wait_until(lambda: "test close" not in [thread.name for thread in threading.enumerate()])
     assert not done
-
-
-@pytest.fixture
-def pool() -> Iterator[WorkerPool]:
-    """One worker."""
-    with closing(WorkerPool(1, "test pool")) as made:
-        yield made
 
 
 @pytest.fixture
@@ -144,8 +132,9 @@ def test_a_job_computes_the_latest_request():
     ],
     ids=["chart", "run-up", "map", "bent beams"],
 )
-def test_a_cancelled_job_frees_its_worker(pool, compute):
+def test_a_cancelled_job_frees_its_worker(crowd, compute):
     """After the present beam, or batch of beams."""
+    pool = crowd.background
     ended = threading.Event()
 
     def cancelled(slow: Case) -> None:

@@ -113,7 +113,7 @@ class RunUpPlayback:
 
 
 def started(state: State) -> State:
-    """At rest, with the response to the force in the scene, and its line in the chart."""
+    """From rest, with the response to the force in the scene, and its line in the chart."""
     per_rev = tuple(sorted({*state.per_rev, state.force_per_rev}))
     state = state.changed("all_modes", False)
     return replace(state, per_rev=per_rev, forced_response=True, run_speed=0.0)
