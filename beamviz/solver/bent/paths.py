@@ -28,8 +28,7 @@ from beamviz.solver.hp.mesh import Mesh, make_mesh
 FIRST_STEP = 0.4  # of a speed, relative: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio of speeds, and their number, where a stable state is looked for
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
-SMALLEST_STEP = 1e-4  # of the spin-up
-FIRST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 0.3, 300  # steps around limit points
+FIRST_ARC, SMALLEST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 1e-6, 0.3, 300  # steps around limit points
 DIFFERENCE = 1e-4  # step of a derivative by the load
 MAX_MESHES, FINER, ORDER = 3, 16.0, 14  # on which a limit is located; ratio of first elements
 LIMIT_ACCURACY, SPEED_PRECISION = 1e-3, 1e-5  # relative: of the limit, and on one mesh
@@ -161,24 +160,12 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
     the spin-ups reached.
     """
     target = beam.beam.spin_up
-
-    def at(share: float) -> BentBeam:
-        spin_up = float(np.clip(share * target, *SPIN_UP.limits))
-        return beam.changed(spin_up=spin_up)
-
-    found, iterations = _on_the_side_of_the_force(rest, target), rest.iterations
-    reached, step = 0.0, 1.0
-    while reached < 1:
-        share = min(1.0, reached + step)
-        near = newton(at(share), found.q)
-        if near is None or near.collapses:
-            step /= 2
-            if step > SMALLEST_STEP:
-                continue
-            near, share = _around_limit_points(at, found, reached), 1.0
-        found, iterations = near, iterations + near.iterations
-        reached, step = share, 1.5 * step
-    return State(beam, found.q, iterations)
+    start = _on_the_side_of_the_force(rest, target)
+    found = newton(beam, start.q)
+    if found is None or found.collapses:
+        path = follow(start, "spin_up", target)
+        found = _around_limit_points(path.state, target) if path.limit else path.state
+    return State(beam, found.q, rest.iterations + found.iterations)
 
 
 def states_on_both_sides(beam: BentBeam) -> list[State]:
@@ -200,15 +187,20 @@ def _on_the_side_of_the_force(state: State, spin_up: float) -> State:
     return state.mirrored if -spin_up * (state.beam.mass @ (x * y)) < 0 else state
 
 
-def _around_limit_points(at: Callable[[float], BentBeam], start: State, p: float) -> State:
-    """The state at p = 1, followed from one at a lower p by the arc length of the path (Riks):
-    R(q, p) = 0 with one more equation, that of a plane across the path. Raises NoEquilibrium where
-    the beam collapses or winds around its clamp, and NotConverged."""
-    n, w, limit = len(start.q), np.sqrt(start.beam.w), p
+def _around_limit_points(start: State, target: float) -> State:
+    """The state at a spin-up, followed from one at a limit point by the arc length of the path
+    (Riks): R(q, p) = 0, p the share of the target, with one more equation, that of a plane across
+    the path. Raises NoEquilibrium where the beam collapses or winds around its clamp, and
+    NotConverged."""
+
+    def at(p: float) -> BentBeam:
+        return start.beam.changed(spin_up=float(np.clip(p * target, *SPIN_UP.limits)))
+
+    n, w, limit = len(start.q), np.sqrt(start.beam.w), start.beam.beam.spin_up / target
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * start.kappa)), [1.0]))
-    direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(start.q, p)
+    direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(start.q, limit)
     steps, end, most = 0, "", start.largest_angle + 2 * math.pi
-    while not end and steps < MAX_ARCS and arc > SMALLEST_STEP * FIRST_ARC:
+    while not end and steps < MAX_ARCS and arc > SMALLEST_ARC:
         ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
         ahead /= np.linalg.norm(ahead * unit)
         found = _corrected(at, z + arc * ahead, ahead * unit**2)
@@ -224,7 +216,6 @@ def _around_limit_points(at: Callable[[float], BentBeam], start: State, p: float
             return last
         direction, z, arc = ahead, found, min(1.5 * arc, LONGEST_ARC)
         steps, limit = steps + 1, max(limit, float(z[-1]))
-    target = at(1.0).beam.spin_up
     if end:
         raise NoEquilibrium(
             f"spin_up = {target:.6g}: no stable state beyond spin_up = {limit * target:.6g}, to"
