@@ -34,7 +34,7 @@ class Stats:
     method: str  # discretisation
     elements: int
     order: int  # of the elements, the greatest, or number of terms
-    seconds: float = math.nan  # wall time [s] of the call of `solve` or `solve_many`
+    seconds: float = math.nan  # wall time [s] of `solve`, or of `solve_many` for all its beams
 
 
 @dataclass(frozen=True)

@@ -318,6 +318,7 @@ def test_a_second_stable_state():
     along = solve(against, **given)
     (other,) = other_stable_states(along)
     assert other.equilibrium.stable
+    assert other.stats.seconds > 0
     assert other.equilibrium.tip[1] > 0 > along.equilibrium.tip[1]
     end = end_of_bent_state(other, "spin_up", 0.3)
     assert end_of_bent_state(along, "spin_up", 0.3) is None

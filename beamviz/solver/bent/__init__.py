@@ -4,6 +4,7 @@ Imported when a bent state is asked for, or a beam has a spin-up: a straight bea
 """
 
 import math
+import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -108,7 +109,9 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
         with suppress(NoEquilibrium, NotConverged):
             if guess is None or any(map(guess.is_same, seen)) or not is_resolved(guess):
                 continue
+            start = time.perf_counter()
             other = solve_by_method(beam, problem, guess, 0)
+            other.stats.seconds = time.perf_counter() - start
             state = other.equilibrium.bent_state
             if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)

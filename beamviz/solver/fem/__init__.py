@@ -113,8 +113,8 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
         return dq
 
     load = model.beam.gamma**2
-    margin = partial(straight_margin, model)
-    path = continue_load(newton_at(increment), model.unstressed, load, margin)
+    margins = partial(straight_margins, model)
+    path = continue_load(newton_at(increment), model.unstressed, load, margins)
     if path.limit is not None:
         raise _no_equilibrium(model, path.limit, path.state)
     if model.beam.delta >= 0:  # an outward beam does not buckle
@@ -125,25 +125,17 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
     return path
 
 
-def straight_margin(model: PlanarBeam, load: float, q: NDArray) -> float:
-    """Distance of a straight state from the end of its branch: 1 at rest, falling to 0 there. The
-    least of the stretch, the slope n' of the force law and the static stiffness of the tip."""
-    f = model.slopes(q)[:, 0]
-    if f.min() <= 0:
-        return 0.0
-    return min(f.min(), model.law.stiffness(f).min(), tip_stiffness(model, load, q))
-
-
-def tip_stiffness(model: PlanarBeam, load: float, q: NDArray) -> float:
-    """Force along the beam per displacement of the tip, divided by its value EA / L at rest;
-    0 where the tangent is not positive definite."""
-    unit = np.zeros(len(q) // 2 - 1)
+def straight_margins(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
+    """Distances (3,) of a straight state from the end of its branch, 1 at rest, where one of them
+    is 0: the least stretch, the least slope n' of the force law, and the static stiffness of the
+    tip. All are 0 where the tangent is not positive definite."""
+    f, unit = model.slopes(q)[:, 0], np.zeros(len(q) // 2 - 1)
     unit[-2] = 1
     try:
-        displacement = _solve_along(model, load, q, unit)
+        displacement = _solve_along(model, load, q, unit)[-2] if f.min() > 0 else math.inf
     except np.linalg.LinAlgError:
-        return 0.0
-    return 1 / (displacement[-2] * model.beam.mu**2)
+        return np.zeros(3)
+    return np.array([f.min(), model.law.stiffness(f).min(), 1 / (displacement * model.beam.mu**2)])
 
 
 def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> NDArray:
@@ -155,6 +147,7 @@ def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> 
 def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
     """The error for a path that ends at a load `limit`, with the cause."""
     law, gamma, f = model.law, math.sqrt(limit), model.slopes(q)[:, 0]
+    *of_law, tip_stiffness = straight_margins(model, limit, q)
     # Axial force / mu^2 at the nodes that balances the load outboard of them: it depends on
     # positions only, so it stays correct where the stretch of the elements does not.
     outward = model.centrifugal_force(element_coordinates(q, 4), limit)[:, ::4].sum(axis=1)
@@ -166,7 +159,7 @@ def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibriu
             continue
         if abs(n_carried) >= MIN_CARRIED * abs(law.force(f_reached)):
             reason = f"the {law.name} force law ends there, at a stretch of {end:.4g}"
-        elif straight_margin(model, limit, q) < tip_stiffness(model, limit, q):
+        elif min(of_law) < tip_stiffness:
             return _overshoot(model, limit, q)
     return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
 
