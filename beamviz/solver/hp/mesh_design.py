@@ -16,10 +16,8 @@ of them.
 """
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
-from operator import itemgetter
 from typing import NamedTuple
 
 from beamviz.beam import Beam
@@ -50,7 +48,6 @@ MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half
 WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: those order 30 resolves to 12 digits
 SPLIT_ORDER = 38.0  # order from which two halves need fewer unknowns for the same digits
 HALF = 0.7  # order of either half, relative to that of the whole
-THIN_ABOVE = (14, 18, 22, 30)  # orders above which a layer gets its own element, tried in turn
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
 DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
@@ -161,16 +158,15 @@ def choose_mesh(
     waves: tuple[float, float],
     curvature_power: int,
     digits: float,
-    thin_above: Sequence[float] = THIN_ABOVE,
+    same_breaks: bool = False,
 ) -> Elements:
-    """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits:
-    of the meshes with thin elements for layers above each order of `thin_above`, the one with the
-    fewest unknowns, which may exceed MAX_UNKNOWNS. With an infinite order layers get no elements of
-    their own, and long elements are not divided: the breaks are the same for all positions of the
-    mass."""
+    """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits;
+    their unknowns may exceed MAX_UNKNOWNS. A layer that asks for more than MAX_ORDER gets an
+    element of its own. same_breaks: the breaks are the same for all positions of the mass, as
+    layers get no elements of their own, and long elements are not divided."""
     power = 2 * curvature_power - 3
+    highest, thin_above = (MAX_UNKNOWNS, math.inf) if same_breaks else (MAX_ORDER, MAX_ORDER)
     (most_waves, axial_waves), compression = waves, 0.0
-    layers = _layers(spans, power, digits)
     breaks = {0.0}
     for span in spans:
         (N, N_end), (f, f_end) = span.N, span.f
@@ -183,48 +179,28 @@ def choose_mesh(
         first = (N_end + 0.2 * mu**2) / span.slope if span.slope > 0 else math.inf
         if first < longest:
             breaks.update(span.end - near for near in distances(first, GRADING, longest))
+    layers = _layers(spans, power, digits)
+    ends = sorted(breaks.union(layer.end for layer in layers if layer.order > thin_above))
     most_waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
-    candidates = []
-    for most in thin_above:
-        thin = [layer.end for layer in layers if layer.order > most] if layers else []
-        ends = sorted(breaks.union(thin))
-        if most_waves > WAVES_PER_ELEMENT and most < math.inf:
-            ends = subdivided(ends, most_waves / WAVES_PER_ELEMENT)
-        graded = len(ends) > len(spans) + 1
-        candidates.append(
-            _with_orders(ends, layers, most, graded, (most_waves, axial_waves), digits)
-        )
-        if not thin:
-            break
-    return min(candidates, key=itemgetter(0))[1]
-
-
-def _with_orders(
-    ends: list[float],
-    layers: list[Layer],
-    most: float,
-    graded: bool,
-    waves: tuple[float, float],
-    digits: float,
-) -> tuple[int, Elements]:
-    """Unknowns across the beam and elements of a mesh; graded: whether some are thin."""
+    if most_waves > WAVES_PER_ELEMENT and not same_breaks:
+        ends = subdivided(ends, most_waves / WAVES_PER_ELEMENT)
+    graded = len(ends) > len(spans) + 1
     least = (SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits) * GRADED_ORDER if graded else 0.0
     smooth = AT_LEAST + PER_DIGIT * digits
-    per_length, axial_per_length = PER_HALF_WAVE * waves[0], PER_HALF_WAVE * waves[1]
+    per_length, axial_per_length = PER_HALF_WAVE * most_waves, PER_HALF_WAVE * axial_waves
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:
         element = ends.index(layer.x) - (layer.end < layer.x)
-        need = layer.order if layer.order <= most else layer.own_order
+        need = layer.order if layer.order <= thin_above else layer.own_order
         orders[element] = max(orders[element], need)
-    highest = MAX_ORDER if most < math.inf else MAX_UNKNOWNS
-    if max(orders) > SPLIT_ORDER and most < math.inf:
+    if not same_breaks:
         ends, orders = _halved(ends, orders)
     whole, axial = [], []
     for (a, b), order in zip(pairwise(ends), orders, strict=True):
         whole.append(min(max(math.ceil(order), MIN_ORDER), highest))
         along = max(axial_per_length * (b - a) + smooth, least, MIN_ORDER)  # there are no layers
         axial.append(math.ceil(min(along, whole[-1])))
-    return sum(whole), Elements(tuple(ends), tuple(whole), tuple(axial))
+    return Elements(tuple(ends), tuple(whole), tuple(axial))
 
 
 def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:

@@ -34,7 +34,6 @@ from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.mesh_design import (
     AT_END,
     MAX_UNKNOWNS,
-    THIN_ABOVE,
     Elements,
     Span,
     choose_mesh,
@@ -330,14 +329,13 @@ def common_orders(
             continue
         greatest = max(greatest, extra)
         digits = extra - math.log10(problem.tolerance) + added
-        thin_above = THIN_ABOVE if by_breaks else (math.inf,)  # layers move with the mass
         breaks, *orders = choose_mesh(
             spans,
             beam.mu,
             (most_waves, axial_waves),
             problem.curvature_power,
             digits,
-            thin_above,
+            same_breaks=not by_breaks,  # layers move with the mass
         )
         kind = breaks if by_breaks else len(breaks) - 1
         common[kind] = np.maximum(orders, common.get(kind, 0))
