@@ -48,6 +48,7 @@ MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half
 WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: those order 30 resolves to 12 digits
 SPLIT_ORDER = 38.0  # order from which two halves need fewer unknowns for the same digits
 HALF = 0.7  # order of either half, relative to that of the whole
+THIN_ABOVE = 22  # order above which a layer gets an element of its own
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
 DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
@@ -161,11 +162,11 @@ def choose_mesh(
     same_breaks: bool = False,
 ) -> Elements:
     """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits;
-    their unknowns may exceed MAX_UNKNOWNS. A layer that asks for more than MAX_ORDER gets an
-    element of its own. same_breaks: the breaks are the same for all positions of the mass, as
+    their unknowns may exceed MAX_UNKNOWNS. A layer that asks for an order above THIN_ABOVE gets
+    an element of its own. same_breaks: the breaks are the same for all positions of the mass, as
     layers get no elements of their own, and long elements are not divided."""
     power = 2 * curvature_power - 3
-    highest, thin_above = (MAX_UNKNOWNS, math.inf) if same_breaks else (MAX_ORDER, MAX_ORDER)
+    highest, thin_above = (MAX_UNKNOWNS, math.inf) if same_breaks else (MAX_ORDER, THIN_ABOVE)
     (most_waves, axial_waves), compression = waves, 0.0
     breaks = {0.0}
     for span in spans:
