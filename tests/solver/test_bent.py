@@ -162,22 +162,28 @@ def test_shapes_are_orthonormal_and_pickle():
     assert [len(nodes) for nodes in solution.nodes[:3]] == [0, 1, 2]
 
 
+SOFT = Beam(delta=-1, gamma=4, mu=20)
+
+
 @pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize(
-    ("beam", "order"),
+    ("beam", "order", "model"),
     [
-        *((beam, 4) for beam in (INWARD, INWARD.replace(alpha=1), SPINS_UP)),
-        (Beam(delta=-1, gamma=4, mu=20, alpha=1, beta=0.5), 1),  # the elements share a gradient
+        *((beam, 4, {}) for beam in (INWARD, INWARD.replace(alpha=1), SPINS_UP)),
+        *((SOFT, 4, {"strain": strain}) for strain in ("biot", "hencky")),
+        (SOFT, 4, {"curvature": "material"}),
+        (SOFT, 4, {"strain": "biot", "curvature": "material", "plane": "flapwise"}),
+        (Beam(delta=-1, gamma=4, mu=20, alpha=1, beta=0.5), 1, {}),  # they share a gradient
     ],
 )
-def test_the_papers_elements_converge_to_the_same_state(beam, order, coriolis):
+def test_the_papers_elements_converge_to_the_same_state(beam, order, model, coriolis):
     """Tip, frequencies and growth rates, at the rate of cubic elements: of fourth order in their
     length, of first where the stretch jumps inside the beam; the error they report is theirs."""
-    exact = solve(beam, state="bent", coriolis=coriolis, tolerance=1e-9, modes=4)
+    model = model | {"state": "bent", "modes": 4, "coriolis": coriolis}
+    exact = solve(beam, tolerance=1e-9, **model)
     distances = []
     for elements in (40, 80) if order == 4 else (160, 320):
-        options = {"method": "ancf-planar", "elements": elements, "coriolis": coriolis}
-        found = solve(beam, state="bent", modes=4, **options)
+        found = solve(beam, method="ancf-planar", elements=elements, **model)
         assert found.equilibrium.shape == "bent"
         distance = abs(found.frequencies - exact.frequencies) / exact.frequencies
         tip = np.linalg.norm(found.equilibrium.tip - exact.equilibrium.tip)

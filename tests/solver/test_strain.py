@@ -1,8 +1,4 @@
-"""Strain laws: accuracy near f = 1, and the stretch of a force.
-
-That the force and the stiffness are derivatives of the strain is tested with the elements that use
-them (test_ancf.py).
-"""
+"""Strain laws: derivatives, limits, accuracy near f = 1, and the stretch of a force."""
 
 import math
 
@@ -13,7 +9,23 @@ from hypothesis import strategies as st
 
 from beamviz.solver.constitutive import STRAIN_LAWS
 
+STEP = 1e-30
 laws = pytest.mark.parametrize("law", STRAIN_LAWS.values(), ids=STRAIN_LAWS.keys())
+
+
+def slope(function, f):
+    """The derivative of an analytic function by a complex step: exact to rounding."""
+    return function(f + 1j * STEP).imag / STEP
+
+
+@laws
+@given(f=st.floats(0.2, 8.0))
+def test_derivatives(law, f):
+    """n = e e', and n' is the derivative of n."""
+    f = np.float64(f)
+    force = law.strain(f) * slope(law.strain, f)
+    assert law.force(f) == pytest.approx(force, rel=1e-14, abs=1e-300)
+    assert law.stiffness(f) == pytest.approx(slope(law.force, f), rel=1e-13, abs=1e-14)
 
 
 @laws
