@@ -48,7 +48,6 @@ MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half
 WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: those order 30 resolves to 12 digits
 SPLIT_ORDER = 38.0  # order from which two halves need fewer unknowns for the same digits
 HALF = 0.7  # order of either half, relative to that of the whole
-THIN_ABOVE = 22  # order above which a layer gets an element of its own
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
 DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
@@ -81,6 +80,7 @@ class Layer(NamedTuple):
     end: float  # of an element of its own
     own_order: float  # of that element
     order: float  # of the element of the whole span
+    length: float  # of the span
 
 
 class Elements(NamedTuple):
@@ -162,11 +162,10 @@ def choose_mesh(
     same_breaks: bool = False,
 ) -> Elements:
     """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits;
-    their unknowns may exceed MAX_UNKNOWNS. A layer that asks for an order above THIN_ABOVE gets
-    an element of its own. same_breaks: the breaks are the same for all positions of the mass, as
-    layers get no elements of their own, and long elements are not divided."""
+    their unknowns may exceed MAX_UNKNOWNS. A layer gets an element of its own where two elements
+    have fewer unknowns than one. same_breaks: the breaks are the same for all positions of the
+    mass, as layers get no elements of their own, and long elements are not divided."""
     power = 2 * curvature_power - 3
-    highest, thin_above = (MAX_UNKNOWNS, math.inf) if same_breaks else (MAX_ORDER, THIN_ABOVE)
     (most_waves, axial_waves), compression = waves, 0.0
     breaks = {0.0}
     for span in spans:
@@ -180,22 +179,28 @@ def choose_mesh(
         first = (N_end + 0.2 * mu**2) / span.slope if span.slope > 0 else math.inf
         if first < longest:
             breaks.update(span.end - near for near in distances(first, GRADING, longest))
-    layers = _layers(spans, power, digits)
-    ends = sorted(breaks.union(layer.end for layer in layers if layer.order > thin_above))
     most_waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
+    per_length, axial_per_length = PER_HALF_WAVE * most_waves, PER_HALF_WAVE * axial_waves
+    smooth = AT_LEAST + PER_DIGIT * digits
+    layers = _layers(spans, power, digits)
+    thin = []
+    for layer in [] if same_breaks else layers:
+        order_of_two = layer.own_order + per_length * layer.length + smooth
+        if layer.order > min(order_of_two, MAX_ORDER):
+            thin.append(layer)
+    ends = sorted(breaks.union(layer.end for layer in thin))
     if most_waves > WAVES_PER_ELEMENT and not same_breaks:
         ends = subdivided(ends, most_waves / WAVES_PER_ELEMENT)
     graded = len(ends) > len(spans) + 1
     least = (SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits) * GRADED_ORDER if graded else 0.0
-    smooth = AT_LEAST + PER_DIGIT * digits
-    per_length, axial_per_length = PER_HALF_WAVE * most_waves, PER_HALF_WAVE * axial_waves
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:
         element = ends.index(layer.x) - (layer.end < layer.x)
-        need = layer.order if layer.order <= thin_above else layer.own_order
+        need = layer.own_order if layer in thin else layer.order
         orders[element] = max(orders[element], need)
+    highest = MAX_UNKNOWNS
     if not same_breaks:
-        ends, orders = _halved(ends, orders)
+        highest, (ends, orders) = MAX_ORDER, _halved(ends, orders)
     whole, axial = [], []
     for (a, b), order in zip(pairwise(ends), orders, strict=True):
         whole.append(min(max(math.ceil(order), MIN_ORDER), highest))
@@ -231,12 +236,12 @@ def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
             if x < 1 and pull * span.length**2 > reach**2:  # the tip is free to rotate
                 width = 1 / math.sqrt(pull)
                 order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
-                found.append(Layer(x, x + side * reach * width, own, order))
+                found.append(Layer(x, x + side * reach * width, own, order, span.length))
     width = span.slope ** (-1 / 3) if span.slope > 0 else math.inf
     if TIP_REACH * width < span.length:
         own = share_of_thin * (OWN_TIP_OFFSET + TIP_REACH)
         order = share * (TIP_OFFSET + span.length / width)
-        found.append(Layer(1.0, 1 - TIP_REACH * width, own, order))
+        found.append(Layer(1.0, 1 - TIP_REACH * width, own, order, span.length))
     return found
 
 
