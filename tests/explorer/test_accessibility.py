@@ -94,20 +94,23 @@ def test_the_scene_has_half_of_the_page(shown, size):
 
 
 def test_no_tab_and_no_table_is_cut_off(shown):
-    """All tabs are in the window of a phone, and the buttons of the per-rev lines in one row; on a
-    wide page the lists beside a chart are as wide as their tables, also with a lesson."""
+    """All tabs are in the window of a phone, the buttons of the per-rev lines in one row, and the
+    controls of a chart, however wide its lists; on a wide page the lists beside a chart are as wide
+    as their tables, also with a lesson."""
     shown.resize(*PHONE)
     tabs = "[...document.querySelectorAll('#dock [role=tab]')]"
     shown.wait(f"{tabs}.every(e => e.getBoundingClientRect().right <= {PHONE[0]})")
     tops = "[...document.querySelectorAll('#per-rev button.toggle')].map(e => e.offsetTop)"
     assert len(set(shown.evaluate(tops))) == 1
+    shown.open_tab("methods")
+    wide = "<table><td><div style=width:375px>wide</div></table>"
+    shown.evaluate(f"{by_id('timings')}.innerHTML = '{wide}'")
+    column = f"{by_id('timings')}.closest('.beside')"
+    assert shown.evaluate(f"{column}.firstChild.getBoundingClientRect().right") < PHONE[0] - 8
     shown.resize(*DESK)
     shown.send("lesson", "nodes")
     shown.wait(f"location.search.includes('lesson=nodes') && !{by_id('lesson')}.hidden")
     shown.open_tab("methods")
-    wide = "<table><td><div style=width:350px>wide</div></table>"
-    shown.evaluate(f"{by_id('timings')}.innerHTML = '{wide}'")
-    column = f"{by_id('timings')}.closest('.beside')"
     assert shown.evaluate(f"{column}.scrollWidth - {column}.clientWidth") == 0
     leave_lesson(shown)
 

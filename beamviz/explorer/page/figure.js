@@ -250,7 +250,7 @@ const beamvizFigure = (() => {
 
     /* Draws axes, lines, labels and the rings at the line of the beam; false if there is no room. */
     drawFigure() {
-      const { x, y, name, message } = this.data;
+      const { x, y, name, message = "" } = this.data;
       if (this.own && !this.pressed && performance.now() > this.own.until) this.own = null;
       const { clientWidth: width, clientHeight: height } = this.plot;
       if (!x || !width || !height) return false;
@@ -265,13 +265,18 @@ const beamvizFigure = (() => {
       set(this.svg, { role: "img", "aria-label": name });
       this.svg.innerHTML = `<clipPath id="clip-${this.host.id}"><rect ${frame}/></clipPath>${this.axes()}`
         + `<g clip-path="url(#clip-${this.host.id})">${this.gaps()}${this.paths()}</g>`
-        + this.labels() + this.rings()
-        + this.text("message", (LEFT + this.right) / 2, (TOP + this.bottom) / 2, message ?? "");
+        + this.labels() + this.rings() + this.message(LEFT, this.right, message);
       return true;
     }
 
     text(style, x, y, content) {
       return `<text class="${style}" x="${px(x)}" y="${px(y)}">${escape(content)}</text>`;
+    }
+
+    /* A text in the middle between two pixels along x, if there is room. */
+    message(start, end, content) {
+      const fits = end - start > 7.5 * content.length;
+      return fits ? this.text("message", (start + end) / 2, (TOP + this.bottom) / 2, content) : "";
     }
 
     axes() {
@@ -300,9 +305,8 @@ const beamvizFigure = (() => {
     gaps() {
       return (this.data.gaps ?? []).map(([from, to, text]) => {
         const [start, end] = [from, to].map((v) => clamp(this.px(v), LEFT, this.right));
-        const fits = end - start > 7.5 * text.length;
         return `<rect class="gap" x="${px(start)}" y="${TOP}" width="${px(end - start)}" height="${this.bottom - TOP}"/>`
-          + (fits ? this.text("message", (start + end) / 2, (TOP + this.bottom) / 2, text) : "");
+          + this.message(start, end, text);
       }).join("");
     }
 
