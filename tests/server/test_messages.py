@@ -67,29 +67,25 @@ def test_no_visitor_can_open_a_public_tunnel(plain, line, url):
 
 def test_a_visitor_cannot_set_attributes_fill_the_memory_or_reach_others(plain, line, slider, url):
     """viser sets any attribute of a control that a message names, accepts files for any control
-    without a limit, and forwards "form" messages to all, and stores them for later visitors."""
-    file = {"transfer_uuid": "t", "filename": "f", "mime_type": "x", "part_count": 1000}
-    file |= {"type": "FileTransferStartUpload", "size_bytes": 10**12, "source_component_uuid": ""}
+    without a limit, forwards "form" messages to all and stores them for later visitors, and reads
+    up to 50 MB; messages of the page are far below our limit."""
+    control, file = slider._impl, {"filename": "f", "mime_type": "x", "part_count": 1000}
+    file |= {"transfer_uuid": "t", "size_bytes": 10**12, "source_component_uuid": control.uuid}
     form = encoded(type="GuiFormDirtyMessage", uuid="x" * 100)
-    buffer = plain._websock_server._broadcast_buffer.message_from_id
-    before, control = len(buffer), slider._impl
-    line.send(form)
-    wait_until(lambda: len(buffer) > before)
-    line.send(encoded(**file | {"source_component_uuid": control.uuid}))
-    wait_until(lambda: plain.gui._current_file_upload_states)
-    line.send(update(control.uuid, removed=True, update_cb=[]))
-    wait_until(lambda: control.removed)
-    for message in (form, encoded(**file), update("x", value=1, removed=True)):
-        assert close_code(url, message) == POLICY_VIOLATION
-
-
-def test_messages_have_a_maximum_size(line, url):
-    """viser reads up to 50 MB; messages of the page are far below our limit."""
+    upload = encoded(type="FileTransferStartUpload", **file)
+    removal = update(control.uuid, removed=True, update_cb=[])
     huge = update("x", value="x" * MAX_BYTES)
-    for message in (encoded(**CAMERA_MESSAGE), huge):
+    stored = plain._websock_server._broadcast_buffer.message_from_id
+    before = len(stored)
+    for message, code, succeeds in (
+        (form, POLICY_VIOLATION, lambda: len(stored) > before),
+        (upload, POLICY_VIOLATION, lambda: plain.gui._current_file_upload_states),
+        (removal, POLICY_VIOLATION, lambda: control.removed),
+        (huge, TOO_BIG, lambda: line.ping().wait(5)),
+    ):
         line.send(message)
-        assert line.ping().wait(5)
-    assert close_code(url, huge) == TOO_BIG
+        wait_until(succeeds)
+        assert close_code(url, message) == code
 
 
 WRONG_CAMERAS: list[dict[str, Any]] = [
