@@ -121,7 +121,7 @@ def test_modes_are_shown_by_a_click_a_drag_or_a_command(opened):
     for focus in ("document.body", by_id("share-2"), "document.body"):
         click(opened, button("B2"))
         opened.wait(f"{SHOWN}.join() === 'B2'")
-        opened.drag(by_id("share-2"), 0.1, 0.7)
+        opened.drag_along(by_id("share-2"), 0.1, 0.7)
         opened.wait(f"{SHOWN}.join() === 'B2,B3'")
         opened.evaluate(f"{focus}.focus()")
         opened.key("k", modifiers=2)

@@ -185,7 +185,7 @@ def test_values_are_read_at_the_pointer(desk):
 @pytest.mark.slow
 def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
     """That at γ = 0.798 with 2 per revolution, also after a drag of the line; and back."""
-    desk.drag(PLOT, 0.3, 0.4)
+    desk.drag_along(PLOT, 0.3, 0.4)
     set_speed(desk, 3.0)
     desk.click("document.querySelector('[data-set=per_rev_2]')")
     mark = "document.querySelector('#loci-chart .mark.resonance[aria-label*=\"γ = 0.79\"]')"

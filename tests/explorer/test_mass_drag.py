@@ -36,17 +36,6 @@ def on_screen(shown: Page, x: float, y: float) -> list[float]:
     }})()""")
 
 
-def move(shown: Page, start: list[float], end: list[float]) -> None:
-    """Drag from one point of the page to another."""
-    shown.mouse("mouseMoved", *start)
-    shown.next_frame()
-    shown.mouse("mousePressed", *start, 1)
-    for place in np.linspace(start, end, 11)[1:].tolist():
-        shown.mouse("mouseMoved", *place, 1)
-        shown.next_frame()
-    shown.mouse("mouseReleased", *end)
-
-
 @pytest.mark.parametrize(
     ("beam", "state", "end", "turned"),
     [
@@ -81,7 +70,7 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
     for _ in range(4):  # a busy machine may see the pointer go by, or let go on the way
         shown.send("beta", beam.beta)
         shown.wait(stays(beam.beta))
-        move(shown, place(beam.beta), place(end))
+        shown.drag(place(beam.beta), place(end))
         with contextlib.suppress(TimeoutError):
             shown.wait(stays(end), timeout=10)
             break

@@ -74,7 +74,7 @@ def test_mode_2_shows_its_node(shown):
 def test_dragging_a_slider_changes_beam_and_table(shown):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
     size = thickness(shown)
-    shown.drag(by_id("mu-slider"), 0.33, 0.1)
+    shown.drag_along(by_id("mu-slider"), 0.33, 0.1)
 
     def is_thicker() -> bool:
         beam = solved_beam(shown)
@@ -83,7 +83,7 @@ def test_dragging_a_slider_changes_beam_and_table(shown):
 
     wait_until(is_thicker)
     before = pieces(shown)
-    shown.drag(by_id("alpha-slider"), 0.02, 0.6)
+    shown.drag_along(by_id("alpha-slider"), 0.02, 0.6)
     wait_until(lambda: (solved_beam(shown) or START).alpha > 1 and not same(pieces(shown), before))
 
 

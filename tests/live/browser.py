@@ -9,7 +9,7 @@ import itertools
 import json
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -106,16 +106,21 @@ class Page:
         """Open a tab."""
         self.evaluate(f"{by_id(f'to-{name}')}.click()")
 
-    def drag(self, script: str, start: float, end: float, steps: int = 6) -> None:
+    def drag(self, start: Sequence[float], end: Sequence[float]) -> None:
+        """Drag from one point of the page to another."""
+        self.mouse("mouseMoved", *start)
+        self.next_frame()
+        self.mouse("mousePressed", *start, 1)
+        (x, y), (to_x, to_y) = start, end
+        for k in range(1, 11):
+            self.mouse("mouseMoved", x + k / 10 * (to_x - x), y + k / 10 * (to_y - y), 1)
+            self.next_frame()
+        self.mouse("mouseReleased", *end)
+
+    def drag_along(self, script: str, *parts: float) -> None:
         """Drag along an element from one fraction of its width to another."""
         left, top, width, height = self.box(script)
-        places = [left + width * (start + (end - start) * k / steps) for k in range(steps + 1)]
-        y = top + height / 2
-        self.mouse("mousePressed", places[0], y, 1)
-        for x in places[1:]:
-            self.mouse("mouseMoved", x, y, 1)
-            self.next_frame(1)
-        self.mouse("mouseReleased", places[-1], y)
+        self.drag(*((left + width * part, top + height / 2) for part in parts))
 
     def key(self, name: str, modifiers: int = 0) -> None:
         """A key, down and up; modifiers = 2: with Ctrl."""
