@@ -50,8 +50,8 @@ class SceneView(Feature):
     one clock. `show` draws the state and the answer, `move` advances the time.
 
     beam: the single one; shapes: the modes drawn; drawn: the beam that moves in these modes, or, if
-    `driven`, by a force; shown_modes: those (from 0) in the picture; solved: the last solution of
-    this scene.
+    `driven`, by a force; shown_modes: those (from 0) in the picture; solved, stable: the modes of
+    the last solution, and of the last stable one, of this scene.
     """
 
     def __init__(self, visitor: Visitor, comparison: Comparison, run_up: RunUpPlayback):
@@ -69,7 +69,7 @@ class SceneView(Feature):
         """Begin with a scene that was loaded, which is not solved yet."""
         self.opened = scene
         self.solved: SampledModes | None = None
-        self.is_stable = False  # a stable answer of this scene has been drawn
+        self.stable: SampledModes | None = None
         self.is_pending = True  # no answer to this scene has come
         self.choose_pace = True
 
@@ -107,11 +107,10 @@ class SceneView(Feature):
         """Use the shapes of a stable answer. For an unstable one, or an error, keep the last stable
         shapes of the scene, or else show the unloaded beam."""
         self.solved = answer.result or self.solved
-        if answer.result and not answer.warning:
-            self.shapes, self.is_stable = answer.result, True
-        elif not self.is_stable:
-            beam = answer.beam or self.opened.beam
-            self.shapes = SampledModes.at_rest(beam, answer.request.options["plane"])
+        if not answer.warning:
+            self.stable = answer.result or self.stable
+        beam, plane = answer.beam or self.opened.beam, answer.request.options["plane"]
+        self.shapes = self.stable or SampledModes.at_rest(beam, plane)
 
     def choose_modes(self) -> np.ndarray:
         """Choose the modes in the picture, none while a force drives the beam. Returns the
