@@ -35,15 +35,12 @@ AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that 
 # Orders. order = PER_HALF_WAVE half_waves + PER_DIGIT digits + AT_LEAST: Gauss points per half-wave
 # (the asymptotic pi / 2 and a margin), and the exponential convergence with more.
 PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
-# A layer of relative width d needs an order of OFFSET + PER_ROOT_WIDTH / sqrt(d) for six digits, as
-# the spacing of points at the ends is 1 / order^2; an element of its own, of length reach * width,
-# the same with d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
-LAYER_OFFSET, OWN_OFFSET, PER_ROOT_WIDTH = 5.4, 4.4, 2.4
-TIP_OFFSET, OWN_TIP_OFFSET = 6.0, 5.5
-# Factor of these orders for other numbers of digits (1 at six): constant and slope, the slope less
-# where the length of the element grows with the digits too.
-SHARE, SHARE_OF_THIN = (0.4, 0.1), (0.55, 0.075)
+# A layer of relative width d needs an order of LAYER_OFFSET + PER_ROOT_WIDTH / sqrt(d) for six
+# digits, as the spacing of points at the ends is 1 / order^2; in an element of its own, of length
+# reach * width, d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
+LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 4.6, 2.4, 5.5
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
+SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope
 MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half the length are less
 WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: those order 30 resolves to 12 digits
 SPLIT_ORDER = 38.0  # order from which two halves need fewer unknowns for the same digits
@@ -182,7 +179,8 @@ def choose_mesh(
     most_waves += math.sqrt(compression) / math.pi  # half-waves of buckling over the whole beam
     per_length, axial_per_length = PER_HALF_WAVE * most_waves, PER_HALF_WAVE * axial_waves
     smooth = AT_LEAST + PER_DIGIT * digits
-    layers = _layers(spans, power, digits)
+    share = SHARE[0] + SHARE[1] * digits
+    layers = _layers(spans, power, digits, share)
     thin = []
     for layer in [] if same_breaks else layers:
         order_of_two = layer.own_order + per_length * layer.length + smooth
@@ -192,7 +190,7 @@ def choose_mesh(
     if most_waves > WAVES_PER_ELEMENT and not same_breaks:
         ends = subdivided(ends, most_waves / WAVES_PER_ELEMENT)
     graded = len(ends) > len(spans) + 1
-    least = (SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits) * GRADED_ORDER if graded else 0.0
+    least = share * GRADED_ORDER if graded else 0.0
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:
         element = ends.index(layer.x) - (layer.end < layer.x)
@@ -219,13 +217,11 @@ def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[f
     return (halves, each) if sum(each) <= MAX_UNKNOWNS - len(each) else (ends, orders)
 
 
-def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
+def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[Layer]:
     """The boundary layers shorter than their span: at its ends, by the tension N f^power, and at
     the free tip, where the tension vanishes."""
-    share = SHARE[0] + SHARE[1] * digits
-    share_of_thin = SHARE_OF_THIN[0] + SHARE_OF_THIN[1] * digits
     reach = LAYER_REACH * digits
-    own = share_of_thin * (OWN_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
+    own = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
     found = []
     for span in spans:
         for x, N, f, side in (
@@ -239,7 +235,7 @@ def _layers(spans: list[Span], power: int, digits: float) -> list[Layer]:
                 found.append(Layer(x, x + side * reach * width, own, order, span.length))
     width = span.slope ** (-1 / 3) if span.slope > 0 else math.inf
     if TIP_REACH * width < span.length:
-        own = share_of_thin * (OWN_TIP_OFFSET + TIP_REACH)
+        own = share * (TIP_OFFSET + TIP_REACH)
         order = share * (TIP_OFFSET + span.length / width)
         found.append(Layer(1.0, 1 - TIP_REACH * width, own, order, span.length))
     return found
