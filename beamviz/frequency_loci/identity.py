@@ -12,7 +12,7 @@ from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
 from beamviz.solver import MAX_MODES, solve
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import Solution, labels_of
 
 LOST = 0.25  # MAC below which two modes do not correspond
 
@@ -115,26 +115,15 @@ def _mixture(mac: np.ndarray, labels: tuple[str, ...]) -> str:
     return f"{'/'.join(labels[k] for k in parts)} mixed {':'.join(f'{x:.0f}' for x in shares)}"
 
 
-def numbers_in_family(found: Loci) -> dict[str, np.ndarray]:
-    """By branch label, the numbers (values,) of its modes among those of bending, negative ones
-    among those of stretching, as in `Solution.labels`."""
-    index = np.array([branch.mode_index for branch in found.branches])
-    bending = np.array([branch.bending_fraction for branch in found.branches]) >= 0.5
-    lower = (index >= 0) & (index <= index[:, None]) & (bending == bending[:, None])
-    numbers = np.where(bending, 1, -1) * lower.sum(axis=1)
-    return dict(zip((branch.label for branch in found.branches), numbers, strict=True))
-
-
 def names_of_branches(found: Loci, value: float) -> dict[str, str]:
     """The names of the modes by branch label, at the value of the sweep nearest to `value`. Two
-    branches that veer keep their labels and exchange their shapes, so the names of their modes."""
+    branches that veer keep their labels and exchange their shapes, so the names of their modes. A
+    solve is needed with Coriolis forces, and where the branches lack a lower mode."""
     k = int(np.argmin(abs(found.values - value)))
-    solution = next((one.solutions[k] for one in found.branches), None)
-    if solution is None:
-        return {}
-    labels = identify_modes(solution).labels
-    return {
-        branch.label: labels[branch.mode_index[k]]
-        for branch in found.branches
-        if branch.mode_index[k] >= 0
-    }
+    present = {int(one.mode_index[k]): one for one in found.branches if one.mode_index[k] >= 0}
+    if not found.problem.gyroscopic and max(present, default=0) < len(present):
+        labels = labels_of([present[i].bending_fraction[k] for i in range(len(present))])
+    else:
+        solution = next((one.solutions[k] for one in present.values()), None)
+        labels = identify_modes(solution).labels if solution else ()
+    return {branch.label: labels[i] for i, branch in present.items()}

@@ -4,7 +4,7 @@ Shapes and positions are functions of x: nothing above the solver needs the unkn
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
@@ -151,8 +151,7 @@ class Solution:
     @cached_property
     def labels(self) -> tuple[str, ...]:
         """B1, S1 ...: numbered within bending and stretching; a mixed mode by its larger share."""
-        letters = ["B" if share >= 0.5 else "S" for share in self.bending_energy_fraction]
-        return tuple(f"{a}{letters[: k + 1].count(a)}" for k, a in enumerate(letters))
+        return labels_of(self.bending_energy_fraction)
 
     def shape(self, k: int, x: np.ndarray) -> np.ndarray:
         """Displacement (len(x), 2) of mode k (from 0) along and across the beam at x in [0, 1].
@@ -208,6 +207,12 @@ class Solution:
         """The larger component (len(x), modes) of each mode at x."""
         shapes = self.displacement(x).real
         return np.take_along_axis(shapes, self.larger_component[None, None], axis=1)[:, 0]
+
+
+def labels_of(shares: Iterable[float]) -> tuple[str, ...]:
+    """The labels of the modes of a beam, by the shares of their kinetic energy across it."""
+    letters = ["B" if share >= 0.5 else "S" for share in shares]
+    return tuple(f"{a}{letters[: k + 1].count(a)}" for k, a in enumerate(letters))
 
 
 def family_of(share: float) -> str:

@@ -23,6 +23,7 @@ from beamviz.explorer.features.loci_chart import (
 )
 from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import solve
 
@@ -79,23 +80,30 @@ def test_the_lines_are_the_branches_in_their_families(coriolis):
     assert families == {"bending", "stretching"} | ({"mixed"} if coriolis else set())
 
 
-@pytest.mark.parametrize("beam", [Beam(delta=-1), Beam(alpha=1, beta=0.5, delta=-1)])
-def test_lines_of_bent_beams_have_the_names_and_colours_of_the_table_of_modes(beam):
-    """At each speed, as both change along the loci of a beam past buckling, which is one event of
-    one mode."""
-    data = chart_data(chart_of(beam, state="stable"))
+@pytest.mark.parametrize(
+    ("beam", "options", "event"),
+    [
+        (Beam(delta=-1), {"state": "stable"}, "buckling of B1: "),
+        (Beam(alpha=1, beta=0.5, delta=-1), {"state": "stable"}, "buckling of B1: "),
+        (Beam(alpha=1, beta=0.5), {"coriolis": True}, "veering of S1 and B3: "),
+    ],
+)
+def test_lines_have_the_names_and_colours_of_the_table_of_modes(beam, options, event):
+    """At each speed, as both change along the loci of a bent beam, and within mixed modes."""
+    data = chart_data(chart_of(beam, **options))
     for gamma in data["at"][10:-1:10]:
-        solution, found = solve(beam.replace(gamma=gamma), state="stable"), []
+        solution, found = solve(beam.replace(gamma=gamma), **options), []
         for line in data["lines"]:
             k = data["at"].index(gamma)
             (run,) = (run for run in line["runs"] if run[0] <= k < run[1])
             found.append((line["y"][k], run[3], run[2]))
-        expected = zip(solution.frequencies, solution.labels, solution.families, strict=False)
+        labels = identify_modes(solution).labels
+        expected = zip(solution.frequencies, labels, solution.families, strict=False)
         for one, other in zip(sorted(found), expected, strict=False):
             assert one[0] == pytest.approx(other[0], rel=1e-4)
             assert one[1:] == other[1:]
     (mark,) = data["marks"]
-    assert mark["text"].startswith("buckling of B1: ")
+    assert mark["text"].startswith(event)
 
 
 def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):

@@ -4,9 +4,9 @@ veerings and resonances."""
 import contextlib
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from html import escape
 from itertools import pairwise
 from typing import Any, Self
@@ -23,7 +23,7 @@ from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.forced_response import Resonance, resonances
-from beamviz.frequency_loci.identity import names_of_branches, numbers_in_family
+from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.scene import PER_REV
 
@@ -139,21 +139,34 @@ def loci_lines(
     """The loci, of all or some branches, interpolated at x (n,), in runs of one family and name of
     the mode; consecutive runs share a point, so that lines have no gaps."""
     lines = []
-    last, numbers = len(x) - 1, numbers_in_family(found)
-    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0)
+    last, solved = len(x) - 1, found.problem.gyroscopic  # then a name takes two solves
+    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
+    names = cache(lambda k: names_of_branches(found, float(found.values[k])))
+
+    def name_at(label: str, i: int) -> str:
+        return names(before[i]).get(label, label)
+
     for branch in branches or found.branches:
-        y = np.interp(x, found.values, branch.frequency)
+        y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
         family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        kinds = [*zip(family, numbers[branch.label][before].tolist(), strict=True)]
+        kinds = [(one, None if solved else name(i)) for i, one in enumerate(family)]
         cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
             if own := family[start]:
-                name = name_of(found, branch.label, float(x[(start + stop) // 2]))
-                runs.append([start, min(stop, last), own, name])
+                parts = one_name(name, start, stop)
+                runs += [[first, min(end, last), own, name(first)] for first, end in parts]
         if runs:
             lines.append({"label": runs[-1][3], "y": page.sent(factor * y), "runs": runs})
     return lines
+
+
+def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
+    """The parts of a run of points in which a name is constant if it is the same at both ends."""
+    middle = (start + stop) // 2
+    if middle == start or name(start) == name(stop - 1):
+        return [(start, stop)]
+    return one_name(name, start, middle) + one_name(name, middle, stop)
 
 
 def name_of(found: Loci, label: str, value: float) -> str:
