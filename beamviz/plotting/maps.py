@@ -140,8 +140,6 @@ def name_regions(ax: Axes, x: np.ndarray, y: np.ndarray, shown: Quantity) -> Non
     """Lines between regions of different kinds, and the names of the larger of them."""
     for border in shown.borders:
         ax.contour(x, y, border, levels=[0.5], colors=INK, linewidths=0.9)
-    figure: Any = ax.get_figure(root=True)
-    figure.draw_without_rendering()  # so that the frame has its place
     placer, style = LabelPlacer(ax), {"color": INK, "fontsize": 7.5, "path_effects": HALO}
     for name, row, column in shown.regions:
         placer.annotate(name, x[column], y[row], inside=True, **style)
