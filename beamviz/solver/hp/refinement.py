@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
 from operator import attrgetter
-from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,7 +49,6 @@ STACKED_ATTEMPTS = 2  # of them in stacks
 CHUNK = 16  # beams that share a mesh, which is as fine as any of them needs
 OWN_CHUNK = 48  # beams with own breaks and common orders
 FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
-MUCH_FINER = 2.0  # ratio of the greatest to the median number of unknowns
 COMMON_DIGITS = 0.5, 4.0  # added for a common mesh, so that no beam needs another: first and most
 COMMON = -1  # key of the design of a common mesh
 MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
@@ -166,15 +164,14 @@ class Refinement:
         self, common_mesh: CommonMesh, indices: list[int]
     ) -> list[tuple[list[int], Mesh]]:
         """Meshes of the same orders for all beams, as fine as any beam of the common mesh needs,
-        with a break at the mass. Empty if one needs more breaks; without the beams that are solved
-        alone if that mesh is much too fine for most."""
+        with a break at the mass. Empty if one needs more breaks."""
         shared = self._same_position(indices)
         beams, digits = common_mesh.beams, common_mesh.digits
-        common, extra, much_finer = common_orders(beams, digits, self.problem, shared)
+        common, extra = common_orders(beams, digits, self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
         stacked = [index for index in indices if index not in self.alone]
         chunks = self._chunks(stacked, shared) if stacked else []
-        chunks += [[index] for index in indices if index in self.alone and not much_finer]
+        chunks += [[index] for index in indices if index in self.alone]
         if shared:
             breaks = max(common, key=lambda breaks: common[breaks][0].sum(), default=())
             if not breaks or common[breaks][0].sum() > MAX_UNKNOWNS:
@@ -314,14 +311,14 @@ class Refinement:
 @lru_cache(maxsize=8)
 def common_orders(
     beams: tuple[Beam, ...], added: float, problem: Problem, by_breaks: bool
-) -> tuple[dict[Any, np.ndarray], float, bool]:
+) -> tuple[dict[Any, np.ndarray], float]:
     """The greatest orders (2, elements), across and along the beam, of the meshes of some beams by
     their breaks, or by the number of elements, and the greatest number of extra digits, of those
-    that have an equilibrium; whether one mesh is much too fine for most of them."""
+    that have an equilibrium."""
     waves = [half_waves(beam.mu, problem.modes, problem.gyroscopic) for beam in beams]
     most_waves, axial_waves = map(max, zip(*waves, strict=True))
     common: dict[Any, np.ndarray] = {}
-    greatest, unknowns = 0.0, []
+    greatest = 0.0
     for beam in beams:
         try:
             spans, extra, _ = design(beam, problem)
@@ -339,8 +336,7 @@ def common_orders(
         )
         kind = breaks if by_breaks else len(breaks) - 1
         common[kind] = np.maximum(orders, common.get(kind, 0))
-        unknowns.append(sum(orders[0]))
-    return common, greatest, max(unknowns, default=0) > MUCH_FINER * median(unknowns or [0])
+    return common, greatest
 
 
 def _stacks_of_own_meshes(own: list[tuple[int, Elements]]) -> list[tuple[list[int], Mesh]]:
