@@ -48,7 +48,6 @@ MAX_ATTEMPTS = 8  # for each beam
 STACKED_ATTEMPTS = 2  # of them in stacks
 CHUNK = 16  # beams that share a mesh, which is as fine as any of them needs
 OWN_CHUNK = 48  # beams with own breaks and common orders
-FEWER_DIGITS = 0.15  # subtracted for a shared mesh: most of its beams need fewer digits
 COMMON_DIGITS = 0.5, 4.0  # added for a common mesh, so that no beam needs another: first and most
 COMMON = -1  # key of the design of a common mesh
 MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
@@ -219,8 +218,6 @@ class Refinement:
             return None
         spans, extra, _ = self.designs[index]
         digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, indices))
-        if index not in self.alone:
-            digits -= FEWER_DIGITS
         mu, power = self.beams[index].mu, problem.curvature_power
         waves = half_waves(mu, problem.modes, problem.gyroscopic)
         found = choose_mesh(spans, mu, waves, power, digits)
