@@ -140,7 +140,12 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     """`found` within `widths` widths of a veering and its own range, at `points` values."""
     low = max(event.at - widths * event.width, found.values[0])
     high = min(event.at + widths * event.width, found.values[-1])
-    values, sweep = np.linspace(low, high, points), Sweep(found.beam, found.over, found.problem)
+    return at_values(found, np.linspace(low, high, points))
+
+
+def at_values(found: Loci, values: np.ndarray) -> Loci:
+    """`found` at other values in its range, solved for, with the same branches."""
+    sweep = Sweep(found.beam, found.over, found.problem)
     branches = branches_of(sweep, values, found.parts)
-    events = tuple(one for one in found.events if low <= one.at <= high)
+    events = tuple(one for one in found.events if values[0] <= one.at <= values[-1])
     return replace(found, values=values, branches=branches, events=events)

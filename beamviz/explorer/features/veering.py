@@ -20,7 +20,7 @@ from beamviz.explorer.features.loci_chart import (
 )
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.visitor import Feature, Visitor
-from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import BENDING, STRETCHING
 
@@ -78,28 +78,22 @@ class VeeringRequest:
 
     def pairs(self) -> Pairs:
         """The loci without and with Coriolis forces. Raises the errors of `loci`."""
-        reach = REACH * (self.chart.stop - self.chart.start)
-        wide = self.values(self.event.at, reach)
-        events = [
-            same_event(self.loci(wide, coriolis), self.event, reach) for coriolis in (False, True)
-        ]
+        chart, at, (low, high) = self.chart, self.event.at, PARAMETERS[self.chart.over].limits
+        reach = REACH * (chart.stop - chart.start)
+        low, high = max(at - reach, low), min(at + reach, high, chart.stop)
+        wide = np.linspace(low, high, POINTS)
+        options = [{**chart.options, "coriolis": coriolis} for coriolis in (False, True)]
+        found = [loci(chart.beam, chart.over, wide, **one) for one in options]
+        events = [same_event(one, self.event, reach) for one in found]
         centre, half = self.view([one for one in events if one] or [self.event])
-        at = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in events if one]
-        values = np.union1d(self.values(centre, half), at)
+        own = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in events if one]
+        near = np.linspace(max(centre - half, low), min(centre + half, high), POINTS)
+        values = np.union1d(near, own)
         off, on = (
-            loci_pair(self.loci(values, coriolis), event, self.event, centre)
-            for coriolis, event in zip((False, True), events, strict=True)
+            loci_pair(at_values(one, values), event, self.event, centre)
+            for one, event in zip(found, events, strict=True)
         )
         return off, on
-
-    def values(self, at: float, reach: float) -> np.ndarray:
-        """Values up to `reach` from `at`, within the limits of the number."""
-        low, high = PARAMETERS[self.chart.over].limits
-        return np.linspace(max(at - reach, low), min(at + reach, high, self.chart.stop), POINTS)
-
-    def loci(self, values: np.ndarray, coriolis: bool) -> Loci:
-        options = {**self.chart.options, "coriolis": coriolis}
-        return loci(self.chart.beam, self.chart.over, values, **options)
 
     def view(self, events: list[Event]) -> tuple[float, float]:
         """Centre and half width of a view of these events and of the whole gap."""
