@@ -28,7 +28,6 @@ STYLE: Any = {
     "axes.edgecolor": INK,
     "axes.linewidth": 0.8,
     "hatch.linewidth": 0.5,
-    "hatch.color": STRIPES,
     "svg.hashsalt": "beamviz",  # the same picture is the same file
 }
 OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")

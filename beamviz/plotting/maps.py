@@ -104,7 +104,8 @@ def draw_empty(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> No
             continue
         one = ListedColormap([colour])
         ax.pcolormesh(x, y, np.ma.masked_where(~here, here), cmap=one, rasterized=True)
-        ax.contourf(x, y, here, levels=[0.5, 1.5], colors="none", hatches=[hatch])
+        stripes = ax.contourf(x, y, here, levels=[0.5, 1.5], colors="none", hatches=[hatch])
+        stripes.set(edgecolor=STRIPES, linewidth=0)
         handles.append(Patch(facecolor=colour, edgecolor=STRIPES, hatch=hatch, lw=0.5, label=name))
     if handles:
         ax.legend(

@@ -6,14 +6,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.colors import to_rgba
-from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from beamviz import Beam, NoEquilibrium, NotConverged, failure_maps, solve
 from beamviz.cli.commands import app
 from beamviz.failure_maps import compute as kinds
 from beamviz.failure_maps.compute import METHODS, MODELS, PLANES, Verdict, judge, onset
+from beamviz.plotting import STYLE, new_figure
 
 NAMES = [method.name for method in METHODS]
 SLENDER = 1000.0  # nearly rigid along itself: its errors are discretisation errors
@@ -202,14 +203,21 @@ def test_a_failing_cell_can_be_replayed(written, run, name, code, shown):
     assert shown in out + err
 
 
-def test_a_label_hides_hatches_and_boundaries():
-    """In a box of the colour of its region."""
-    for plane in (PLANES[0], kinds.INWARD):
-        for kind in plane.kinds:
-            axes = Figure().add_subplot()
+@pytest.mark.parametrize("plane", [PLANES[0], kinds.INWARD], ids=["failures", "states"])
+def test_a_label_hides_hatches_and_boundaries(plane):
+    """In a box of the colour of its region. Hatches are white where labels are."""
+    for kind in plane.kinds:
+        with rc_context(STYLE):
+            figure = new_figure(2, 2)
+            axes = figure.add_axes((0, 0, 1, 1))
             failure_maps.draw_cells(axes, plane, np.full((9, 9), kind.name))
-            (label,) = axes.texts
-            assert label.get_bbox_patch().get_facecolor() == to_rgba(kind.face)
+            figure.canvas.draw()
+        (label,) = axes.texts
+        assert label.get_bbox_patch().get_facecolor() == to_rgba(kind.face)
+        if kind.hatch:
+            pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3]
+            white = (pixels.min(axis=2) > 240).mean()
+            assert (white > 0.05) == (kind.ink == "white")
 
 
 def test_middles_lie_between_edges():
