@@ -205,7 +205,7 @@ class Plane(NamedTuple):
     @property
     def states(self) -> bool:
         """Whether its map is of stable states instead of failures."""
-        return self.kinds is STATES
+        return self.kinds == STATES
 
 
 PLANES = (
