@@ -9,7 +9,15 @@ from viser import SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
-from beamviz.drawing.objects import Caption, add_instances, add_mesh, mass_size
+from beamviz.drawing.objects import (
+    BOX,
+    SIDES,
+    Caption,
+    add_instances,
+    add_mesh,
+    mass_size,
+    set_surface,
+)
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
@@ -68,10 +76,8 @@ class Surroundings:
         self.drawn_for: tuple = ()  # the values of the last drawing
         hub: Any = {"color": colours.HUB, "receive_shadow": False}
         self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
-        self.drum = api.add_cylinder(f"{root}/rotor/drum", 1.0, HUB_HEIGHT, **hub)
-        hoop = annulus(1.0)
-        name = f"{root}/rotor/hoop"
-        self.hoop = add_mesh(api, name, hoop.vertices, hoop.faces, cast_shadow=True, **hub)
+        name = f"{root}/rotor/hub"
+        self.hub = add_mesh(api, name, BOX, SIDES, cast_shadow=True, **hub)
         head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
         self.bolts = add_instances(api, f"{root}/rotor/bolts", head, BOLTS)
         self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)))
@@ -116,11 +122,8 @@ class Surroundings:
         self.post.visible = self.alone and not inward
         self.post.height = -ground
         self.post.position = (0.0, 0.0, ground / 2)
-        self.drum.visible, self.hoop.visible = not inward, inward
-        self.drum.radius, self.drum.position = radius, (centre, 0.0, 0.0)
-        self.drum.radial_segments = math.ceil(160 * min(math.sqrt(radius), 1))  # equally round
-        if inward:
-            self.hoop.vertices = annulus(radius).vertices
+        body = hub_body(radius, inward=inward)
+        set_surface(self.hub, body.vertices + [centre, 0.0, 0.0], body.faces)
         size = 0.2 * HOOP if inward else min(BOLT_SIZE[0] * radius, 0.02)
         place = radius + HOOP / 2 if inward else radius - 2.2 * size
         angle = np.linspace(0.0, 2 * np.pi, BOLTS, endpoint=False) + np.pi / BOLTS
@@ -199,6 +202,8 @@ def arrow(radius: float, middle: float, size: float = 1.0) -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
-def annulus(radius: float) -> trimesh.Trimesh:
-    """The ring that an inward beam is clamped to from inside."""
-    return trimesh.creation.annulus(radius, radius + HOOP, HOOP_HEIGHT, sections=160)
+def hub_body(radius: float, *, inward: bool) -> trimesh.Trimesh:
+    """A drum, or the ring that an inward beam is clamped to from inside."""
+    if inward:
+        return trimesh.creation.annulus(radius, radius + HOOP, HOOP_HEIGHT, sections=160)
+    return trimesh.creation.cylinder(radius, HUB_HEIGHT, sections=160)

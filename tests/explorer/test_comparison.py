@@ -14,7 +14,7 @@ from beamviz.beam import Beam
 from beamviz.drawing import stacked_heights
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.surroundings import MIN_HUB
+from beamviz.drawing.surroundings import HUB_HEIGHT, MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import comparison_case, comparison_table
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, State
@@ -125,15 +125,15 @@ def test_each_row_shows_one_mode(guest, session, beam):
     levels = [part.frame.position[2] for part in rows]
     assert levels == stacked_heights(5) == sorted(levels, reverse=True)
     for k, part in enumerate(rows):
-        shapes, around = part.shapes, part.surroundings
+        shapes, hub = part.shapes, part.surroundings.hub.vertices
         moved = displacement(shapes, phases, 0.15 * np.eye(5)[k])
         line, _ = to_hub_frame(shapes, shapes.centreline + moved)
         middle = (line[:-1] + line[1:]) / 2
         assert np.allclose(part.beam.batched_positions, middle, atol=1e-6)
         assert part.title.text.startswith(shapes.labels[k])
-        assert (around.drum.visible, around.hoop.visible) == (True, False)
-        assert around.drum.radius == MIN_HUB
-        assert around.drum.position[0] == pytest.approx(beam.delta - (beam.delta != 0) * MIN_HUB)
+        assert np.ptp(hub, axis=0) == pytest.approx([2 * MIN_HUB, 2 * MIN_HUB, HUB_HEIGHT])
+        centre = beam.delta - (beam.delta != 0) * MIN_HUB
+        assert hub.mean(axis=0) == pytest.approx([centre, 0, 0], abs=1e-6)
     guest.do("only", 1)
     guest.wait(lambda _: guest.nodes["/scene"]["visible"])
     assert not any(guest.nodes[f"/mode {k}"]["visible"] for k in range(1, 6))
