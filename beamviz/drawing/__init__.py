@@ -11,8 +11,6 @@ from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
-    BOX,
-    SIDES,
     Caption,
     Nodes,
     ReferenceShapes,
@@ -126,7 +124,7 @@ class OverlayBeam:
     def __init__(self, api: SceneApi):
         self.root = api.add_frame(OVERLAY, show_axes=False)
         pale: Any = {"color": colours.BEFORE, "opacity": 0.3}
-        self.body = add_mesh(api, f"{OVERLAY}/beam", BOX, SIDES, **pale)
+        self.body = add_mesh(api, f"{OVERLAY}/beam", **pale)
         ring = collar()
         self.mass = add_mesh(api, f"{OVERLAY}/mass", ring.vertices, ring.faces, **pale)
         self.nodes = Nodes(api, OVERLAY, colours.BEFORE)

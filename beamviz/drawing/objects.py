@@ -70,10 +70,15 @@ def add_instances(
     )
 
 
+ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])  # of a beam of unit size
+BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
+
+
 def add_mesh(
-    api: SceneApi, name: str, vertices: np.ndarray, faces: np.ndarray, **options: Any
+    api: SceneApi, name: str, vertices: np.ndarray = BOX, faces: np.ndarray = SIDES, **options: Any
 ) -> MeshHandle:
-    """Add a mesh, without shadows unless `options` say otherwise."""
+    """Add a mesh, without shadows unless `options` say otherwise; by default a box, to be replaced
+    by `set_surface`."""
     usual = {"flat_shading": True, "cast_shadow": False, "receive_shadow": False}
     return api.add_mesh_simple(name, vertices, faces, **usual | options)
 
@@ -106,10 +111,6 @@ class Caption:
         return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
 
 
-ENDS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])  # of a beam of unit size
-BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))  # of new meshes
-
-
 def equilibrium_body(shapes: SampledModes, section: Section) -> tuple[np.ndarray, np.ndarray]:
     """Vertices (v, 3) and triangles (t, 3) of the beam in equilibrium."""
     inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
@@ -130,7 +131,7 @@ class ReferenceShapes:
             thickness_units="screen",
         )
         name = f"{root}/rotor/equilibrium"
-        self.equilibrium = add_mesh(api, name, BOX, SIDES, color=colours.GHOST, opacity=0.1)
+        self.equilibrium = add_mesh(api, name, color=colours.GHOST, opacity=0.1)
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
         self.outline.visible = self.equilibrium.visible = visible

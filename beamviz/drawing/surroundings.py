@@ -9,15 +9,7 @@ from viser import SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
-from beamviz.drawing.objects import (
-    BOX,
-    SIDES,
-    Caption,
-    add_instances,
-    add_mesh,
-    mass_size,
-    set_surface,
-)
+from beamviz.drawing.objects import Caption, add_instances, add_mesh, mass_size, set_surface
 from beamviz.drawing.text import measure
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
@@ -76,8 +68,7 @@ class Surroundings:
         self.drawn_for: tuple = ()  # the values of the last drawing
         hub: Any = {"color": colours.HUB, "receive_shadow": False}
         self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
-        name = f"{root}/rotor/hub"
-        self.hub = add_mesh(api, name, BOX, SIDES, cast_shadow=True, **hub)
+        self.hub = add_mesh(api, f"{root}/rotor/hub", cast_shadow=True, **hub)
         head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
         self.bolts = add_instances(api, f"{root}/rotor/bolts", head, BOLTS)
         self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)))
