@@ -27,6 +27,7 @@ RIM = 0.3  # [beam lengths] largest part of the hub in the picture
 LIFT, TOP = 0.1, 0.2
 NEARER, FARTHER = 0.7, 1.15  # ratios of the fitted distance to the last one that move the camera
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
+DEFAULT = Camera((3.0, 3.0, 3.0))  # of viser's page before it has another one
 CHANGE_TIME = 0.9  # [s] of an eased change of view
 MIN_SLOPE = 1e-3  # of a direction against the axis; of a smaller one, y is vertical in the picture
 TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
@@ -131,6 +132,10 @@ def initial(scene: Scene) -> Camera:
     """The camera of a page whose shape is not known yet."""
     rest = SampledModes.at_rest(scene.beam, scene.options["plane"])
     return scene.camera or fitted(rest, scene.view.rotating_frame, aspect=1.0)
+
+
+def near(point: Sequence[float] | np.ndarray, other: Sequence[float]) -> bool:
+    return np.allclose(point, other, atol=TOLERANCE)
 
 
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
@@ -248,8 +253,8 @@ class PageCamera:
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
 
     def is_at(self, camera: Camera) -> bool:
-        now, there = (self.view.position, self.view.look_at), (camera.position, camera.look_at)
-        return np.allclose(now, there, atol=TOLERANCE)
+        at_position = near(self.view.position, camera.position)
+        return at_position and near(self.view.look_at, camera.look_at)
 
     @property
     def scale(self) -> float:
@@ -262,7 +267,10 @@ class PageCamera:
 
     @property
     def outdated(self) -> bool:
-        """Whether the page has the last but one camera, as its message crossed the last one, which
-        viser does not send again; or the initial one, which a busy page may set after that."""
-        crossed = self.is_at(self.before) or self.is_at(self.initial)
+        """Whether the page has an earlier camera that no visitor chose: its message crossed the
+        last one, which viser does not send again, or a busy page has set the initial one after
+        that; or it has parts of two, as position and target arrive one after the other."""
+        own = (DEFAULT, self.initial, self.before, self.placed)
+        crossed = any(near(self.view.position, one.position) for one in own)
+        crossed = crossed and any(near(self.view.look_at, one.look_at) for one in own)
         return crossed and not (self.change or self.is_at(self.placed))

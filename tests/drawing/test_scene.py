@@ -109,7 +109,8 @@ def test_the_floor_turns_in_the_rotating_frame_and_the_speed_is_never_near_the_b
 
 def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():
     """A page that reports its old viewpoint while it gets two others may end with the first of
-    these, a busy one with the initial viewpoint; one chosen by the visitor is kept."""
+    these, a busy one with the initial viewpoint, and one that opens may report its own position
+    with our target; a viewpoint chosen by the visitor is kept."""
     view: Any = SimpleNamespace(position=(0, 0, 3), look_at=(0, 0, 0), aspect=1.8, image_height=900)
     start = initial(Scene(Beam()))
     page_camera, shapes = PageCamera(view, start), SampledModes.at_rest(Beam(), "chordwise")
@@ -119,7 +120,8 @@ def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():
     assert page_camera.reshaped
     page_camera.look_at(shapes, True, [0.0], settled=True)
     assert not page_camera.outdated
-    for old in (wide, (start.position, start.look_at)):
+    mixed = (3.0, 3.0, 3.0), view.look_at
+    for old in (wide, (start.position, start.look_at), mixed):
         view.position, view.look_at = old
         assert page_camera.outdated
         assert page_camera.chosen is None
