@@ -75,6 +75,7 @@ class Drawn:
             colours.scaled(pieces, self.seen.view.colouring, moved, self.seen.largest)
             for moved in (self.moved(pieces, phase) for phase in PHASES)
         ]
+        assert np.abs(np.subtract(places, 0.5)).max() < 0.5 + 1e-6  # all are on the map
         steps = np.abs(np.diff(places))
         steps[:, pieces.mass - 1 : pieces.mass] = 0.0  # the stretch jumps at the mass
         return float(steps.max()) / beam_mesh.STEP
