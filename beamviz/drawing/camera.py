@@ -135,7 +135,7 @@ def initial(scene: Scene) -> Camera:
 
 
 def near(point: Sequence[float] | np.ndarray, other: Sequence[float]) -> bool:
-    return np.allclose(point, other, atol=TOLERANCE)
+    return math.dist(point, other) < TOLERANCE
 
 
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
