@@ -285,7 +285,7 @@ def _least_gap(
 ) -> Search[tuple[Approach, np.ndarray] | None]:
     """The least gap of a candidate within low .. high, and the shapes (2, d) of the two modes at
     the nearest of the solved `points`, the basis of their 2 x 2 problem. guess: estimate of the
-    gap. None where the gap is least at an end."""
+    gap. None where the gap is least at an end, or has a kink, as where a beam buckles."""
     if not len(points.at):
         return None
     family, k = candidate[:2]
@@ -313,6 +313,8 @@ def _least_gap(
         if not len(more.at):
             break
         entries = np.vstack((entries, reduce(reference, more)))
+    else:
+        return None
     if approach.gap and approach.at in (low, high):
         return None
     return approach, reference

@@ -236,6 +236,12 @@ def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     }
 
 
+def test_a_kink_of_a_gap_is_no_crossing():
+    """Where the beam buckles the gap between S1 and B4 grows suddenly; it is 10 and more."""
+    found = loci(INWARD, "gamma", np.linspace(2.9, 3.1, 9), state="stable")
+    assert [event.kind for event in found.events] == ["buckling"]
+
+
 FOLDING = Beam(4.656, 1, 5.341, -0.09663, 194.4)
 SOFT = {"strain": "biot", "curvature": "material"}
 
