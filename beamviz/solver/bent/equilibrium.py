@@ -8,6 +8,7 @@ folded over at the clamp, from where it points outward.
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from operator import attrgetter
 
 import numpy as np
@@ -22,7 +23,6 @@ from beamviz.solver.hp.mesh_design import (
     Span,
     distances,
     find_spans,
-    subdivided,
     unstretched_positions,
 )
 from beamviz.solver.hp.refinement import design
@@ -72,8 +72,9 @@ def first_mesh(beam: Beam, problem: Problem) -> Mesh:
         breaks |= {end, *(span.start + away for away in distances(LAYER * first, GRADING, half))}
         if end < 1:
             breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
-    spread = subdivided(sorted(breaks), 1 / LONGEST_ELEMENT)
-    return make_mesh(tuple(spread), (FIRST_ORDER,) * (len(spread) - 1))
+    pieces = ((a, b, math.ceil((b - a) / LONGEST_ELEMENT)) for a, b in pairwise(sorted(breaks)))
+    spread = [a + (b - a) * k / n for a, b, n in pieces for k in range(n)]
+    return make_mesh((*spread, 1.0), (FIRST_ORDER,) * len(spread))
 
 
 def stable_states(beam: BentBeam) -> list[State]:

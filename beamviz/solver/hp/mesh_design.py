@@ -42,9 +42,8 @@ LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 4.6, 2.4, 5.5
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope
 MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half the length are less
-WAVES_PER_ELEMENT = 9.0  # half-waves in the longest element: those order 30 resolves to 12 digits
-SPLIT_ORDER = 38.0  # order from which two halves need fewer unknowns for the same digits
-HALF = 0.7  # order of either half, relative to that of the whole
+SPLIT_ORDER = 32.0  # order from which two halves need fewer unknowns for the same digits
+HALF = 0.6  # order of either half, relative to that of the whole
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
 DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
@@ -161,7 +160,7 @@ def choose_mesh(
     """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits;
     their unknowns may exceed MAX_UNKNOWNS. A layer gets an element of its own where two elements
     have fewer unknowns than one. same_breaks: the breaks are the same for all positions of the
-    mass, as layers get no elements of their own, and long elements are not divided."""
+    mass, as layers get no elements of their own, and no element is halved."""
     power = 2 * curvature_power - 3
     (most_waves, axial_waves), compression = waves, 0.0
     breaks = {0.0}
@@ -187,8 +186,6 @@ def choose_mesh(
         if layer.order > min(order_of_two, MAX_ORDER):
             thin.append(layer)
     ends = sorted(breaks.union(layer.end for layer in thin))
-    if most_waves > WAVES_PER_ELEMENT and not same_breaks:
-        ends = subdivided(ends, most_waves / WAVES_PER_ELEMENT)
     graded = len(ends) > len(spans) + 1
     least = share * GRADED_ORDER if graded else 0.0
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
@@ -261,10 +258,3 @@ def distances(first: float, ratio: float, longest: float) -> list[float]:
         breaks.append(first)
         first *= ratio
     return breaks
-
-
-def subdivided(ends: list[float], density: float) -> list[float]:
-    """Breaks, at least `density` per unit of length, that divide the parts between `ends`."""
-    pieces = [math.ceil((b - a) * density) for a, b in pairwise(ends)]
-    parts = zip(pairwise(ends), pieces, strict=True)
-    return [a + (b - a) * i / n for (a, b), n in parts for i in range(n)] + ends[-1:]

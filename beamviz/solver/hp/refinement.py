@@ -7,6 +7,7 @@ by one.
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
@@ -254,6 +255,8 @@ class Refinement:
         except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
             if not one:  # an unstable beam among them
                 self.alone.update(indices)
+            elif isinstance(error, NotConverged):
+                self._answer(indices[0], self._limit(self.beams[indices[0]]) or error)
             elif isinstance(error, BeamvizError):
                 self._answer(indices[0], error)
             else:
@@ -292,17 +295,22 @@ class Refinement:
         ratio, answer = self.near_limit.get(index, (math.inf, None))
         if answer and ratio * problem.tolerance < GREATEST_ERROR:
             return self._answer(index, answer)
-        if not problem.rigid_tension and not (problem.strain_law.hardens and beam.delta >= 0):
-            try:
-                if near := limit_error(beam, problem.strain_law):
-                    return self._answer(index, near)
-            except NotConverged:  # no limit was found
-                pass
+        if near := self._limit(beam):
+            return self._answer(index, near)
         cause, remedy = "", "a larger tolerance or fewer modes"
         if beam.delta < 0:
             cause = ": the straight beam buckles in many half-waves"
             remedy = "a lower gamma or a larger delta"
         return self._answer(index, NotConverged(f"{reason}{cause}; ask for {remedy}"))
+
+    def _limit(self, beam: Beam) -> NoEquilibrium | None:
+        """The error of a beam beyond or near its limit of equilibrium; None where there is none."""
+        law = self.problem.strain_law
+        if self.problem.rigid_tension or (law.hardens and beam.delta >= 0):
+            return None
+        with suppress(NotConverged):
+            return limit_error(beam, law)
+        return None
 
 
 @lru_cache(maxsize=8)
