@@ -47,7 +47,6 @@ from beamviz.solver import constitutive, families
 from beamviz.solver.constitutive import StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes
-from beamviz.solver.hp.mesh import interpolation_matrix
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, false_position, read_only, straight
 
@@ -262,14 +261,16 @@ class ChebyshevGrid(NamedTuple):
     points: np.ndarray  # (n,)
     from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
     to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
+    to_series: np.ndarray  # (order + 1, order + 1): values on a part -> Chebyshev coefficients
 
 
 @lru_cache(maxsize=32)
 def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
     """Polynomials of `order` on each part of the beam."""
     xi = -np.cos(np.pi * np.arange(order + 1) / order)
-    Q = chebyshev.chebvander(xi, order + 1) @ chebyshev.chebint(np.eye(order + 1), lbnd=-1)
-    Q = Q @ np.linalg.inv(chebyshev.chebvander(xi, order))  # integrals from the left end
+    to_series = np.linalg.inv(chebyshev.chebvander(xi, order))
+    integrals = chebyshev.chebint(np.eye(order + 1), lbnd=-1) @ to_series
+    Q = chebyshev.chebvander(xi, order + 1) @ integrals  # from the left end
     parts, size = len(ends) - 1, order + 1
     points, J = np.empty(parts * size), np.zeros((parts * size, parts * size))
     for k, (a, b) in enumerate(pairwise(ends)):
@@ -277,7 +278,7 @@ def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
         points[here] = a + half * (xi + 1)
         J[k * size :, here] = half * Q[-1]  # of the parts further out; here it is replaced
         J[here, here] = half * Q
-    return ChebyshevGrid(ends, *map(read_only, (points, J, J[-1] - J)))
+    return ChebyshevGrid(ends, *map(read_only, (points, J, J[-1] - J, to_series)))
 
 
 def _chebyshev(beam: Beam, problem: Problem) -> Solution:
@@ -360,14 +361,12 @@ def _lowest(
 
 def _values(on: ChebyshevGrid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Polynomials through values (n, k) at the points, at x: (len(x), k)."""
-    size = len(on.points) // (len(on.ends) - 1)
+    size = len(on.to_series)
     part = np.maximum(np.searchsorted(on.ends, x) - 1, 0)
-    barycentric = np.where(np.arange(size) % 2, -1.0, 1.0)
-    barycentric[[0, -1]] /= 2  # of Chebyshev points
     found = np.empty((len(x), values.shape[1]))
-    for k in range(len(on.ends) - 1):
-        own, here = slice(k * size, (k + 1) * size), part == k
-        found[here] = interpolation_matrix(x[here], on.points[own], barycentric) @ values[own]
+    for k, (a, b) in enumerate(pairwise(on.ends)):
+        here, series = part == k, on.to_series @ values[k * size : (k + 1) * size]
+        found[here] = chebyshev.chebvander((2 * x[here] - a - b) / (b - a), size - 1) @ series
     return found
 
 
