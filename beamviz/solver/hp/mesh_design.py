@@ -43,7 +43,6 @@ GRADED_ORDER = 8  # least order beside thin elements, for six digits
 SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope
 MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half the length are less
 SPLIT_ORDER = 32.0  # order from which two halves need fewer unknowns for the same digits
-HALF = 0.6  # order of either half, relative to that of the whole
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 SPARE_DIGITS = 1.0  # digits that the orders above give beyond those asked for
 DIGITS_PER_STRETCH = 1.8  # digits lost to a stretch of 10 at the clamp
@@ -195,7 +194,7 @@ def choose_mesh(
         orders[element] = max(orders[element], need)
     highest = MAX_UNKNOWNS
     if not same_breaks:
-        highest, (ends, orders) = MAX_ORDER, _halved(ends, orders)
+        highest, (ends, orders) = MAX_ORDER, _halved(ends, orders, smooth)
     whole, axial = [], []
     for (a, b), order in zip(pairwise(ends), orders, strict=True):
         whole.append(min(max(math.ceil(order), MIN_ORDER), highest))
@@ -204,14 +203,19 @@ def choose_mesh(
     return Elements(tuple(ends), tuple(whole), tuple(axial))
 
 
-def _halved(ends: list[float], orders: list[float]) -> tuple[list[float], list[float]]:
-    """Breaks and orders, elements above SPLIT_ORDER halved unless that exceeds MAX_UNKNOWNS."""
+def _halved(
+    ends: list[float], orders: list[float], smooth: float
+) -> tuple[list[float], list[float]]:
+    """Breaks and orders, elements above SPLIT_ORDER halved unless that exceeds MAX_UNKNOWNS.
+    smooth: order for digits alone, which halves need as well."""
     halves, each = ends, orders
-    while SPLIT_ORDER < max(each) < math.inf:
+    while max(each) > SPLIT_ORDER:
         k = each.index(max(each))
         halves = [*halves[: k + 1], (halves[k] + halves[k + 1]) / 2, *halves[k + 1 :]]
-        each = [*each[:k], *2 * [HALF * each[k]], *each[k + 1 :]]
-    return (halves, each) if sum(each) <= MAX_UNKNOWNS - len(each) else (ends, orders)
+        each = [*each[:k], *2 * [(each[k] + smooth) / 2], *each[k + 1 :]]
+        if not sum(each) <= MAX_UNKNOWNS - len(each):
+            return ends, orders
+    return halves, each
 
 
 def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[Layer]:
