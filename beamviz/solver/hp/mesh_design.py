@@ -38,7 +38,7 @@ PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
 # A layer of relative width d needs an order of LAYER_OFFSET + PER_ROOT_WIDTH / sqrt(d) for six
 # digits, as the spacing of points at the ends is 1 / order^2; in an element of its own, of length
 # reach * width, d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
-LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 4.6, 2.4, 5.5
+LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 5.2, 2.4, 5.5
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope
 MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half the length are less
@@ -162,6 +162,8 @@ def choose_mesh(
     mass, as layers get no elements of their own, and no element is halved."""
     power = 2 * curvature_power - 3
     (most_waves, axial_waves), compression = waves, 0.0
+    if spans[0].f[0] != 1:
+        axial_waves = math.inf  # a large stretch, and with it the stiffness, varies along the beam
     breaks = {0.0}
     for span in spans:
         (N, N_end), (f, f_end) = span.N, span.f
