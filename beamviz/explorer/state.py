@@ -175,7 +175,7 @@ class State:
         return state if name == "gamma" else state.without_run_up()
 
     def without_run_up(self) -> Self:
-        """After an edit for which the response is another one."""
+        """After an edit that changes the response."""
         return replace(self, forced_response=False, run_speed=None)
 
     def share(self, value: Any, mode: int) -> Self:

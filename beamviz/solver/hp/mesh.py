@@ -76,8 +76,8 @@ def reference(order: int) -> Reference:
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
-    of such grids, in leading axes, with the same orders and different breaks. Gradients along the
-    beam are polynomials of their own, lower orders; r in all.
+    of such grids, in leading axes, with the same orders and different breaks. The gradient of the
+    displacement along the beam is of `axial_orders`, with r coefficients in all.
 
     J integrates values at the points from the clamp to each point. A solution keeps its grid only,
     which suffices to evaluate it as a function of x.
@@ -132,7 +132,7 @@ class Mesh(Grid):
 
     grid: Grid  # without the matrices
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
-    axial: np.ndarray  # (n, r) orthonormal: the gradients along times the roots of the weights
+    axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
     IJT: np.ndarray  # (..., 2, 2 n, n) the identity and, below it, J, times T
     tails: np.ndarray  # (..., 2 elements, n)
     G: np.ndarray  # (..., n, n)

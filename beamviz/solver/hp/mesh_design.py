@@ -79,11 +79,11 @@ class Layer(NamedTuple):
 
 
 class Elements(NamedTuple):
-    """The elements of a mesh."""
+    """The elements of a mesh, as arguments of `make_mesh`."""
 
     breaks: tuple[float, ...]
-    orders: tuple[int, ...]
-    axial_orders: tuple[int, ...]
+    orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
+    axial_orders: tuple[int, ...]  # of modes along it, at most as high
 
 
 WITHOUT_INNER_MASS = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
