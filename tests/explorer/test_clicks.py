@@ -18,26 +18,17 @@ from beamviz.solver import solve
 FIRST = START
 
 STEEL = Beam.from_si(**STEEL_BEAM.values | {"length": 1.2, "rotation_speed": 600 * RPM})
+HERTZ = STEEL.units.hertz(solve(STEEL).frequencies[:3])
 BEAM = "window.__viserMutable.nodeRefFromName['/scene/rotor/beam']"
 ROWS = "document.querySelectorAll('#comparison tbody tr').length"
 SEEN = """(e => { if (!e) return false; const r = e.getBoundingClientRect();
   const at = (x, y) => e.contains(document.elementFromPoint(x, y));
   return at(r.left + r.width / 2, r.top + r.height / 2)
     && at(r.left + 4, r.top + 4) && at(r.right - 4, r.bottom - 4); })"""
-SHAPES = (
-    f"(all => all.length === 12 && all.every({SEEN}))([...document.querySelectorAll('.shapes td')])"
-)
-
 REAL = "document.querySelector('[data-set=\"real.%s\"]')"
+SHAPES = "[...document.querySelectorAll('.shapes td')]"
+RESONANCES = "[...document.querySelectorAll('#loci-chart .mark.resonance')]"
 LEFT_OVER = "#comparison table, #loci-chart .mark.resonance, #real-beam details[open]"
-
-
-def first_frequencies(beam: Beam, count: int = 3) -> str:
-    """An expression: whether the table of modes has the frequencies of a beam, in hertz."""
-    hertz = [f"{beam.units.hertz(one):.6f}"[:-2] for one in solve(beam).frequencies[:count]]
-    return " && ".join(map(says, hertz))
-
-
 # The elements to click (for a field, with the text to type), and what is true at the end.
 JOBS = {
     "shift of the modes from alpha 1 to 2": (
@@ -46,17 +37,16 @@ JOBS = {
     ),
     "veering with Coriolis forces, shapes in view": (
         [tab("Veering")],
-        f"{SHAPES} && {says('mixed')}",
+        f"{SHAPES}.length === 12 && {SHAPES}.every({SEEN}) && {says('mixed')}",
     ),
     "steel beam 1.2 m x 30 mm x 5 mm at 600 rpm, in Hz": (
         [button("Real beam…"), button("steel beam"), (REAL % "length", "1200"),
          (REAL % "rotation_speed", "600")],
-        first_frequencies(STEEL),
+        " && ".join(says(f"{one:.6f}"[:-2]) for one in HERTZ),
     ),
     "resonances with 2 per revolution in the chart": (
         [button("2 ×")],
-        f"{SEEN}(document.querySelector('#loci-chart .mark.resonance'))"
-        " || document.querySelectorAll('#loci-chart .mark.resonance').length >= 2",
+        f"{SEEN}({RESONANCES}[0]) || {RESONANCES}.length >= 2",
     ),
     "elements of the paper against the exact frequencies": (
         [tab("Compare"), button("20 ANCF elements (paper)")],

@@ -39,15 +39,9 @@ def saved(guest: Visitor) -> Scene:
 
 def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
     """Wait for the first message of each kind."""
-    found: dict[str, dict[str, Any]] = {}
-
-    def all_of(latest: list[dict[str, Any]]) -> bool:
-        for one in latest:
-            found.setdefault(one["type"], one)
-        return all(kind in found for kind in kinds)
-
-    guest.wait(all_of, timeout)
-    return [found[kind] for kind in kinds]
+    found: list[dict[str, Any]] = []
+    guest.wait(lambda new: found.extend(new) or {*kinds} <= {one["type"] for one in found}, timeout)
+    return [next(one for one in found if one["type"] == kind) for kind in kinds]
 
 
 def test_a_loaded_scene_is_shown(guest):

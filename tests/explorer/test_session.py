@@ -1,14 +1,15 @@
-"""Visitors without a browser: a session of their own each, and the latest edit."""
+"""Visitors without a browser: a session of their own each, and the latest edit; lectures."""
 
 import gzip
 import math
 import re
 import threading
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
-from live.server import http_get, raw_socket
+from live.server import http_get, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz import explorer as server
@@ -17,6 +18,7 @@ from beamviz.drawing.text import growth
 from beamviz.explorer import explorer, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features.comparison import number
+from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -231,3 +233,94 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
             guest.wait(lambda _, tab=tab: known in guest.texts.get(tab, ""))
         guest.wait(lambda _: guest.said and known in guest.said[-1]["text"])
         assert one.view.shapes.beam.gamma == 20
+
+
+# Lectures: one presents, all see it; each can go exploring and come back
+
+KEY = "the-presenters-key"
+
+
+@pytest.fixture
+def hall(frame_loops) -> Iterator[str]:
+    """An explorer in lecture mode."""
+    with explorer(Scene(PAPER), presenter_key=KEY) as found:
+        yield found
+
+
+def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops, monkeypatch):
+    """Numbers, answers, view, comparison, tab, lesson, clock; each case is solved once for all."""
+    with visitor(f"{hall}/?token={KEY}") as lead, visitor(hall) as one, visitor(hall) as other:
+        solved = []
+        monkeypatch.setattr(
+            jobs, "solve", lambda *a, **o: (solved.append(a[0].gamma), solve(*a, **o))[1]
+        )
+        lead.choose("gamma", 21.0)
+        for guest in (one, other):
+            guest.shows(PAPER.replace(gamma=21))
+            guest.wait(lambda _, guest=guest: guest.values.get("gamma") == 21.0)
+        lead.choose("colouring", "axial strain")
+        for guest in (one, other):
+            guest.says("axial strain, as drawn")
+        assert solved.count(21.0) == 1  # that of a page which opens may still come
+        lead.do("comparison", "mass")
+        lead.do("tab", "compare")
+        for guest in (one, other):
+            guest.says(">twice the mass, ")
+            guest.wait(lambda _, guest=guest: guest.parts.get("open") == "compare")
+        assert solved.count(21.0) == 2
+        sessions = list(frame_loops[-1].sessions.values())
+        assert len({id(session.visitor.state.view) for session in sessions}) == 1
+        lead.choose("playing", False)
+        wait_until(lambda: not any(session.is_moving for session in sessions))
+        wait_until(lambda: len({session.visitor.clock.angle for session in sessions}) == 1)
+        lead.do("lesson", "nodes")
+        lead.says(lesson("nodes").question)
+        lead.do("lesson_step", 1)
+        for guest in (one, other):
+            guest.says(lesson("nodes").proof)
+
+
+@pytest.mark.slow
+def test_a_visitor_explores_and_follows_again(hall):
+    """From the scene and the lesson of the presenter; no other page changes; a checkbox returns."""
+    with visitor(f"{hall}/?token={KEY}") as lead, visitor(hall) as one, visitor(hall) as other:
+        lead.do("lesson", "nodes")
+        one.says(lesson("nodes").question)
+        lead.choose("gamma", 21.0)
+        one.shows(PAPER.replace(gamma=21))
+        one.edit(alpha=2.0)
+        lead.do("lesson", "")
+        lead.choose("gamma", 22.0)
+        other.shows(PAPER.replace(gamma=22))
+        assert lesson("nodes").question in one.text
+        assert lesson("nodes").question not in other.text
+        own = frequency_text(one.beam)
+        assert own in one.text
+        assert own not in lead.text + other.text
+        one.choose("following", True)
+        one.shows(PAPER.replace(gamma=22))
+
+
+def test_a_visitor_cannot_present(hall):
+    """Without the presenter's key: another one, though drawn again, stays at the first scene."""
+    with visitor(f"{hall}/?token=guessed") as one, visitor(hall) as other:
+        one.edit(gamma=21.0)
+        other.choose("dark", True)
+        other.wait(lambda _: other.values["dark"] is True)
+        assert other.values["gamma"] == PAPER.gamma
+        assert "following" in one.values
+
+
+def test_a_presenter_may_leave_and_return(hall, frame_loops):
+    """Meanwhile the last scene is kept."""
+    with visitor(hall) as one:
+        with visitor(f"{hall}/?token={KEY}") as lead:
+            assert "following" not in lead.values
+            lead.choose("gamma", 21.0)
+            one.shows(PAPER.replace(gamma=21))
+            lead.choose("playing", False)
+        wait_until(lambda: len(frame_loops[-1].sessions) == 1)
+        assert frequency_text(PAPER.replace(gamma=21)) in one.text
+        with visitor(f"{hall}/?token={KEY}") as lead:
+            lead.choose("gamma", 5.0)
+            one.shows(PAPER.replace(gamma=5))

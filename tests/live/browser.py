@@ -8,13 +8,13 @@ import contextlib
 import itertools
 import json
 import os
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 from live.chromium import find_browser, open_browser
+from live.server import wait_until
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
@@ -74,12 +74,7 @@ class Page:
 
     def wait(self, script: str, timeout: float = 60.0) -> Any:
         """The value of an expression as soon as it is true in the page."""
-        end = time.monotonic() + timeout
-        while not (value := self.evaluate(script)):
-            if time.monotonic() > end:
-                raise TimeoutError(f"not true within {timeout:g} s: {script}")
-            time.sleep(0.03)
-        return value
+        return wait_until(lambda: self.evaluate(script), timeout, f": {script}")
 
     def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
         """A mouse event at a point of the page."""
@@ -122,13 +117,14 @@ class Page:
         left, top, width, height = self.box(script)
         self.drag(*((left + width * part, top + height / 2) for part in parts))
 
-    def key(self, name: str, modifiers: int = 0) -> None:
-        """A key, down and up; modifiers = 2: with Ctrl."""
+    def key(self, name: str, modifiers: int = 0, frames: int = 0) -> None:
+        """A key, held down for some frames of the page, and up; modifiers = 2: with Ctrl."""
         code = f"{'Digit' if name.isdigit() else 'Key'}{name.upper()}" if len(name) == 1 else name
         text, number = "\r" if name == "Enter" else "", KEY_CODES.get(name, 0)
         key = {"key": name, "code": code, "text": text, "windowsVirtualKeyCode": number}
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, modifiers=modifiers, **key)
+            self.next_frame(frames)
 
     def resize(self, width: int, height: int) -> None:
         """Another size of the window; a touch screen where it is narrow."""
@@ -205,12 +201,9 @@ def start_browser() -> None:
 def browser_address() -> str:
     """The DevTools address of the running browser."""
     file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
-    for _ in range(600):
-        with contextlib.suppress(OSError, ValueError):
-            port, path = file.read_text().splitlines()
-            return f"ws://127.0.0.1:{port}{path}"
-        time.sleep(0.05)
-    raise TimeoutError("the browser did not start within 30 s")
+    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2, 30)
+    port, path = file.read_text().splitlines()
+    return f"ws://127.0.0.1:{port}{path}"
 
 
 @contextlib.contextmanager

@@ -62,15 +62,11 @@ def url_of(server: viser.ViserServer) -> str:
 @contextlib.contextmanager
 def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
     """A WebSocket of viser's protocol without a client behind it."""
-    with connect(
-        url.replace("http://", "ws://").split("/?")[0] + path,
-        subprotocols=[PROTOCOL],  # type: ignore[list-item]
-        compression=None,
-        max_size=None,
-        max_queue=None,  # a reader that never pauses: a socket closes at once
-        **options,
-    ) as socket_:
-        yield socket_
+    usual = {"compression": None, "max_size": None, "subprotocols": [PROTOCOL]}
+    usual["max_queue"] = None  # a reader that never pauses: a socket closes at once
+    address = url.replace("http://", "ws://").split("/?")[0] + path
+    with connect(address, **usual | options) as opened:
+        yield opened
 
 
 def handshake_status(url: str, path: str = "", **options: Any) -> int:
@@ -98,12 +94,12 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
         return line.close_code or 0
 
 
-def wait_until(done: Callable[[], Any], timeout: float = 60.0) -> Any:
+def wait_until(done: Callable[[], Any], timeout: float = 60.0, about: str = "") -> Any:
     """Wait until `done` returns a true value; that value."""
     end = time.monotonic() + timeout
     while not (value := done()):
         if time.monotonic() > end:
-            raise TimeoutError(f"not true within {timeout:g} s")
+            raise TimeoutError(f"not true within {timeout:g} s{about}")
         time.sleep(0.02)
     return value
 

@@ -1,4 +1,5 @@
-"""What a visitor may send and see: each attack first on a plain viser server, then refused here."""
+"""What a visitor may send and see: each attack first on a plain viser server, then refused here;
+and the log, which has one line for each kind of error, whatever a visitor does."""
 
 import logging
 from collections.abc import Iterator
@@ -21,6 +22,7 @@ from websockets.sync.connection import Connection
 
 from beamviz.server import connection, run_server
 from beamviz.server.connection import MAX_BYTES, POLICY_VIOLATION
+from beamviz.server.log import INTERVAL, MAX_KINDS, RateLimitedLog
 
 TOO_BIG = 1009
 
@@ -92,42 +94,26 @@ WRONG_CAMERAS: list[dict[str, Any]] = [
     *({"fov": float("nan")}, {"position": (1e300, 0.0, 0.0)}, {"look_at": (0.0, 0.0)}),
     *({"image_height": 0}, {"image_width": -5}, {"excluded_self_client": 1}),
 ]
-
-
-@pytest.mark.parametrize(
-    "message",
-    [
-        "text instead of bytes",
-        b"",
-        b"\xc1",
-        b"\x81" * 5000,  # nested too deep to be decoded
-        encoded(no="type"),
-        encoded(type=["GuiUpdateMessage"]),
-        encoded(type="Message"),
-        encoded(type="SetPositionMessage", name="/scene", position=(0, 0, 0)),
-        encoded(type="GuiRemoveMessage", uuid="x"),
-        encoded(type="ViewerCameraMessage"),
-        *(encoded(**CAMERA_MESSAGE | wrong) for wrong in WRONG_CAMERAS),
-        encoded(type="GuiUpdateMessage", uuid=5, updates={"value": 1}),
-        encoded(type="GuiUpdateMessage", uuid="x", updates={"value": 1}, more=1),
-        update("x"),
-        update("x", update_cb=[]),
-        *(update("x", value=value) for value in (None, {"a": 1}, [[[1]]], 1, ["x"])),
-        encoded(type="CommandTriggerMessage", uuid="x" * 2000),
-    ],
-    ids=lambda message: str(message)[:40],
+INVALID = (
+    *("text instead of bytes", b"", b"\xc1", b"\x81" * 5000),  # nested too deep to be decoded
+    *(encoded(no="type"), encoded(type=["GuiUpdateMessage"]), encoded(type="Message")),
+    encoded(type="SetPositionMessage", name="/scene", position=(0, 0, 0)),
+    *(encoded(type="GuiRemoveMessage", uuid="x"), encoded(type="ViewerCameraMessage")),
+    *(encoded(**CAMERA_MESSAGE | wrong) for wrong in WRONG_CAMERAS),
+    encoded(type="GuiUpdateMessage", uuid=5, updates={"value": "1"}),
+    encoded(type="GuiUpdateMessage", uuid="x", updates={"value": "1"}, more=1),
+    *(update("x"), update("x", update_cb=[])),
+    *(update("x", value=value) for value in (None, {"a": 1}, [[[1]]], 1, ["x"])),
+    encoded(type="CommandTriggerMessage", uuid="x" * 2000),
 )
-def test_an_invalid_message_is_rejected(message):
-    with pytest.raises(connection.InvalidMessage):
-        connection.validate(message)
 
 
 def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
     """One line in the log has the address and the reason; another visitor is not affected."""
     connection.log.reported.clear()
     with visitor(url) as other, caplog.at_level(logging.WARNING):
-        for _ in range(3):
-            assert close_code(url, b"\xc1") == POLICY_VIOLATION
+        for message in INVALID:
+            assert close_code(url, message) == POLICY_VIOLATION, message[:80]
         (line,) = [record.message for record in caplog.records if "closed" in record.message]
         assert "127.0.0.1: closed for an invalid message" in line
         other.choose("gamma", 11.0)
@@ -164,3 +150,42 @@ def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, l
         final_text(one)
         assert one.received == received
         assert (one.values["gamma"], other.values["gamma"]) == (10.0, 11.0)
+
+
+# The log
+
+
+def test_repeated_errors_are_one_line_and_a_count(monkeypatch, caplog):
+    """Other visitors and other errors have lines of their own; after a while there is another line.
+    A text with line breaks is one line. The memory is limited: errors are forgotten, so that some
+    lines are written again."""
+    clock = mock.Mock(return_value=1000.0)
+    monkeypatch.setattr("beamviz.server.log.time.monotonic", clock)
+    log = RateLimitedLog("a test")
+    for _ in range(5000):
+        log.warn("visitor 1", "ValueError", "ignored: rubber")
+    log.warn("visitor 1", "TypeError", "ignored: two\nlines\r\nof it")
+    log.warn("visitor 2", "ValueError", "ignored: rubber")
+    clock.return_value += INTERVAL
+    log.warn("visitor 1", "ValueError", "ignored: gum")
+    assert [record.getMessage() for record in caplog.records] == [
+        "visitor 1: ignored: rubber",
+        "visitor 1: ignored: two lines of it",
+        "visitor 2: ignored: rubber",
+        "visitor 1: ignored: gum (4999 more like this since the last line)",
+    ]
+    with log.muted():
+        for k in range(3 * MAX_KINDS):
+            log.warn(f"visitor {k}", "text", "ignored")
+    assert len(log.reported) <= MAX_KINDS
+
+
+def test_an_internal_error_is_one_line_with_its_traceback_at_level_debug(caplog):
+    """At other levels only the line."""
+    log = RateLimitedLog("a test")
+    for level in (logging.INFO, logging.DEBUG):
+        with caplog.at_level(level, "a test"):
+            log.error("chart", "a beam", ZeroDivisionError("by zero"))
+    line, traceback = caplog.records
+    assert line.getMessage() == "chart: failed for a beam: ZeroDivisionError('by zero')"
+    assert traceback.exc_info

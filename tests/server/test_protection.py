@@ -4,13 +4,13 @@ import logging
 import multiprocessing
 import re
 import sys
-from pathlib import Path
 from unittest import mock
 
 import numpy as np
 import pytest
 import viser
 import websockets
+from live.server import ROOT
 from live.visitor import PAPER
 
 from beamviz.errors import Unavailable
@@ -20,7 +20,6 @@ from beamviz.server import access, connection, run_server, viser_private
 from beamviz.server.access import VisitorCount
 from beamviz.server.viser_private import TunnelFreeServer
 
-ROOT = Path(__file__).parents[2]
 VISER_ROOMS = ("drawing", "server", "exports", "explorer")  # that may import viser
 KEY = {"visitor_key": "the-key-of-this-run"}
 SHARED = {"host": "0.0.0.0", **KEY}

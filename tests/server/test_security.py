@@ -7,14 +7,10 @@ from unittest import mock
 
 import pytest
 from live import server
+from live.browser import Page, page
 from live.visitor import PAPER, visitor
-from websockets.client import ClientProtocol
-from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
-from websockets.frames import Frame, Opcode
-from websockets.http11 import Request
 from websockets.sync.client import connect
-from websockets.uri import parse_uri
 
 from beamviz import explorer as app
 from beamviz.errors import InvalidInput
@@ -111,15 +107,15 @@ def test_a_server_answers_to_its_own_names_only(address, answered, refused):
 
 def test_behind_a_proxy_the_origin_is_the_proxys():
     """https there, http here; the cookie is for https only. An invalid public URL is named."""
-    public = public_url("https://Beams.example.org/")
-    access = Access("127.0.0.1", 8080, visitor_key=KEY, public=public)
-    headers = {"Host": "beams.example.org", "Cookie": f"beamviz-8080={KEY}"}
-    assert access.url == f"https://beams.example.org/?token={KEY}"
-    for scheme, refused in (("https", False), ("http", True)):
-        own = Headers(headers, Origin=f"{scheme}://beams.example.org")
-        assert (access.refused(Request("/", own)) is not None) == refused
-    cookie = access.key_cookie(Request(f"/?token={KEY}", Headers(headers)))
-    assert cookie.endswith("; Secure")
+    port, public = server.free_port(), public_url("https://Beams.example.org/")
+    own, host = f"http://127.0.0.1:{port}", {"Host": "beams.example.org"}
+    with explorer(SCENE, port=port, visitor_key=KEY, public=public) as found:
+        assert found == f"https://beams.example.org/?token={KEY}"
+        cookie = server.http_get(own, f"/?token={KEY}", **host)[1]["Set-Cookie"]
+        assert cookie.endswith("; Secure")
+        for scheme, status in (("https", 200), ("http", 403)):
+            headers = {"Origin": f"{scheme}://beams.example.org", "Cookie": cookie}
+            assert server.http_get(own, **host, **headers)[0] == status
     for text in ("beams.example.org", "ftp://x", "https://", "https://x/path"):
         with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme and a host"):
             public_url(text)
@@ -230,15 +226,10 @@ def test_half_open_sockets_are_closed(monkeypatch):
 def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
     """A page of a sleeping machine answers no pings, and must not fill the memory."""
     monkeypatch.setattr(connection, "TIMEOUT", 0.5)
-    with explorer(SCENE, max_visitors=1) as found, socket.socket() as deaf:
-        deaf.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-        deaf.connect(("127.0.0.1", int(found.rsplit(":", 1)[1])))
-        page = ClientProtocol(
-            parse_uri(found.replace("http", "ws")), subprotocols=[server.PROTOCOL]
-        )
-        message = Frame(Opcode.BINARY, server.encoded(**server.CAMERA_MESSAGE)).serialize(mask=True)
-        deaf.sendall(page.connect().serialize() + message)
-        server.wait_until(lambda: server.http_get(found)[0] == 503)
+    unread = {"max_queue": 1, "close_timeout": 0.1}  # a reader that pauses after one message
+    with explorer(SCENE, max_visitors=1) as found, server.raw_socket(found, **unread) as deaf:
+        deaf.send(server.encoded(**server.CAMERA_MESSAGE))
+        assert server.http_get(found)[0] == 503
         server.wait_until(lambda: server.http_get(found)[0] == 200)
 
 
@@ -254,3 +245,68 @@ def test_beyond_the_limit_a_page_waits_and_tries_again():
         server.wait_until(lambda: server.http_get(found)[0] == 200)
         with visitor(found):
             pass
+
+
+# A real browser
+
+SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
+
+
+@pytest.fixture(scope="module")
+def foreign() -> Iterator[Page]:
+    """A browser on viser's own page, of another origin with the same cookies: they know no port."""
+    with server.plain_viser_server() as site, page(server.url_of(site)) as shown:
+        shown.wait(SHOWN)
+        yield shown
+
+
+def opens(shown: Page, url: str) -> bool:
+    """Whether a script of the page can open a WebSocket to `url`."""
+    return shown.evaluate(f"""new Promise(done => {{
+        try {{
+            const socket = new WebSocket('{url.replace("http", "ws")}', ['{server.PROTOCOL}']);
+            socket.onopen = () => done(true);
+            socket.onerror = () => done(false);
+        }} catch (error) {{ done(false); }}
+    }})""")
+
+
+def framed(shown: Page, url: str) -> bool:
+    """Whether the page can show `url` in a frame, under whatever it draws over it."""
+    shown.evaluate(f"""(() => {{
+        const frame = document.createElement('iframe');
+        frame.onload = () => {{ frame.name = 'loaded'; }};
+        frame.src = '{url}';
+        document.body.replaceChildren(frame);
+    }})()""")
+    shown.wait("document.querySelector('iframe').name === 'loaded'")
+    tree = shown.call("Page.getFrameTree")["frameTree"]
+    return any(
+        "unreachableUrl" not in child["frame"] and child["frame"]["url"].startswith(url)
+        for child in tree.get("childFrames", [])
+    )
+
+
+def test_a_foreign_page_can_neither_control_a_session_nor_put_it_in_a_frame(foreign, plain, url):
+    """With a bare viser server it can, being open in the same browser; a frame under its own
+    buttons would steal clicks."""
+    for site, is_open in ((server.url_of(plain), True), (url, False)):
+        assert opens(foreign, site) == is_open
+        assert framed(foreign, f"{site}/") == is_open
+
+
+@pytest.mark.slow
+def test_neither_a_foreign_page_nor_our_own_can_use_the_server_of_the_other(foreign, plain):
+    """The browser has the key of a visitor, but does not send it for a foreign page; a script that
+    is injected into our page cannot send data to another server."""
+    with explorer(SCENE, visitor_key=KEY) as found, page(found) as shown:
+        own = found.split("?")[0]
+        shown.wait(SHOWN)
+        assert shown.evaluate("[location.href, document.cookie]") == [own, ""]
+        assert opens(shown, own)
+        assert opens(foreign, server.url_of(plain))  # whose page is viser's own
+        assert not opens(shown, server.url_of(plain))
+        address = foreign.evaluate("location.href")
+        shown.call("Page.navigate", url=address)
+        shown.wait(f"location.href === '{address}' && {SHOWN}")
+        assert not opens(shown, own)
