@@ -75,8 +75,7 @@ def test_the_address_is_updated_and_a_reload_shows_the_same(guest, url):
     guest.do("link", "?token=abc")
     guest.choose("gamma", 12.5)
     shows(guest, "token=abc&alpha=1.0&beta=0.5&gamma=12.5")
-    for name, value in (("playing", False), ("dark", True), ("plane", "flapwise")):
-        guest.choose(name, value)
+    guest.set(playing=False, dark=True, plane="flapwise")
     shows(guest, query := "token=abc&alpha=1.0&beta=0.5&gamma=12.5&plane=flapwise")
     guest.do("undo")
     guest.do("undo")

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.browser import Page, by_id
+from live.browser import Page
 from live.server import wait_until
 from live.visitor import Visitor, pause
 
@@ -97,8 +97,7 @@ def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest
 def test_beams_without_a_frequency_are_explained(guest):
     """An inward beam buckles: no colour there, and a sentence with the percentage."""
     guest.do("tab", "map")
-    guest.choose("mapped", "1")
-    guest.choose("delta", -1.0)
+    guest.set(mapped="1", delta=-1.0)
     guest.says("Grey: unstable")
     *_, values = grid(map_shown(guest, name="mode 1"))
     assert 0 < np.isnan(values).mean() < 1
@@ -134,8 +133,7 @@ PLOT, RING, SVG, CANVAS = (
 
 def fields(shown: Page) -> list[float]:
     """Speed and mass as the server says."""
-    values = (f"{by_id(f'{name}-field')}.value" for name in ("gamma", "alpha"))
-    return [float(shown.evaluate(value)) for value in values]
+    return [shown.number("gamma"), shown.number("alpha")]
 
 
 @pytest.mark.slow

@@ -77,29 +77,22 @@ def test_mode_2_shows_its_node(shown):
 
 def test_dragging_a_slider_changes_beam_and_table(shown):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
-    size = thickness(shown)
+
+    def table_is_of_the_fields() -> bool:
+        beam = START.replace(mu=shown.number("mu"), alpha=shown.number("alpha"))
+        return shown.evaluate(says(frequency_text(beam)))
+
+    def thickness() -> float:
+        return float(np.linalg.norm(shown.wait(PIECES)[4:7]))
+
+    size = thickness()
     shown.drag_along(by_id("mu-slider"), 0.33, 0.1)
-
-    def is_thicker() -> bool:
-        beam = solved_beam(shown)
-        expected = pytest.approx(70 / beam.mu, rel=1e-3) if beam else None
-        return beam and 10 <= beam.mu < 50 and thickness(shown) / size == expected
-
-    wait_until(is_thicker)
+    wait_until(lambda: 10 <= shown.number("mu") < 50 and table_is_of_the_fields())
+    wait_until(lambda: thickness() / size == pytest.approx(70 / shown.number("mu"), rel=1e-3))
     before = pieces(shown)
     shown.drag_along(by_id("alpha-slider"), 0.02, 0.6)
-    wait_until(lambda: (solved_beam(shown) or START).alpha > 1 and not same(pieces(shown), before))
-
-
-def solved_beam(shown: Page) -> Beam | None:
-    """The beam of the fields beside the sliders, once the table has its frequency."""
-    beam = START.replace(mu=shown.number("mu"), alpha=shown.number("alpha"))
-    return beam if shown.evaluate(says(frequency_text(beam))) else None
-
-
-def thickness(shown: Page) -> float:
-    """Thickness of the first piece of the beam."""
-    return float(np.linalg.norm(np.array(shown.wait(PIECES))[4:7]))
+    wait_until(lambda: shown.number("alpha") > 1 and table_is_of_the_fields())
+    wait_until(lambda: not same(pieces(shown), before))
 
 
 def same(places: np.ndarray, others: np.ndarray) -> bool:

@@ -3,10 +3,12 @@
 import contextlib
 import math
 import re
+from typing import Any
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from live.visitor import Visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
@@ -61,32 +63,30 @@ def test_each_real_beam_is_stable_and_slender(real):
     assert len(real.source) > 50
 
 
+def fill(guest: Visitor, **values: Any) -> None:
+    """Fill fields of the panel."""
+    guest.set(**{f"real.{name}": value for name, value in values.items()})
+
+
 def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     """1.2 m x 30 mm x 5 mm at 600 rpm in Hz; the mass of the first scene is removed. Values are
     kept when another field is edited, and can be undone. An edit of a field that is not there any
     more changes nothing."""
-    area, moment = 30e-3 * 5e-3, 30e-3 * 5e-3**3 / 12
-    values = {"length": 1.2, "density": 7850.0, "youngs_modulus": 210e9}
-    sizes = {"area": area, "second_moment": moment, "rotation_speed": 600 * real_beam.RPM}
-    beam = Beam.from_si(**values, **sizes)
+    values = {"area": 30e-3 * 5e-3, "second_moment": 30e-3 * 5e-3**3 / 12, "length": 1.2}
+    values |= {"density": 7850.0, "youngs_modulus": 210e9, "rotation_speed": 600 * real_beam.RPM}
     guest.do("real.preset", "steel beam")
-    for name, value in (("length", 1200), ("thickness", 5), ("rotation_speed", 600)):
-        guest.choose(f"real.{name}", value)
-    guest.shows(beam)
+    fill(guest, length=1200, thickness=5, rotation_speed=600)
+    guest.shows(Beam.from_si(**values))
     shown = {name: guest.values[f"real.{name}"] for name in real_beam.FIELDS.keys() - SIZES}
     expected = {"length": 1200, "youngs_modulus": 210, "density": 7850, "rotation_speed": 600}
-    assert shown == pytest.approx(
-        dict.fromkeys(shown, 0) | expected | {real_beam.PERCENT: 100}, rel=1e-7
-    )
+    expected = dict.fromkeys(shown, 0) | expected | {real_beam.PERCENT: 100}
+    assert shown == pytest.approx(expected, rel=1e-7)
     assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
-    guest.choose("real.mass", 0.5)
-    guest.choose(f"real.{real_beam.PERCENT}", 50)
-    guest.choose("real.length", 1000)
-    half = Beam.from_si(**values | {"length": 1.0}, **sizes, mass=0.5, mass_position=0.5)
-    guest.shows(half)
-    guest.choose("real.material", "aluminium")
-    light = {"length": 1.0, "density": 2700.0, "youngs_modulus": 70e9}
-    guest.shows(Beam.from_si(**light, **sizes, mass=0.5, mass_position=0.5))
+    fill(guest, **{"mass": 0.5, real_beam.PERCENT: 50, "length": 1000})
+    values |= {"length": 1.0, "mass": 0.5, "mass_position": 0.5}
+    guest.shows(half := Beam.from_si(**values))
+    fill(guest, material="aluminium")
+    guest.shows(Beam.from_si(**values | {"density": 2700.0, "youngs_modulus": 70e9}))
     guest.choose("plane", "flapwise")
     guest.do("undo")
     guest.do("undo")
@@ -111,8 +111,7 @@ def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     guest.do("real.preset", "steel beam")
     guest.shows(real_beam.STEEL_BEAM.beam)
     guest.do("real.section", "tube")
-    guest.choose("real.diameter", 20)
-    guest.choose("real.wall", 10)
+    fill(guest, diameter=20, wall=10)
     rod = math.pi * 0.02**2 / 4, math.pi * 0.02**4 / 64
     guest.do("real.section", "own")
     guest.wait(lambda _: guest.values.get("real.area") == pytest.approx(1e6 * rod[0]))

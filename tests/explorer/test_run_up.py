@@ -12,7 +12,7 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
 from beamviz.explorer import explorer
 from beamviz.explorer.features import run_up
-from beamviz.explorer.features.run_up import RunUpRequest, next_speed, with_damping
+from beamviz.explorer.features.run_up import RunUpRequest, next_speed
 from beamviz.explorer.state import State
 from beamviz.frequency_loci.forced_response import RunUp, response
 from beamviz.scene import Scene
@@ -85,13 +85,6 @@ def test_the_scene_shows_the_scaled_response(guest, session):
         assert np.allclose(moved, -shown.imag, atol=1e-9)
 
 
-def test_the_damping_is_clamped_and_an_invalid_one_changes_nothing():
-    """In percent, to at most 20."""
-    state = State.of(Scene(PAPER))
-    assert with_damping(state, "much") == with_damping(state, math.nan) == state
-    assert with_damping(state, 90.0).damping == 0.2
-
-
 def test_the_chart_shows_amplitudes_and_resonances(run):
     """Amplitudes over the speeds, and a button on each peak that sets its speed."""
     data = run_up.run_data(run)
@@ -105,7 +98,7 @@ def test_the_chart_shows_amplitudes_and_resonances(run):
 def test_a_run_up_in_the_page(guest, session, monkeypatch):
     """The line of the beam moves from rest, the speed of the beam does not change; it is restored
     at the end. A new speed ends the run-up and keeps the result, another mass, damping or force
-    discards it."""
+    discards it. The damping is clamped to 20 %; an invalid one, or a force, changes nothing."""
 
     def speed() -> float:
         return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
@@ -139,10 +132,11 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
             guest.wait(lambda _: speed() not in (0.0, 4.0))
             guest.wait(lambda _: button_is("Run up from rest") and speed() == 4.0)
         assert "resonances of the run-up" in guest.texts["run-up-list"]
-    guest.do("damping", "nonsense")
-    guest.do("force_per_rev", "7")
+    guest.do("damping", 90.0)
+    for name, value in (("damping", "much"), ("damping", math.nan), ("force_per_rev", "7")):
+        guest.do(name, value)
     guest.edit(alpha=2.0, gamma=5.0)
-    assert guest.values["force_per_rev"] == 3
+    assert (guest.values["damping"], guest.values["force_per_rev"]) == (20, 3)
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):

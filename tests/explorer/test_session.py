@@ -33,9 +33,7 @@ def test_a_visitor_gets_the_table_and_the_scene(guest):
     assert BEAM in guest.nodes
     hints = re.findall("<span popover [^>]*>(.*?)</span>", guest.texts["beam"])
     assert len(hints) == len(NUMBERS)
-    for hint in hints:
-        assert len(hint) > 60
-        assert not set(hint) & set("αβγδμ")
+    assert all(len(hint) > 60 and not set(hint) & set("αβγδμ") for hint in hints)
 
 
 def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
@@ -49,8 +47,7 @@ def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
         guest.shows(PAPER.replace(alpha=alpha))
     for name, value in (("plane", "flapwise"), ("curvature", "material"), ("strain", "hencky")):
         guest.edit(**{name: value})
-    guest.choose("softening", False)
-    guest.choose("method", "ancf")
+    guest.set(softening=False, method="ancf")
     guest.says("softening = False: method ancf takes no switched-off term")
 
 
@@ -81,8 +78,7 @@ def test_a_term_is_switched_and_back(guest, option):
 def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
     """For both beams of a comparison, from the first frame on, also while paused."""
     guest.do("preferences", "still" if still else "")
-    guest.choose("comparison", "mass")
-    guest.do("stacked", True)
+    guest.set(comparison="mass", stacked=True)
     guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
     pause(guest)
     places: dict[str, list[float]] = {"/scene": [], "/other": []}
@@ -116,11 +112,10 @@ def test_the_documented_stations_of_a_slider_move_exist():
     """At most eight, by names that exist."""
     stations = re.findall(r"^\d+\. `(\w+)\.?(\w*)`", session.__doc__ or "", re.MULTILINE)
     assert 5 <= len(stations) <= 8
-    modules = (session, jobs, server, visitor_module, page)
+    modules = map(vars, (session, jobs, server, visitor_module, page))
+    known = {name: one for module in modules for name, one in module.items()}
     for owner, name in stations:
-        found = [getattr(module, owner) for module in modules if hasattr(module, owner)]
-        assert found
-        assert not name or hasattr(found[0], name)
+        assert hasattr(known[owner], name or "__doc__")
 
 
 def test_the_page_has_our_elements_around_the_scene(url):
@@ -137,8 +132,7 @@ def test_an_edit_during_the_start_of_a_session_is_not_lost(url):
     """A page may send as soon as it has a control."""
     with raw_socket(url) as line:
         guest = Visitor(line)
-        guest.choose("gamma", 21.0)
-        guest.choose("colouring", "axial strain")
+        guest.set(gamma=21.0, colouring="axial strain")
         guest.shows(PAPER.replace(gamma=21))
         guest.says("axial strain, as drawn")
 
@@ -224,10 +218,9 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         assert last in guest.text  # of this scene
         assert guest.props["mode-rows"]["class"] == "faded"
         assert guest.parts["captions"] == []  # neither its speed nor the reason, which is above
-        guest.choose("comparison", "effects")
-        guest.do("tab", "methods")
-        guest.do("time_methods", True)
-        guest.do("export", ".csv")
+        guest.set(comparison="effects", time_methods=True)
+        for action, value in (("tab", "methods"), ("export", ".csv")):
+            guest.do(action, value)
         known = "No equilibrium above γ = 31.49"
         for tab in ("comparison", "timings"):
             guest.wait(lambda _, tab=tab: known in guest.texts.get(tab, ""))

@@ -76,14 +76,12 @@ def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
 def test_sliders_of_a_real_beam_take_rpm_kg_and_millimetres(guest):
     """They give the beam of SI values; mu has no slider; a resonance is listed in rpm and hertz."""
     assert guest.props["mu-row"]["hidden"] is True
-    for name, value in {"gamma": 300.0, "alpha": 0.01, "beta": 200.0}.items():
-        guest.choose(name, value)
+    guest.set(gamma=300.0, alpha=0.01, beta=200.0)
     gamma, alpha = 300 / RULER.units.rpm(1), 0.01 / RULER.units.mass
     same = RULER.replace(gamma=gamma, alpha=alpha, beta=200 / 300)
     guest.shows(same)
     guest.says("300 rpm")
-    guest.do("per_rev_2", True)
-    guest.choose("gamma", 450.0)
+    guest.set(per_rev_2=True, gamma=450.0)
     guest.shows(same.replace(gamma=450 / RULER.units.rpm(1)))
     (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
     rpm = RULER.units.rpm(resonance.at)

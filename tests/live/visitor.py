@@ -66,10 +66,14 @@ class Visitor:
         self.wait(lambda _: key in self.values)
         self.do(key, value)
 
+    def set(self, **values: Any) -> None:
+        """Set several controls."""
+        for key, value in values.items():
+            self.choose(key, value)
+
     def edit(self, **edits: Any) -> None:
         """Set numbers of the beam and parts of the model, and wait for the answer."""
-        for key, value in edits.items():
-            self.choose(key, value)
+        self.set(**edits)
         numbers = {name: edits.pop(name) for name in NUMBERS if name in edits}
         self.shows(self.beam.replace(**numbers), **self.options | edits)
 
