@@ -42,7 +42,7 @@ from beamviz.beam import Beam
 from oracle import eigen
 from oracle.collocation import Coefficients
 from oracle.eigen import Pencil, UnresolvedError, sign_changes
-from oracle.equilibrium import STIFFNESS, Resolution, equilibrium, refined_mesh, shoot, stretch
+from oracle.equilibrium import STIFFNESS, Resolution, equilibrium, resolving_mesh, shoot, stretch
 
 AT_REST = 12.0  # omega^2 of a beam at rest, its lowest
 CURVATURE = {"spatial": 1, "material": 0}  # c
@@ -119,10 +119,9 @@ class Spectrum:
     def __init__(self, beam: Beam, strain: str, curvature: str, level: Resolution):
         self.gamma, self.delta, self.c = beam.gamma, beam.delta, CURVATURE[curvature]
         start = shoot(beam, strain)
-        self.mesh = refined_mesh(beam, strain, self.c, level, start)
+        self.mesh = resolving_mesh(beam, strain, self.c, level, start)
         state = equilibrium(self.mesh, beam, strain, start)
-        self.moving = self.mesh.moving(2, (0,))
-        self.X = state[self.moving.places]  # where there is inertia
+        self.X = state[::2]
         self.tip = float(state[-2] - beam.delta)
         self.N = self.mesh.at_points(state, 2)[..., 1]  # (elements, p)
         self.f = stretch(strain, self.N / beam.mu**2)
@@ -143,8 +142,7 @@ class Spectrum:
         if self.delta < 0:
             B = self.mesh.mass(4, {(2, 0): -1 / self.force[1]})
             A = self.mesh.differences(4) - self.mesh.integral(4, self._bending()) - spin * B
-            pencil = Pencil(A, B, self.mesh.moving(4, (0,)))
-            return eigen.lowest_indefinite(pencil, modes, self.least)
+            return eigen.lowest_indefinite(Pencil(A, B, 0 * B), modes, self.least)
         squares, Y = self._family(self._bending(), 1 / self.force[1], modes, spin)
         for k in np.flatnonzero(squares < spin / 100):
             squares[k] = self._balance(Y[:, k])
@@ -156,9 +154,8 @@ class Spectrum:
         The clamp's moment and shear turn the beam: m(0) + delta V(0) = omega^2 int rho X w. It
         follows from the equations above, and keeps the digits that Lambda - gamma^2 loses.
         """
-        w = y[self.mesh.moving(4, (0,)).places]
         moment, shear = self.moment * y[3], self.force[1] * y[2]
-        return (moment + self.delta * shear) / np.sum(self.moving.inertia * self.X * w)
+        return (moment + self.delta * shear) / np.sum(self.mesh.inertia * self.X * y[::4])
 
     def stretching(self, modes: int) -> np.ndarray:
         """omega^2 of the lowest stretching modes: positive, as the equilibrium is stable."""
@@ -186,28 +183,26 @@ class Spectrum:
         mesh, d = self.mesh, 2 if len(static) == 1 else 4
         B = mesh.mass(d, {(d // 2, 0): -unit})
         A = mesh.differences(d) - mesh.integral(d, static) - spin * B
-        squares, Y = eigen.lowest(Pencil(A, B, mesh.moving(d, (0,))), modes)
+        squares, Y = eigen.lowest(Pencil(A, B, 0 * B), modes)
         for k in range(modes):
             if (found := sign_changes(Y[::d, k])) != k:
                 raise UnresolvedError(f"mode {k + 1} has {found} nodes")
         return squares, Y
 
     def _coupled(self) -> Pencil:
-        """A y = omega C y + omega^2 B y in (v, w, theta, p, V, m)."""
-        mesh = self.mesh
-        p, V = 1 / self.force[0], 1 / self.force[1]
-        B = mesh.mass(6, {(3, 0): -p, (4, 1): -V})
-        C = 2 * self.gamma * mesh.mass(6, {(3, 1): p, (4, 0): V})
+        """A y = omega B y + omega^2 C y in (v, w, theta, p, V, m)."""
+        mesh, p, V = self.mesh, 1 / self.force[0], 1 / self.force[1]
+        C = mesh.mass(6, {(3, 0): -p, (4, 1): -V})
+        B = 2 * self.gamma * mesh.mass(6, {(3, 1): p, (4, 0): V})
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
-        A = mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * B
-        return Pencil(A, B, mesh.moving(6, (0, 1)), C)
+        return Pencil(mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * C, B, C)
 
     def response(self, omega: float, coriolis: bool) -> np.ndarray:
         """Displacements (points, 2) under the force (i, -1) exp(i omega t) on each mass: they are
         (i v, -w), where (1, 1) adds to the accelerations of (v, w)."""
-        A, B, _, C = self._coupled()
+        A, B, C = self._coupled()
         each = np.tile([1.0, 1.0, 0.0, 0.0, 0.0, 0.0], A.shape[0] // 6)
-        y = eigen.factorised(A - omega**2 * B - omega * coriolis * C)(B @ each)
+        y = eigen.factorised(A - omega**2 * C - omega * coriolis * B)(C @ each)
         return self.mesh.at_points(y, 6)[..., :2].reshape(-1, 2) * [1j, -1]
 
     def coupled(self, modes: int) -> np.ndarray:
@@ -215,7 +210,7 @@ class Spectrum:
         pencil = self._coupled()
         if self.delta < 0 and self.bending(1)[0] < 0:
             return eigen.lowest_gyroscopic_indefinite(pencil, modes, self.least)
-        return eigen.lowest_gyroscopic(pencil, modes) ** 2
+        return eigen.squares(eigen.lowest_gyroscopic(pencil, modes))
 
 
 def embedded(coefficients: Coefficients, unknowns: tuple[int, ...]) -> Coefficients:

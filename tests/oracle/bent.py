@@ -15,21 +15,16 @@ clamp, the mass and the tip, at two resolutions.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy.sparse.linalg import splu
 
 from beamviz import Beam
 from oracle import eigen
-from oracle.collocation import Mesh, integration
+from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import Pencil, UnresolvedError
+from oracle.equilibrium import FORCE, STIFFNESS
 
-STRAIN = {
-    "green": (lambda f: (f * f - 1) * f / 2, lambda f: 1.5 * f * f - 0.5),
-    "biot": (lambda f: f - 1, lambda f: 1 + 0 * f),
-    "hencky": (lambda f: np.log(f) / f, lambda f: (1 - np.log(f)) / f**2),
-}
 POWER = {"spatial": -2, "material": 0}  # of b(f)
 STEP = 1e-30  # of a complex derivative
 D = 6  # unknowns
@@ -71,29 +66,14 @@ def bent_truth(
 
 def _mesh(beam: Beam, points: int, layers: float, guess: Callable) -> Mesh:
     """Elements that halve towards the ends of what is smooth, down to the width of a layer."""
-    mass_inside = beam.alpha > 0 and 0 < beam.beta < 1
-    ends = [0.0, beam.beta, 1.0] if mass_inside else [0.0, 1.0]
     x = np.linspace(0, 1, 401)
     r, _, f = guess(x)
     arm = np.hypot(r[:, 0] + beam.delta, r[:, 1])
     load = beam.gamma**2 + abs(beam.spin_up)
     tension = load * (arm.mean() + beam.alpha * np.interp(beam.beta, x, arm))
     narrowest = layers / np.sqrt(1 + tension * f.max() ** 3)
-    breaks = set(ends)
-    for a, b in pairwise(ends):
-        length = (b - a) / 2
-        while length > narrowest:
-            breaks |= {a + length, b - length}
-            length /= 2
-    every = [0.0]
-    for a, b in pairwise(sorted(breaks)):
-        parts = int(np.ceil((b - a) / LONGEST))
-        every += [a + (b - a) * k / parts for k in range(1, parts + 1)]
-    lefts, lengths = np.array(every[:-1]), np.diff(every)
-    mass = None
-    if beam.alpha and beam.beta:
-        mass = int(np.argmin(abs(np.array(every[1:]) - beam.beta)))
-    return Mesh(lefts, lengths, points, beam.alpha, mass, integration(points))
+    ends = [0.0, beam.beta, 1.0] if beam.alpha > 0 and 0 < beam.beta < 1 else [0.0, 1.0]
+    return refined_mesh(ends, beam, points, lambda x, h, d: min(LONGEST, max(d, narrowest)))
 
 
 @dataclass
@@ -120,9 +100,14 @@ class _Problem:
         mesh = self.mesh
         x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
         r, a, f = guess(x)
-        z = np.column_stack((r, a, self.carried(x, r, a, f)))
+        z = np.column_stack((r, a, np.zeros((len(x), 3)))).ravel()
         f = f[:-1].reshape(len(mesh.lefts), -1)[:, 1:]
-        z, last = z.ravel(), np.inf
+        for _ in range(5):  # P_x and P_y, then m, that balance the load of the guess
+            slope = np.zeros_like(z)
+            mesh.at_points(slope, D)[:] = self._slope(mesh.at_points(z, D), f)[0]
+            load = self.integral @ slope + self.load @ z + self.hub_load
+            z.reshape(-1, D)[:, 3:] = splu(self.skeleton).solve(load).reshape(-1, D)[:, 3:]
+        last = np.inf
         scale = np.tile(np.maximum(abs(z.reshape(-1, D)).max(axis=0), 1.0), len(x))
         for _ in range(NEWTON_STEPS):
             F, C, f = self.slopes(z, f)
@@ -138,20 +123,6 @@ class _Problem:
                 return z, f
             last = size
         raise UnresolvedError(f"{self.beam}: no bent state next to the guess")
-
-    def carried(self, x: np.ndarray, r: np.ndarray, a: np.ndarray, f: np.ndarray) -> np.ndarray:
-        """m, P_x and P_y (k, 3) that balance the load of a guess, roughly."""
-        beam, h = self.beam, np.diff(x)
-        X, Y = r[:, 0] + beam.delta, r[:, 1]
-        turn, spin = beam.gamma**2, beam.spin_up
-        q = np.column_stack((turn * X + spin * Y, turn * Y - spin * X))
-        P = np.array([np.interp(beam.beta, x, q[:, k]) for k in (0, 1)])
-        P = beam.alpha * P * ((x <= beam.beta) & (x < 1))[:, None]
-        middle = (q[1:] + q[:-1]) / 2 * h[:, None]
-        P[:-1] += np.cumsum(middle[::-1], axis=0)[::-1]
-        bend = f * (P[:, 1] * np.cos(a) - P[:, 0] * np.sin(a))
-        m = np.append(np.cumsum(((bend[1:] + bend[:-1]) / 2 * h)[::-1])[::-1], 0.0)
-        return np.column_stack((m, P))
 
     def slopes(self, z: np.ndarray, f: np.ndarray) -> tuple[np.ndarray, dict, np.ndarray]:
         """z' without the load (elements, p, 6), its derivatives by z, and the stretch."""
@@ -176,7 +147,8 @@ class _Problem:
     def _stretch(self, m: np.ndarray, pull: np.ndarray, f: np.ndarray) -> np.ndarray:
         """f from the force along the beam, on the branch where it grows with the force; by Newton's
         method, through which small imaginary parts pass."""
-        (n, dn), p, mu2 = STRAIN[self.strain], POWER[self.curvature], self.beam.mu**2
+        n, dn = FORCE[self.strain], STIFFNESS[self.strain]
+        p, mu2 = POWER[self.curvature], self.beam.mu**2
         f = f.astype(m.dtype)
         for _ in range(60):
             excess = mu2 * n(f) + p * f ** (-p - 1) * m**2 / 2 - pull
@@ -194,5 +166,5 @@ class _Problem:
         mesh, (_, C, _) = self.mesh, self.slopes(z, f)
         A = (self.skeleton - mesh.integral(D, C) - self.load).tocsc()
         swirl = 2 * self.beam.gamma * coriolis * mesh.mass(D, {(4, 1): -1.0, (5, 0): 1.0})
-        B = mesh.mass(D, {(4, 0): 1.0, (5, 1): 1.0})
-        return -1j * eigen.lowest_growing(Pencil(A, B, mesh.moving(D, (0, 1)), swirl), count)
+        inertia = mesh.mass(D, {(4, 0): 1.0, (5, 1): 1.0})
+        return eigen.lowest_gyroscopic(Pencil(A, swirl, inertia), count, -1j)

@@ -5,31 +5,19 @@ Chebyshev points and, as a step, at the right end: the integrated form, so that 
 thin as the layers without loss of digits.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
-from numpy.polynomial import chebyshev
+from numpy.polynomial.chebyshev import chebint, chebpts1, chebvander
 from scipy.sparse import coo_array, csc_array
+
+from beamviz import Beam
 
 Coefficients = dict[tuple[int, int], np.ndarray]  # Y_a' holds coefficient[a, b] Y_b; (elements, p)
 Index = int | np.ndarray
-
-
-@dataclass(frozen=True)
-class Displacements:
-    """Where among the unknowns the displacements with inertia are, and that inertia."""
-
-    places: np.ndarray  # (k,)
-    inertia: np.ndarray  # (k,)
-
-    def weighted(self, y: np.ndarray) -> np.ndarray:
-        """The displacements in y times the root of their inertia."""
-        return np.sqrt(self.inertia) * y[self.places]
-
-    def lift(self, n: int) -> csc_array:
-        """Weighted displacements -> n unknowns."""
-        k = len(self.places)
-        return csc_array((1 / np.sqrt(self.inertia), (self.places, np.arange(k))), shape=(n, k))
 
 
 @dataclass(frozen=True)
@@ -46,12 +34,18 @@ class Mesh:
     points: int
     alpha: float
     mass_element: int | None  # the mass sits at the right end of this element
-    Q: np.ndarray  # (p + 1, p) values -> integrals from -1 to each point, and to 1
 
-    @property
+    @cached_property
     def x(self) -> np.ndarray:
         """The collocation points (elements, p)."""
-        return self.lefts[:, None] + self.lengths[:, None] / 2 * (chebyshev_points(self.points) + 1)
+        return self.lefts[:, None] + self.lengths[:, None] / 2 * (chebpts1(self.points) + 1)
+
+    @cached_property
+    def Q(self) -> np.ndarray:  # noqa: N802
+        """(p + 1, p): values at the points -> integrals from -1 to each point, and to 1."""
+        p, xi = self.points, chebpts1(self.points)
+        integrals = chebint(np.linalg.inv(chebvander(xi, p - 1)), lbnd=-1, axis=0)
+        return chebvander(np.append(xi, 1.0), p) @ integrals
 
     def size(self, d: int) -> int:
         """Number of unknowns, and of equations."""
@@ -109,28 +103,29 @@ class Mesh:
             total = total + self.matrix(d, row, column, unit * self.alpha)
         return total
 
-    def moving(self, d: int, displacements: tuple[int, ...]) -> Displacements:
-        """The unknowns numbered in `displacements` at the points and at the mass."""
-        e, i = np.ix_(range(len(self.lengths)), range(self.points))
-        places = self.unknown(d, e, i, 0).ravel()
-        inertia = np.outer(self.lengths / 2, self.Q[-1]).ravel()
+    @cached_property
+    def inertia(self) -> np.ndarray:
+        """Weights (size(1),) that integrate with rho, of left ends, points and tip."""
+        weights = np.zeros(self.size(1))
+        self.at_points(weights, 1)[..., 0] = np.outer(self.lengths / 2, self.Q[-1])
         if self.mass_element is not None:
-            places = np.append(places, self.unknown(d, self.mass_element + 1, -1, 0))
-            inertia = np.append(inertia, self.alpha)
-        return Displacements(
-            np.concatenate([places + a for a in displacements]),
-            np.tile(inertia, len(displacements)),
-        )
+            weights[self.unknown(1, self.mass_element + 1, -1, 0)] = self.alpha
+        return weights
 
 
-def chebyshev_points(p: int) -> np.ndarray:
-    """The roots of the p-th Chebyshev polynomial, ascending."""
-    return -np.cos((2 * np.arange(p) + 1) * np.pi / (2 * p))
-
-
-def integration(p: int) -> np.ndarray:
-    """(p + 1, p): values at the points -> integrals from -1 to each point, and to 1."""
-    xi = chebyshev_points(p)
-    to_coefficients = np.linalg.inv(chebyshev.chebvander(xi, p - 1))
-    integrals = chebyshev.chebint(np.eye(p), lbnd=-1, axis=0) @ to_coefficients
-    return chebyshev.chebvander(np.append(xi, 1.0), p) @ integrals
+def refined_mesh(
+    ends: list[float], beam: Beam, points: int, longest: Callable[[float, float, float], float]
+) -> Mesh:
+    """Elements from end to end, halved until the one of length h from x to x + h, at a distance to
+    the nearest end, is no longer than longest(x, h, distance)."""
+    found, todo = [], [(a, b - a) for a, b in pairwise(ends)]
+    while todo:
+        x, h = todo.pop()
+        distance = min(max(end - x - h, x - end, 0.0) for end in ends)
+        if h <= longest(x, h, distance):
+            found.append((x, h))
+        else:
+            todo += [(x, h / 2), (x + h / 2, h / 2)]
+    lefts, lengths = np.array(sorted(found)).T
+    mass = int(np.argmin(abs(lefts + lengths - beam.beta))) if beam.alpha and beam.beta else None
+    return Mesh(lefts, lengths, points, beam.alpha, mass)

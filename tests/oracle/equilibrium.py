@@ -10,9 +10,14 @@ from scipy.integrate import OdeSolution, solve_ivp
 from scipy.special import lambertw
 
 from beamviz.beam import Beam
-from oracle.collocation import Mesh, integration
+from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import UnresolvedError, factorised
 
+FORCE = {  # n(f)
+    "green": lambda f: (f * f - 1) * f / 2,
+    "biot": lambda f: f - 1,
+    "hencky": lambda f: np.log(f) / f,
+}
 STIFFNESS = {  # n'(f)
     "green": lambda f: (3 * f * f - 1) / 2,
     "biot": lambda f: 1 + 0 * f,
@@ -48,7 +53,7 @@ def stretch(strain: str, n: np.ndarray) -> np.ndarray:
     z = np.where(z > -1, z, np.nan)
     angle = np.arccos(np.clip(z, -1, 1)) / 3
     f = 2 / np.sqrt(3) * np.where(z < 1, np.cos(angle), np.cosh(np.arccosh(np.maximum(z, 1)) / 3))
-    return f - ((f * f - 1) * f / 2 - n) / STIFFNESS["green"](f)  # one step of Newton's
+    return f - (FORCE["green"](f) - n) / STIFFNESS["green"](f)  # one step of Newton's
 
 
 @lru_cache(maxsize=1)
@@ -128,29 +133,20 @@ def stable_tip(march: Callable, tip: float) -> float:
     raise NoStateError(f"none with its tip at {tip:g} or further in")
 
 
-def refined_mesh(
+def resolving_mesh(
     beam: Beam, strain: str, c: int, level: Resolution, pieces: tuple[Piece, ...]
 ) -> Mesh:
     """Elements halved until they resolve the local lengths of a first equilibrium."""
-    special = np.array([0.0] + [right for _, right, _ in pieces])
-    found, mass_element = [], None
-    for left, right, solution in pieces:
-        todo = [(left, right - left)]
-        while todo:
-            x, h = todo.pop()
-            away = np.min(np.maximum(np.maximum(special - x - h, x - special), 0))
-            state = solution(x + h * np.linspace(0, 1, 9))
-            shortest = np.min(local_length(state, beam, strain, c))
-            longest = 0.15 if np.min(state[1]) > -1 else min(0.15, WAVES * level.layers * shortest)
-            if h <= min(longest, max(level.ratio * away, level.layers * shortest)):
-                found.append((x, h))
-            else:
-                todo += [(x + h / 2, h / 2), (x, h / 2)]
-        if beam.alpha > 0 and right == beam.beta:
-            mass_element = len(found) - 1
-    lefts, lengths = np.array(found).T
-    p = level.points
-    return Mesh(lefts, lengths, p, beam.alpha, mass_element, integration(p))
+
+    def longest(x: float, h: float, distance: float) -> float:
+        (solution,) = (run for left, right, run in pieces if left <= x + h / 2 <= right)
+        state = solution(x + h * np.linspace(0, 1, 9))
+        shortest = level.layers * np.min(local_length(state, beam, strain, c))
+        most = 0.15 if np.min(state[1]) > -1 else min(0.15, WAVES * shortest)
+        return min(most, max(level.ratio * distance, shortest))
+
+    ends = [0.0] + [right for _, right, _ in pieces]
+    return refined_mesh(ends, beam, level.points, longest)
 
 
 def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarray:
@@ -168,7 +164,12 @@ def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarr
 def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) -> np.ndarray:
     """All X and N (n,), by Newton's method on the collocated equations."""
     x = np.append(np.column_stack([mesh.lefts, mesh.x]), 1.0)
-    y = initial_values(x, pieces)
+    y = np.empty((len(x), 2))  # X, N
+    for left, right, solution in pieces:
+        here = (x >= left) & (x <= right)
+        y[here] = solution(x[here])[:2].T
+    y[-1, 1] = 0.0
+    y = y.ravel()
     load = mesh.mass(2, {(1, 0): -(beam.gamma**2)})
     linear = mesh.differences(2) - load
     stretching = mesh.integral(2, {(0, 0): np.ones_like(mesh.x)})
@@ -185,13 +186,3 @@ def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) 
         if np.all(np.abs(step).reshape(-1, 2) <= 1e-12 * np.max(np.abs(y.reshape(-1, 2)), axis=0)):
             return y
     raise UnresolvedError(f"{beam.numbers}: the equilibrium does not settle")
-
-
-def initial_values(x: np.ndarray, pieces: tuple[Piece, ...]) -> np.ndarray:
-    """(X, N) at x, flat; x ascending, and nothing pulls at the tip."""
-    values = np.empty((len(x), 2))
-    for left, right, solution in pieces:
-        here = (x >= left) & (x <= right)
-        values[here] = solution(x[here])[:2].T
-    values[-1, 1] = 0.0
-    return values.ravel()
