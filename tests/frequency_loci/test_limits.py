@@ -135,15 +135,19 @@ def test_a_limit_at_zero_is_found_in_a_few_solves(watched):
     assert len(solved) < 75
 
 
-def test_loss_of_stability():
-    """An inward beam, delta -1, buckles near gamma 2.97; B1 continues with a growth rate."""
-    found = loci(INWARD, "gamma", np.linspace(0, 6, 61))
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_loss_of_stability(coriolis):
+    """An inward beam, delta -1, buckles at gamma 2.996; B1 continues with a growth rate, omega^2
+    passes through zero without a jump."""
+    found = loci(INWARD, "gamma", np.linspace(0, 6, 61), coriolis=coriolis)
     (limit,) = found.limits
     assert (limit.kind, limit.stop) == ("unstable", 6)
-    assert limit.start == pytest.approx(2.97, abs=0.03)
+    assert limit.start == pytest.approx(2.996, abs=1e-3)
     below, above = (solve(INWARD.replace(gamma=limit.start * x)) for x in (1 - 1e-7, 1 + 1e-7))
     assert (below.equilibrium.status, above.equilibrium.status) == ("stable", "unstable")
-    first = found.branches[0]
+    first = found["B1"]
+    assert abs(np.diff(first.omega_squared, 2)).max() < 1
+    assert len(found.branches) == 5
     unstable = found.values > limit.start
     assert np.isnan(first.frequency[unstable]).all()
     assert (first.growth_rate[unstable] > 0).all()
@@ -156,14 +160,6 @@ def test_a_mode_at_the_onset_of_instability_may_have_no_frequency_at_all():
     beam = Beam(gamma=3.59743089612066, mu=22.860510460066713)
     found = loci(beam, "delta", [-1, 3], 9, coriolis=True, strain="hencky")
     assert found.limits[0].stop == pytest.approx(-0.73235600579, abs=1e-9)
-
-
-def test_modes_are_followed_through_buckling_with_coriolis():
-    """omega^2 passes through zero without a jump."""
-    found = loci(INWARD, "gamma", np.linspace(0, 6, 61), coriolis=True)
-    assert found.limits[0].start == pytest.approx(2.996, abs=1e-3)
-    assert abs(np.diff(found["B1"].omega_squared, 2)).max() < 1
-    assert len(found.branches) == 5
 
 
 @pytest.mark.slow
@@ -236,10 +232,13 @@ def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     }
 
 
-def test_a_kink_of_a_gap_is_no_crossing():
-    """Where the beam buckles the gap between S1 and B4 grows suddenly; it is 10 and more."""
-    found = loci(INWARD, "gamma", np.linspace(2.9, 3.1, 9), state="stable")
+@pytest.mark.parametrize("values", [np.linspace(2.9, 3.1, 9), np.linspace(2, 5, 31)])
+def test_a_kink_of_a_gap_is_no_crossing(values):
+    """Where the beam buckles the gap between S1 and B4 is least, 10, and grows suddenly."""
+    found = loci(INWARD, "gamma", values, state="stable")
     assert [event.kind for event in found.events] == ["buckling"]
+    assert len(found.branches) == 5
+    assert (found["S1"].frequency < found["B4"].frequency).all()
 
 
 FOLDING = Beam(4.656, 1, 5.341, -0.09663, 194.4)

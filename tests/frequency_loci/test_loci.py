@@ -1,46 +1,19 @@
-"""loci(): branches and their labels, crossings and veerings of random beams, wrong input, and the
-result: branches by label, the branch of each mode, text, pickling."""
+"""loci(): branches and their labels, wrong input, and the result: branches by label, the branch of
+each mode, text, pickling."""
 
 import math
 import pickle
 import re
-from itertools import combinations
 
 import numpy as np
 import pytest
-from helpers import slow, sorted_frequencies
+from helpers import sorted_frequencies
 
-from beamviz import Beam, InvalidInput, loci, solve, solve_many
-from beamviz.beam import PARAMETERS
+from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.frequency_loci import Event, close_up, sweep
-from beamviz.frequency_loci.crossings import CLOSE, ROTATED
 
 TIP = Beam(alpha=1, beta=1)
 FEW_TERMS = "modes = 5: at most 3 with terms = 3; ask for more"
-
-
-@pytest.mark.parametrize("coriolis", [False, True])
-@pytest.mark.parametrize(
-    ("beam", "over", "stop"),
-    [(TIP, "gamma", 40), (Beam(gamma=8), "alpha", 3), (Beam(alpha=2, gamma=5), "beta", 1)],
-)
-def test_branches_are_the_lowest_modes(beam, over, stop, coriolis):
-    """At every value the branches together are exactly the modes of solve()."""
-    values = np.linspace(0, stop, 15)
-    found = loci(beam, over, values, modes=6, coriolis=coriolis)
-    rows = sorted_frequencies(found)
-    for value, row in zip(values, rows, strict=True):
-        exact = solve(beam.replace(**{over: value}), modes=6, coriolis=coriolis).frequencies
-        assert row[:6] == pytest.approx(exact, rel=2e-6)
-        assert np.isnan(row[6:]).all()
-
-
-def test_labels_without_coriolis():
-    """Families are uncoupled: a branch has the label of its modes at every value."""
-    found = loci(Beam(alpha=20, gamma=5), "beta", np.linspace(0, 1, 81), modes=8)
-    for branch in found.branches:
-        for solution, place in zip(branch.solutions, branch.mode_index, strict=True):
-            assert place < 0 or solution.labels[place] == branch.label
 
 
 def test_a_family_changes_along_a_branch_with_coriolis():
@@ -91,94 +64,6 @@ def test_events_do_not_depend_on_the_points(beam, over, stop, coriolis):
         for a, b in zip(few.events, other.events, strict=True):
             assert (a.kind, a.branches) == (b.kind, b.branches)
             assert (a.at, a.gap, a.index) == pytest.approx((b.at, b.gap, b.index), rel=1e-6)
-
-
-def random_beam(chance):
-    """A beam, what to sweep and from where to where."""
-    over = chance.choice(list(PARAMETERS))
-    beam = Beam(
-        alpha=1 + chance.random()
-        if over == "beta"
-        else chance.choice([0, 10 ** chance.uniform(-1, 1.5)]),
-        beta=chance.choice([1.0, chance.uniform(0.1, 1)]),
-        gamma=chance.uniform(0, 40),
-        delta=chance.choice([0, chance.uniform(0, 2)]),
-        mu=10 ** chance.uniform(1.6, 2.5),
-    )
-    ranges = {
-        "alpha": (0, 4),
-        "beta": (0.05, 1),
-        "gamma": (0, 50),
-        "delta": (0, 2),
-        "mu": (30, 250),
-    }
-    return beam, str(over), *ranges[over]
-
-
-def truth(beam, over, values, modes):
-    """The changes of the order of labels on a dense grid: no tracking, no shapes."""
-    solutions = solve_many([beam.replace(**{over: value}) for value in values], modes=modes)
-    orders = [{label: k for k, label in enumerate(one.labels)} for one in solutions]
-    return [
-        ({one, other}, value)
-        for value, now, then in zip(values, orders, orders[1:], strict=False)
-        for one, other in combinations(sorted({*now, *then}), 2)
-        if np.prod([order.get(one, modes) - order.get(other, modes) for order in (now, then)]) < 0
-    ]
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_crossings_of_random_beams(seed):
-    """On a coarse grid: the crossings of a dense one, each within its step of that."""
-    beam, over, low, high = random_beam(np.random.default_rng(seed))
-    dense = np.linspace(low, high, 601)
-    expected = truth(beam, over, dense, 5)
-    found = [e for e in loci(beam, over, np.linspace(low, high, 31)).events if e.kind == "crossing"]
-    assert [set(event.branches) for event in found] == [pair for pair, _ in expected]
-    for event, (_, at) in zip(found, expected, strict=True):
-        assert at - 1e-6 <= event.at <= at + (high - low) / 600 + 1e-6
-        (two,) = {tuple(sorted(event.branches))}
-        solution = solve(beam.replace(**{over: event.at}), modes=6, tolerance=1e-9)
-        f = [solution.frequencies[solution.labels.index(label)] for label in two]
-        assert f[0] == pytest.approx(f[1], rel=1e-5)
-        assert event.frequency == pytest.approx(f[0], rel=1e-5)
-
-
-def exchanged(first, last, k, modes):
-    """The share of mode k that is mode k + 1 at the other end, by mass-weighted shapes."""
-    x, w = np.polynomial.legendre.leggauss(40)
-    x, w = (x + 1) / 2, w / 2
-    shapes = []
-    for solution, mode in ((first, k), (last, k + 1)):
-        mass = solution.beam.alpha**0.5 * solution.shape(mode, np.array([solution.beam.beta]))
-        shapes.append(np.concatenate((np.sqrt(w)[:, None] * solution.shape(mode, x), mass)))
-    return abs((shapes[0].conj() * shapes[1]).sum()) ** 2
-
-
-@pytest.mark.parametrize("seed", [2, 3, *slow(0, 1, 4, 5, 6, 7)])
-def test_veerings_of_random_beams(seed):
-    """With Coriolis, on a dense grid: a veering is where the gap of two neighbours has a small
-    minimum and the shapes are exchanged between the greatest gaps before and after; there is none
-    where they are clearly not exchanged."""
-    beam, over, low, high = random_beam(np.random.default_rng(100 + seed))
-    dense = np.linspace(low, high, 801)
-    solutions = [solve(beam.replace(**{over: x}), modes=5, coriolis=True) for x in dense]
-    f = np.array([solution.frequencies for solution in solutions])
-    found = [e.at for e in loci(beam, over, np.linspace(low, high, 41), coriolis=True).events]
-    for k in range(4):
-        gap = f[:, k + 1] - f[:, k]
-        for i in np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] < gap[2:])) + 1:
-            start, stop = i, i
-            while start > 0 and gap[start - 1] >= gap[start]:
-                start -= 1
-            while stop < 800 and gap[stop + 1] >= gap[stop]:
-                stop += 1
-            share = exchanged(solutions[start], solutions[stop], k, 5)
-            near = [at for at in found if dense[i - 1] <= at <= dense[i + 1]]
-            if share > 0.6 and gap[i] < 0.8 * CLOSE * f[i, k]:
-                assert near, (k, dense[i], share)
-            if share < 0.5 * math.sin(ROTATED) ** 2 or gap[i] > 1.2 * CLOSE * f[i, k + 1]:
-                assert not near, (k, dense[i], share)
 
 
 def test_solutions_are_solved_for_when_asked(monkeypatch):
@@ -296,13 +181,19 @@ def test_a_branch_by_its_label(tip):
         tip["B9"]
 
 
-@pytest.mark.parametrize("modes", [3, 5])
-def test_labels_at_any_value(modes):
+@pytest.mark.parametrize(
+    ("beam", "over", "stop", "modes", "others"),
+    [
+        *((TIP, "gamma", 20, modes, [3.3, 4.4, 4.464, 4.465, 16.3, 16.33]) for modes in (3, 5)),
+        (Beam(alpha=20, gamma=5), "beta", 1, 8, [0.333, 0.777]),
+    ],
+)
+def test_labels_at_any_value(beam, over, stop, modes, others):
     """Without Coriolis they are those of a solution there: bending and stretching, counted; at a
     value of the sweep they are the inverse of mode_index, also where a branch leaves the modes."""
-    found = loci(TIP, "gamma", np.linspace(0, 20, 21), modes)
-    for value in (0, 3.3, 4.4, 4.464, 4.465, 5, 16.3, 16.33, 17.5, 20):
-        assert found.labels_at(value) == solve(TIP.replace(gamma=value), modes).labels
+    found = loci(beam, over, np.linspace(0, stop, 41), modes)
+    for value in [*others, *found.values]:
+        assert found.labels_at(value) == solve(beam.replace(**{over: value}), modes).labels
     for i, value in enumerate(found.values):
         indices = {branch.label: branch.mode_index[i] for branch in found.branches}
         here = {label: k for label, k in indices.items() if k >= 0}

@@ -3,13 +3,17 @@
 BEAMVIZ_CHARTS sets the number of charts (hundreds take minutes).
 """
 
+import math
 import os
+from itertools import combinations
 
 import numpy as np
 import pytest
 from helpers import slow
+from scipy.signal import argrelmax, argrelmin
 
 from beamviz import Beam, BeamvizError, loci, solve, solve_many
+from beamviz.frequency_loci.crossings import CLOSE, ROTATED
 from beamviz.frequency_loci.forced_response import resonances
 
 SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "20"))))]
@@ -98,6 +102,74 @@ def test_few_points_have_the_events_of_many(seed):
         assert [(e.kind, e.branches) for e in few] == [(e.kind, e.branches) for e in many]
         at = np.array([[e.at for e in events] for events in (few, many)])
         assert np.allclose(*at, rtol=0, atol=1e-5 * np.ptp(ends))
+
+
+def outward_chart(seed, *names):
+    """A beam in tension, what is swept, and from where to where: all beams have a stable state."""
+    beam, over, values, *_ = random_chart(seed, *names)
+    return beam.replace(delta=abs(beam.delta)), over, *abs(values[[0, -1]])
+
+
+def exchanges_of_order(beam, over, values, modes):
+    """The changes of the order of labels on a dense grid: no tracking, no shapes."""
+    solutions = solve_many([beam.replace(**{over: value}) for value in values], modes=modes)
+    orders = [{label: k for k, label in enumerate(one.labels)} for one in solutions]
+    return [
+        ({one, other}, value)
+        for value, now, then in zip(values, orders, orders[1:], strict=False)
+        for one, other in combinations(sorted({*now, *then}), 2)
+        if np.prod([order.get(one, modes) - order.get(other, modes) for order in (now, then)]) < 0
+    ]
+
+
+@pytest.mark.parametrize("seed", [*range(9), *slow(*range(9, 24))])
+def test_crossings_of_random_beams(seed):
+    """On a coarse grid: the crossings of a dense one, each within its step of that."""
+    beam, over, low, high = outward_chart(seed)
+    dense = np.linspace(low, high, 601)
+    expected = exchanges_of_order(beam, over, dense, 5)
+    found = [e for e in loci(beam, over, np.linspace(low, high, 31)).events if e.kind == "crossing"]
+    assert [set(event.branches) for event in found] == [pair for pair, _ in expected]
+    for event, (_, at) in zip(found, expected, strict=True):
+        assert at - 1e-6 <= event.at <= at + (high - low) / 600 + 1e-6
+        solution = solve(beam.replace(**{over: event.at}), modes=6, tolerance=1e-9)
+        f = [solution.frequencies[solution.labels.index(label)] for label in event.branches]
+        assert f[0] == pytest.approx(f[1], rel=1e-5)
+        assert event.frequency == pytest.approx(f[0], rel=1e-5)
+
+
+def exchanged(first, last, k, modes):
+    """The share of mode k that is mode k + 1 at the other end, by mass-weighted shapes."""
+    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = (x + 1) / 2, w / 2
+    shapes = []
+    for solution, mode in ((first, k), (last, k + 1)):
+        mass = solution.beam.alpha**0.5 * solution.shape(mode, np.array([solution.beam.beta]))
+        shapes.append(np.concatenate((np.sqrt(w)[:, None] * solution.shape(mode, x), mass)))
+    return abs((shapes[0].conj() * shapes[1]).sum()) ** 2
+
+
+@pytest.mark.parametrize("seed", [7, 14, *slow(0, 3, 6, 11, 18, 21)])
+def test_veerings_of_random_beams(seed):
+    """With Coriolis, on a dense grid: a veering is where the gap of two neighbours has a small
+    minimum and the shapes are exchanged between the greatest gaps before and after; there is none
+    where they are clearly not exchanged."""
+    beam, over, low, high = outward_chart(seed, "gamma", "alpha", "beta", "delta")
+    dense = np.linspace(low, high, 801)
+    solutions = [solve(beam.replace(**{over: x}), modes=5, coriolis=True) for x in dense]
+    f = np.array([solution.frequencies for solution in solutions])
+    found = [e.at for e in loci(beam, over, np.linspace(low, high, 41), coriolis=True).events]
+    for k in range(4):
+        gap = f[:, k + 1] - f[:, k]
+        greatest = np.array([0, *argrelmax(gap)[0], 800])
+        for i in argrelmin(gap)[0]:
+            start, stop = greatest[greatest < i][-1], greatest[greatest > i][0]
+            share = exchanged(solutions[start], solutions[stop], k, 5)
+            near = [at for at in found if dense[i - 1] <= at <= dense[i + 1]]
+            if share > 0.6 and gap[i] < 0.8 * CLOSE * f[i, k]:
+                assert near, (k, dense[i], share)
+            if share < 0.5 * math.sin(ROTATED) ** 2 or gap[i] > 1.2 * CLOSE * f[i, k + 1]:
+                assert not near, (k, dense[i], share)
 
 
 def dense_resonances(beam, stop, modes, **options):
