@@ -106,10 +106,16 @@ LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate
     [
         ("import beamviz", "beamviz", {"numpy", "scipy", *VIEWERS}),
         ('from beamviz.cli import main; main(["modes"])', "scipy.linalg", LIBRARIES | VIEWERS),
+        (
+            "from beamviz import Beam, solve; beam = Beam(alpha=1, beta=0.5, gamma=10);"
+            "[solve(beam, state=state, coriolis=True) for state in ('straight', 'stable')]",
+            *("beamviz.solver", {"beamviz.solver.bent"}),
+        ),
     ],
 )
 def test_nothing_is_loaded_that_is_not_used(code, used, unused):
-    """Neither by the package nor by a solve, which needs of scipy its LAPACK only."""
+    """Neither by the package nor by a solve, which needs of scipy its LAPACK only, and of bent
+    states nothing while the straight one is stable."""
     command = [sys.executable, "-c", f"{code}; import sys; print(*sys.modules, file=sys.stderr)"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = set(done.stderr.split())

@@ -16,20 +16,14 @@ TURN = np.array([[0, -1], [1, 0]])  # I~
 SOFT = 10.0  # slenderness: bending is a hundredth of stretching, not a five-thousandth
 
 
-def bent(seed):
-    """A random state far from straight: tens of degrees, tens of percent of stretch."""
-    noise = np.random.default_rng(seed).standard_normal((len(NODES), 4))
-    straight = PlanarBeam(NODES, Beam(), Problem()).unstressed
-    return straight + (noise * [0.05, 0.05, 0.25, 0.4]).ravel()
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_force_and_tangent_of_the_paper(seed):
     """The force of a green beam with spatial curvature is the paper's eq. 17, term by term, and
     the tangent its eq. 44, with its one unsymmetric term, -6 Gamma q q' S'S', made symmetric: as
     printed it is not the derivative of eq. 17."""
     model = PlanarBeam(NODES, Beam(mu=SOFT), Problem())
-    q_e = element_coordinates(bent(seed), 4)
+    noise = np.random.default_rng(seed).standard_normal((len(NODES), 4)) * [0.05, 0.05, 0.25, 0.4]
+    q_e = element_coordinates(model.unstressed + noise.ravel(), 4)  # tens of degrees and percent
     paper = [paper_element(e, q, SOFT) for e, q in enumerate(q_e)]
     Q_f, K = map(np.array, zip(*paper, strict=True))
     assert model.force(q_e) == pytest.approx(-Q_f, abs=1e-12 * np.abs(Q_f).max())

@@ -2,16 +2,15 @@
 
 import json
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers import slow
 from oracle.error_bars import Scene, bent_verdict, random_bent_scene
 
-from beamviz import Beam, InvalidInput, NoEquilibrium, loci, solve
+from beamviz import Beam, InvalidInput, NoEquilibrium, solve
 from beamviz.solver import solve_many
 
 BUCKLING = 2.9960  # gamma at delta = -1, mu = 70 (green, spatial)
@@ -78,36 +77,20 @@ def test_the_stable_state_along_the_speed():
 
 
 @pytest.mark.parametrize(
-    ("beam", "options", "message"),
+    ("beam", "options", "error", "message"),
     [
-        (SPINS_UP, {"state": "straight"}, "spin_up = 10: there is no straight state"),
-        (SPINS_UP, {"plane": "flapwise"}, "use chordwise"),
-        (INWARD, {"method": "foac"}, "foac has no bent states; use auto or ancf-planar"),
-        (INWARD, {"softening": False}, "cannot be switched off"),
-        (INWARD, {"state": "folded"}, "must be one of straight, bent, stable"),
+        (SPINS_UP, {"state": "straight"}, InvalidInput, "spin_up = 10: there is no straight state"),
+        (SPINS_UP, {"plane": "flapwise"}, InvalidInput, "use chordwise"),
+        (INWARD, {"method": "foac"}, InvalidInput, "foac has no bent .*; use auto or ancf-planar"),
+        (INWARD, {"softening": False}, InvalidInput, "cannot be switched off"),
+        (INWARD, {"state": "folded"}, InvalidInput, "must be one of straight, bent, stable"),
+        (Beam(delta=-1, gamma=2), {}, NoEquilibrium, "the straight one is stable"),
     ],
 )
-def test_what_has_no_bent_state_says_so(beam, options, message):
-    """Wrong input names the value and the remedy."""
-    with pytest.raises(InvalidInput, match=message):
+def test_what_has_no_bent_state_says_so(beam, options, error, message):
+    """Wrong input names the value and the remedy; a stable straight beam is physics, not input."""
+    with pytest.raises(error, match=message):
         solve(beam, **{"state": "bent", **options})
-
-
-def test_a_straight_beam_imports_nothing_of_bent_ones():
-    """By default, and where the stable state is asked for."""
-    code = (
-        "import sys; from beamviz import Beam, solve; beam = Beam(alpha=1, beta=0.5, gamma=10);"
-        "[solve(beam, state=state, coriolis=True) for state in ('straight', 'stable')];"
-        "print('beamviz.solver.bent' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "False"
-
-
-def test_a_stable_straight_beam_has_no_bent_state():
-    """That is physics, not input."""
-    with pytest.raises(NoEquilibrium, match="the straight one is stable"):
-        solve(Beam(delta=-1, gamma=2), state="bent")
 
 
 def test_no_state_beyond_the_limit_of_the_law():
@@ -233,11 +216,11 @@ def test_the_command_line(run):
     assert run("modes", "--delta=-1", "--gamma", "2", "--state", "bent")[0] == 3
 
 
-def test_a_spin_up_is_in_every_file(run, tmp_path):
+def test_a_spin_up_is_in_every_file(run, tmp_path, steel):
     """Numbers, page and model of the beam that spins up; in SI units an angular acceleration."""
-    options = ("--gamma", "5", "--state", "stable")
+    beam = ("--gamma", "5", "--state", "stable")
     for name in ("a.npz", "a.html"):
-        code, _, err = run("export", str(tmp_path / name), *options, "--spin-up", "10")
+        code, _, err = run("export", str(tmp_path / name), *beam, "--spin-up", "10")
         assert code == 0, err
     with np.load(tmp_path / "a.npz") as arrays:
         assert dict(zip(arrays["beam_names"], arrays["beam"], strict=True))["spin_up"] == 10
@@ -245,31 +228,17 @@ def test_a_spin_up_is_in_every_file(run, tmp_path):
     page = (tmp_path / "a.html").read_text()
     assert "λ = 10" in page
     assert "spin_up = 10" in page
-    loci_options = (*options[2:], "--over", "spin_up", "--start", "0", "--stop", "10", "--points")
-    chart = json.loads(run("loci", "--gamma", "5", *loci_options, "5", "--format", "json")[1])
+    over = ("--over", "spin_up", "--start", "0", "--stop", "10", "--points", "5")
+    chart = json.loads(run("loci", *beam, *over, "--format", "json")[1])
     assert chart["branches"][0]["frequency"][-1] == pytest.approx(4.2092623, abs=1e-7)
-    sizes = {"length": 2.0, "density": 1.0, "area": 1.0, "second_moment": 4 / 70**2}
-    si = sizes | {"youngs_modulus": 1e4, "rotation_speed": 1.0, "angular_acceleration": 0.2}
-    file = tmp_path / "beam.toml"
-    file.write_text("".join(f"{key} = {value}\n" for key, value in si.items()))
+    file = Path(steel)
+    file.write_text(f"{file.read_text()}angular_acceleration = 200\n")
     beam = json.loads(run("modes", "--si", file, "--state", "bent", "--format", "json")[1])["beam"]
-    assert beam["spin_up"] == pytest.approx(0.2 * (2 * 70 / 1e2) ** 2)
-    file.write_text("[si]\n" + file.read_text().replace("0.2", "2e3"))
+    assert beam["spin_up"] == pytest.approx(200 * 7850 * 4e-4 * 2**4 / (2.1e11 * 1.2e-8))
+    file.write_text("[si]\n" + file.read_text().replace("200", "2e5"))
     code, _, err = run("screenshot", "a.png", "--scene", file)
     assert code == 2
-    assert "angular_acceleration T*^2 = spin_up = 3920" in err
-
-
-def test_loci_through_buckling():
-    """B1 is one branch from the straight beam to the bent one. S1 and B4, closest where the beam
-    buckles, do not cross there: the kink of the loci is no root of their difference."""
-    chart = loci(Beam(delta=-1), "gamma", np.linspace(2, 5, 31), modes=5, state="stable")
-    branch = chart["B1"].frequency
-    assert len(chart.branches) == 5
-    assert np.isfinite(branch).all()
-    assert 9 <= branch.argmin() <= 11
-    assert [event.kind for event in chart.events] == ["buckling"]
-    assert (chart["S1"].frequency < chart["B4"].frequency).all()
+    assert "angular_acceleration T*^2 = spin_up = 3987.30" in err
 
 
 @pytest.mark.parametrize("seed", [*range(8), *slow(*range(8, 30))])

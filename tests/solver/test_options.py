@@ -64,18 +64,15 @@ WRONG = [
 
 @pytest.mark.parametrize(("options", "message"), WRONG)
 def test_wrong_options_are_named(options, message):
-    """The error names the option, the value and what is allowed; the same for one beam and many."""
-    for call in (lambda: solve(BEAM, **options), lambda: solve_many([BEAM], **options)):
+    """The error names the option, the value and what is allowed; the same for one beam, for many
+    and for loci."""
+    for function, *arguments in (
+        (solve, BEAM),
+        (solve_many, [BEAM]),
+        (loci, BEAM, "gamma", [1, 2]),
+    ):
         with pytest.raises(InvalidInput) as caught:
-            call()
-        assert str(caught.value).startswith(message)
-
-
-def test_wrong_options_of_loci_are_named():
-    """By the same messages."""
-    for options, message in (WRONG[0], WRONG[-2], WRONG[-1]):
-        with pytest.raises(InvalidInput) as caught:
-            loci(BEAM, "gamma", [1, 2], **options)
+            function(*arguments, **options)
         assert str(caught.value).startswith(message)
 
 
@@ -91,20 +88,14 @@ def test_every_method_accepts_coriolis_out_of_plane():
     assert with_them.frequencies.tolist() == solve(BEAM, **options).frequencies.tolist()
 
 
-def by_family(solution):
-    """Frequencies of bending and of stretching modes."""
-    bending = np.array(solution.families) == "bending"
-    return solution.frequencies[bending], solution.frequencies[~bending]
-
-
 @pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
 def test_without_softening_every_square_is_higher_by_gamma_squared(plane):
     """The softening is a multiple of the mass; flapwise bending has none to leave out."""
     options = {"modes": 6, "plane": plane, "tolerance": 1e-10}
     whole, without = (solve(SWITCHED, softening=on, **options) for on in (True, False))
-    softens = (plane == "chordwise", True)
-    for a, b, soft in zip(by_family(whole), by_family(without), softens, strict=True):
-        np.testing.assert_allclose(b**2, a**2 + SWITCHED.gamma**2 * soft, rtol=1e-9 * soft)
+    for family, soft in (("bending", plane == "chordwise"), ("stretching", True)):
+        a, b = (one.omega_squared[np.array(one.families) == family] for one in (whole, without))
+        np.testing.assert_allclose(b, a + SWITCHED.gamma**2 * soft, rtol=1e-9 * soft)
 
 
 def test_without_stiffening_a_slender_beam_softens_only():

@@ -14,29 +14,19 @@ from beamviz import Beam, solve
 RIGID = 10000.0  # slenderness; stretch is (gamma / mu)^2 = 1e-6 at most in the rigid tables
 
 
-def cantilever_at_rest(alpha: float) -> np.ndarray:
-    """omega (4,) of bending with a tip mass, b^2 with 1 + cos b cosh b = alpha b (sin b cosh b -
-    cos b sinh b) (Blevins)."""
+@pytest.mark.parametrize("alpha", [0.0, 0.01, 1.0, 100.0])
+def test_tip_mass_at_rest_in_closed_form(alpha):
+    """Blevins's characteristic equation of a cantilever with a tip mass, omega = b^2 with 1 + cos b
+    cosh b = alpha b (sin b cosh b - cos b sinh b)."""
 
     def characteristic(b):  # divided by cosh b
         tip = alpha * b * (np.sin(b) - np.cos(b) * np.tanh(b))
         return 1 / np.cosh(b) + np.cos(b) - tip
 
-    b = np.linspace(0.05, 14, 4000)
-    found = np.flatnonzero(np.diff(np.sign(characteristic(b))))[:4]
-    return np.array([brentq(characteristic, b[i], b[i + 1], xtol=1e-14) for i in found]) ** 2
-
-
-def bar_at_rest(alpha: float) -> float:
-    """The least z with z tan z = 1 / alpha, omega = mu z of stretching with a tip mass."""
-    return brentq(lambda z: alpha * z * np.sin(z) - np.cos(z), 1e-6, np.pi / 2 + 1e-9)
-
-
-@pytest.mark.parametrize("alpha", [0.0, 0.01, 1.0, 100.0])
-def test_tip_mass_at_rest_in_closed_form(alpha):
-    """Blevins's characteristic equation of a cantilever with a tip mass."""
-    solution = solve(Beam(alpha=alpha, mu=RIGID), 4)
-    assert np.all(abs(solution.frequencies - cantilever_at_rest(alpha)) <= solution.errors)
+    solution, b = solve(Beam(alpha=alpha, mu=RIGID), 4), np.linspace(0.05, 14, 4000)
+    places = np.flatnonzero(np.diff(np.sign(characteristic(b))))[:4]
+    exact = [brentq(characteristic, b[i], b[i + 1], xtol=1e-14) ** 2 for i in places]
+    assert np.all(abs(solution.frequencies - exact) <= solution.errors)
 
 
 @pytest.mark.parametrize("alpha", [0.0, 0.3, 1.0, 30.0])
@@ -44,7 +34,8 @@ def test_stretching_at_rest_in_closed_form(alpha):
     """omega = mu z with z tan z = 1 / alpha: 109.9557 and 60.2234 at alpha 0 and 1, mu 70."""
     solution = solve(Beam(alpha=alpha), tolerance=1e-8)
     found = solution.frequencies[solution.labels.index("S1")]
-    assert found == pytest.approx(70 * bar_at_rest(alpha), rel=1e-8)
+    z = brentq(lambda z: alpha * z * np.sin(z) - np.cos(z), 1e-6, np.pi / 2 + 1e-9)
+    assert found == pytest.approx(70 * z, rel=1e-8)
 
 
 def test_diverging_iterations_give_no_warnings():
