@@ -96,11 +96,11 @@ def has_pip(venv: Path) -> bool:
     return python.exists() and run_quietly([python, "-m", "pip", "--version"])
 
 
-def run_quietly(command: Sequence[str | Path], timeout: float = 60) -> bool:
+def run_quietly(command: Sequence[str | Path]) -> bool:
     """Whether a command ends well, its output dropped."""
     try:
         quiet = subprocess.DEVNULL
-        return run(command, quiet, stderr=quiet, timeout=timeout).returncode == 0
+        return run(command, quiet, stderr=quiet, timeout=60).returncode == 0
     except (OSError, subprocess.TimeoutExpired):
         return False
 

@@ -5,11 +5,17 @@ import argparse
 import os
 import sys
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 ROOT = Path(__file__).resolve().parent.parent
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a solve is measured, not its threads' waits
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+
+def print_row(name: str, *cells: Any) -> None:
+    """A line of a table: a name and its values or their headings, numbers to four digits."""
+    texts = (f"{cell:.4g}" if isinstance(cell, float) else str(cell) for cell in cells)
+    print(f"{name:40}" + "".join(f"{text:>14}" for text in texts), flush=True)
 
 
 class Parser(argparse.ArgumentParser):
@@ -29,11 +35,3 @@ def count(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text}: must be at least 1")
     return number
-
-
-def duration(text: str) -> float:
-    """The type of an argument that is a time [s]."""
-    seconds = float(text)
-    if not 0 < seconds < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text}: must be above 0, and finite")
-    return seconds

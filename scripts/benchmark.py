@@ -10,7 +10,7 @@ elements  the paper's elements: equilibrium and assembly per element, which shou
 sweeps    201 points with 6 modes against 201 separate solves
 bent      a bent solve, without a start and from a neighbour's state, against a straight one that
           has at least as many unknowns
-loci      charts of 201 and 2001 points, 6 modes, with every crossing and veering located, beside
+charts    charts of 201 and 2001 points, 6 modes, with every crossing and veering located, beside
           bare batched numpy.linalg.eigh of 201 matrices of 20 x 20
 peers     201 speeds against the closest peer, Exudyn (`pip install exudyn`, not needed for anything
           else): the same planar cubic elements, with the engineering strain and the material
@@ -31,6 +31,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from io import BytesIO
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -78,27 +79,25 @@ POINTS, MODES = 201, 6  # of sweeps and charts
 
 
 def solves() -> None:
-    head = f"{'default solve':32}{'us':>8}{'unknowns':>10}"
-    print(f"{head}{'/ eigh':>8}{'/ LAPACK':>10}")
+    _script.print_row("default solve", "us", "unknowns", "/ eigh", "/ LAPACK")
     for name, beam in SCENES.items():
-        found, seconds = lapack_ratios(beam), least_time(partial(solve, beam))
-        print(
-            f"{name:32}{1e6 * seconds:8.0f}{solve(beam).stats.dof:10}"
-            f"{found['eigh']:8.1f}{found['bare_lapack']:10.1f}"
-        )
+        ratios, seconds = lapack_ratios(beam), least_time(partial(solve, beam))
+        dof = solve(beam).stats.dof
+        _script.print_row(name, 1e6 * seconds, dof, ratios["eigh"], ratios["bare_lapack"])
 
 
 def elements() -> None:
     def equilibrium(count: int) -> None:
         straight_equilibrium(PlanarBeam(np.linspace(0, 1, count + 1), MIDDLE, Problem()))
 
-    print(f"{'ancf, equilibrium and assembly':32}{'ms':>8}{'us / element':>14}{'/ 20':>8}")
+    _script.print_row("ancf, equilibrium and assembly", "ms", "us / element", "/ 20")
     first = 0.0
     for n in (20, 40, 80, 160, 320):
-        seconds = least_time(partial(equilibrium, n), 20)
-        per_element = 1e6 * seconds / n
+        per_element = least_time(partial(equilibrium, n), 20) / n
         first = first or per_element
-        print(f"{n:4} elements{1e3 * seconds:28.2f}{per_element:14.1f}{per_element / first:8.2f}")
+        _script.print_row(
+            f"{n:4} elements", 1e3 * n * per_element, 1e6 * per_element, per_element / first
+        )
 
 
 def one_by_one(solve_one: Callable[[Beam], object], beams: list[Beam]) -> None:
@@ -107,40 +106,35 @@ def one_by_one(solve_one: Callable[[Beam], object], beams: list[Beam]) -> None:
 
 
 def sweeps() -> None:
-    print(f"{'201 points, 6 modes':32}{'ms':>8}{'one by one':>14}{'ratio':>8}")
+    _script.print_row("201 points, 6 modes", "ms", "one by one", "ratio")
     for name, alpha, beta in (("no mass", 0, 1), ("mass at the tip", 1, 1), ("at 0.5", 1, 0.5)):
         beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, POINTS)]
         together = least_time(partial(solve_many, beams, modes=MODES), 10)
         apart = least_time(partial(one_by_one, partial(solve, modes=MODES), beams), 3)
-        print(f"{name:32}{1e3 * together:8.1f}{1e3 * apart:14.1f}{apart / together:8.1f}")
+        _script.print_row(name, 1e3 * together, 1e3 * apart, apart / together)
 
 
 def straight_with(unknowns: int, coriolis: bool) -> partial[Solution]:
     """A solve of a straight beam with as many unknowns, by the number of modes asked for."""
     beam = Beam(alpha=1, beta=0.5, gamma=30, delta=1)
-    for tolerance in (1e-6, 1e-8, 1e-10, 1e-12):
-        for modes in (5, 10, 20):
-            one = partial(solve, beam, modes=modes, tolerance=tolerance, coriolis=coriolis)
-            if one().stats.dof >= unknowns:
-                return one
+    for tolerance, modes in product((1e-6, 1e-8, 1e-10, 1e-12), (5, 10, 20)):
+        one = partial(solve, beam, modes=modes, tolerance=tolerance, coriolis=coriolis)
+        if one().stats.dof >= unknowns:
+            break
     return one
 
 
 def bent() -> None:
-    print(f"{'bent solve':40}{'unknowns':>10}{'ms':>8}{'/ straight':>12}{'neighbour':>12}")
-    for name, beam in BENT_SCENES.items():
-        for coriolis in (False, True):
-            options: dict[str, Any] = {"state": "bent", "coriolis": coriolis}
-            unknowns = solve(beam, **options).stats.dof
-            straight = least_time(straight_with(unknowns, coriolis), 20)
-            cold = least_time(partial(solve, beam, **options), 10)
-            beams = [beam.replace(gamma=beam.gamma * (1 + 1e-3 * k)) for k in range(21)]
-            row = least_time(partial(solve_many, beams, **options), 3)
-            near = (row - cold) / (len(beams) - 1)
-            print(
-                f"{name + ', Coriolis' * coriolis:40}{unknowns:10}{1e3 * cold:8.1f}"
-                f"{cold / straight:12.1f}{near / straight:12.1f}"
-            )
+    _script.print_row("bent solve", "unknowns", "ms", "/ straight", "neighbour")
+    for (name, beam), coriolis in product(BENT_SCENES.items(), (False, True)):
+        options: dict[str, Any] = {"state": "bent", "coriolis": coriolis}
+        unknowns = solve(beam, **options).stats.dof
+        straight = least_time(straight_with(unknowns, coriolis), 20)
+        cold = least_time(partial(solve, beam, **options), 10)
+        beams = [beam.replace(gamma=beam.gamma * (1 + 1e-3 * k)) for k in range(21)]
+        near = (least_time(partial(solve_many, beams, **options), 3) - cold) / (len(beams) - 1)
+        title = f"{name}, Coriolis" if coriolis else name
+        _script.print_row(title, unknowns, 1e3 * cold, cold / straight, near / straight)
 
 
 def chart(
@@ -155,17 +149,14 @@ def chart(
 def charts() -> None:
     A = np.random.default_rng(0).normal(size=(201, 20, 20))
     bare = partial(np.linalg.eigh, A + A.mT)
-    print(f"{'':30}{'events':>9}{'ms':>8}{'eigh, ms':>10}{'ratio':>8}{'2001 / 201':>14}")
+    _script.print_row("chart", "events", "ms", "eigh, ms", "ratio", "2001 / 201")
     for name, *line in CHARTS:
         one = partial(chart, *line)
         works = one, partial(one, 2001), bare
         # They take turns, so that the ratios survive a busy machine.
         times = [[least_time(work, 1) for work in works] for _ in range(20)]
         few, many, eigh = np.min(times, axis=0)
-        print(
-            f"{name:30}{one():9}{1e3 * few:8.1f}{1e3 * eigh:10.1f}{few / eigh:8.2f}"
-            f"{many / few:14.2f}"
-        )
+        _script.print_row(name, one(), 1e3 * few, 1e3 * eigh, few / eigh, many / few)
 
 
 def peers() -> None:
@@ -182,9 +173,9 @@ def peers() -> None:
     tracked = partial(loci, Beam(alpha=1), "gamma", speeds, MODES, **model)
 
     def show(name: str, seconds: float, error: float) -> None:
-        print(f"{name:34}{1e3 * seconds:9.1f}{error:10.0e}{seconds / ours:9.1f}")
+        _script.print_row(name, 1e3 * seconds, error, seconds / ours)
 
-    print(f"{'201 speeds, 6 modes':34}{'ms':>9}{'error':>10}{'/ auto':>9}")
+    _script.print_row("201 speeds, 6 modes", "ms", "error", "/ auto")
     show("auto", ours, own_error)
     show("auto, 201 separate solves", least_time(apart, 2), own_error)
     show("auto, tracked, events located", least_time(tracked, 10), own_error)
@@ -198,7 +189,7 @@ def peers() -> None:
             error = abs(np.sqrt(squares(beams[-1])) / exact - 1).max()
             show(name, least_time(partial(one_by_one, squares, beams), 1), error)
         except NotConverged as failure:
-            print(f"{name:34}failed: {failure}")
+            print(f"{name}: {failure}")
 
 
 def elapsed(work: Callable[[], object]) -> float:
@@ -208,36 +199,31 @@ def elapsed(work: Callable[[], object]) -> float:
 
 def pictures() -> None:
     numbers = ["--alpha", "1", "--beta", "0.5", "--gamma", "10"]
+    _script.print_row("picture or film", "s", "MB")
     with tempfile.TemporaryDirectory() as folder:
         for name in ("a.png", "a.gif", "a.webp", "a.mp4"):
             path, command = Path(folder) / name, "screenshot" if name == "a.png" else "animate"
             run = [sys.executable, "-m", "beamviz", command, str(path), *numbers]
             seconds = elapsed(partial(subprocess.run, run, cwd=_script.ROOT, check=True))
-            print(f"{command} {name}: {seconds:.2f} s, {path.stat().st_size / 1e6:.2f} MB")
+            _script.print_row(f"{command} {name}", seconds, path.stat().st_size / 1e6)
     solved = SolvedScene(Scene.of(MIDDLE))
 
     def write_picture(*_: object) -> None:
         picture = Renderer(solved, 1280, 720).picture(solved.moment())
         picture.save(BytesIO(), "PNG", compress_level=PNG_LEVEL)
 
-    print(f"picture of 1280x720 in a batch: {elapsed(write_picture):.3f} s")
+    _script.print_row("picture of 1280x720 in a batch", elapsed(write_picture))
     with ThreadPoolExecutor(2) as pool:
         seconds = elapsed(lambda: list(pool.map(write_picture, range(6)))) / 6
-    print(f"the same on two threads: {seconds:.3f} s")
-    for width, height in ((640, 360), (800, 450)):
-        renderer = Renderer(solved, width, height)
-        frame = elapsed(partial(renderer.picture, solved.moment()))
-        print(f"frame of {width}x{height}, one thread: {frame:.3f} s")
+    _script.print_row("the same on two threads", seconds)
+    for size in ((640, 360), (800, 450)):
+        frame = partial(Renderer(solved, *size).picture, solved.moment())
+        _script.print_row("frame of {}x{}, one thread".format(*size), elapsed(frame))
 
 
 SECTIONS = {
-    "solves": solves,
-    "elements": elements,
-    "sweeps": sweeps,
-    "bent": bent,
-    "loci": charts,
-    "peers": peers,
-    "pictures": pictures,
+    section.__name__: section
+    for section in (solves, elements, sweeps, bent, charts, peers, pictures)
 }
 
 if __name__ == "__main__":

@@ -25,25 +25,23 @@ from beamviz.solver.hp.refinement import Refinement
 
 def main() -> None:
     """Measure the value in use and those given."""
-    numbers = [
-        n for n, x in vars(mesh_design).items() if n.isupper() and isinstance(x, int | float)
-    ]
+    known = vars(mesh_design).items()
+    numbers = [name for name, x in known if name.isupper() and isinstance(x, int | float)]
     parser = _script.Parser(__doc__)
     parser.add_argument("constant", choices=numbers)
     parser.add_argument("values", type=float, nargs="+")
     parser.add_argument("--beams", type=_script.count, default=300)
     parser.add_argument("--tolerance", type=float, help="in place of that of each random beam")
     given = parser.parse_args()
-    in_use = getattr(mesh_design, given.constant)
+    in_use = float(getattr(mesh_design, given.constant))
     reference = measure(given.constant, in_use, given.beams, given.tolerance)
-    print(f"{given.constant:>16}{'first attempt':>16}{'unknowns':>10}{'work':>8}{'unsolved':>10}")
-    for value in sorted({float(in_use), *given.values}):
-        found = measure(given.constant, value, given.beams, given.tolerance)
-        mark = " *" if value == in_use else ""
-        print(
-            f"{value:16g}{found[0]:16.1%}{found[1]:10.1f}{found[2] / reference[2]:8.3f}"
-            f"{found[3]:10.0f}{mark}"
+    _script.print_row(given.constant, "first attempt", "unknowns", "work", "unsolved")
+    for value in sorted({in_use, *given.values}):
+        first, unknowns, work, unsolved = measure(
+            given.constant, value, given.beams, given.tolerance
         )
+        mark = " (in use)" if value == in_use else ""
+        _script.print_row(f"{value:g}{mark}", first, unknowns, work / reference[2], unsolved)
 
 
 def measure(

@@ -3,14 +3,14 @@
     python scripts/fuzz.py [--inputs 100000] [--only NAME ...] [--seed N]
 
 Each outcome must be an answer, or an error of the package that names the input (tests/fuzzing.py
-has the checks). Prints a row for each kind, with the processor
-time it took, and the smallest input found with another outcome; the exit code is 1 if there is
-one.
+has the checks). Prints a row for each kind, with the processor time it took, and the smallest input
+found with another outcome; the exit code is 1 if there is one.
 """
 
 import sys
 import time
 import traceback
+from typing import Any
 
 import _script
 
@@ -23,19 +23,14 @@ except ModuleNotFoundError:
 
 def smallest_failure(case: Case, inputs: int, number: int) -> str:
     """The smallest input that fails the check, with its traceback, or ""."""
-    drawn = settings(
-        max_examples=inputs,
-        database=None,
-        deadline=None,
-        suppress_health_check=list(HealthCheck),
-        phases=[Phase.generate, Phase.shrink],
-        print_blob=False,
-    )
+    limits: dict[str, Any] = {"database": None, "deadline": None, "print_blob": False}
+    limits |= {"suppress_health_check": list(HealthCheck)}
+    drawn = settings(max_examples=inputs, phases=[Phase.generate, Phase.shrink], **limits)
     try:
         seed(number)(drawn(given(*case.strategies)(case.check)))()
+    except KeyboardInterrupt:
+        raise
     except BaseException as error:
-        if isinstance(error, KeyboardInterrupt):
-            raise
         return "\n".join([*getattr(error, "__notes__", []), traceback.format_exc(limit=-1)])
     return ""
 
@@ -52,8 +47,8 @@ def main() -> int:
         began, inputs = time.process_time(), max(int(CASES[name].share * options.inputs), 1)
         found = smallest_failure(CASES[name], inputs, options.seed)
         failures += bool(found)
-        verdict = "FAILED" if found else "passed"
-        print(f"{name:<20} {inputs:>7} inputs {time.process_time() - began:7.0f} s  {verdict}")
+        seconds, verdict = time.process_time() - began, "FAILED" if found else "passed"
+        _script.print_row(name, f"{inputs} inputs", f"{seconds:.0f} s", verdict)
         print(found, end="", flush=True)
     return 1 if failures else 0
 

@@ -18,6 +18,7 @@ growth costs no digits. Scenes may be named; the results are beamviz/benchmark/l
 
 import json
 import time
+from collections import namedtuple
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -65,13 +66,7 @@ THEORIES = {
 }
 
 
-class Column(NamedTuple):
-    """A bending solution at a point."""
-
-    w: Any
-    theta: Any
-    m: Any
-    V: Any
+Column = namedtuple("Column", "w theta m V")  # a bending solution at a point
 
 
 class Step(NamedTuple):
@@ -90,11 +85,6 @@ def product(a: Series, b: Series, k: int) -> Any:
     return fdot(a[: k + 1], b[k::-1])
 
 
-def times(a: Series, b: Series) -> Series:
-    """a b."""
-    return [product(a, b, k) for k in range(TERMS)]
-
-
 def inverse(a: Series) -> Series:
     """1 / a."""
     b = [1 / a[0]]
@@ -105,10 +95,7 @@ def inverse(a: Series) -> Series:
 
 def at(a: Series, h: Any) -> Any:
     """The series at h."""
-    value = mpf(0)
-    for coefficient in reversed(a):
-        value = value * h + coefficient
-    return value
+    return mp.polyval(a[::-1], h)
 
 
 def root(function: Callable[[Any], Any], start: Any) -> Any:
@@ -150,9 +137,9 @@ class Straight:
             rate = float(abs(f[0] ** (self.theory.power + 1) * N)) ** 0.5
             h = min(mpf(LONGEST), PHASE / mpf(rate + 1), SHARE * radius(f), end - x)
             mass = self.alpha if x + h >= end == self.beta else mpf(0)
-            square = times(f, f)
+            square, force = ([product(f, b, k) for k in range(TERMS)] for b in (f, tension))
             factor = square if self.theory.power else ONE
-            steps.append(Step(h, f, factor, times(f, tension), self.compliance(square), mass))
+            steps.append(Step(h, f, factor, force, self.compliance(square), mass))
             u, N = at(position, h), at(tension, h)
             if self.theory.strain != "none":
                 N -= self.gamma**2 * mass * (u + self.delta)
@@ -251,9 +238,8 @@ class Straight:
     def squares(self) -> list[Any]:
         """omega^2 of the lowest modes of both families, ascending."""
         found = []
-        for label, rough in zip(
-            self.approximate.labels, self.approximate.omega_squared, strict=True
-        ):
+        near = self.approximate
+        for label, rough in zip(near.labels, near.omega_squared, strict=True):
             start = mpf(float(rough)) + self.gamma**2
             if label[0] == "B":
                 Lambda = root(self.determinant, start)
@@ -269,8 +255,8 @@ class Straight:
 
 def radius(f: Series) -> Any:
     """A low estimate of the radius of convergence of a series."""
-    roots = [abs(f[k]) ** (mpf(-1) / k) for k in range(TERMS - 4, TERMS) if f[k]]
-    return min(roots, default=mpf(1))
+    last = range(TERMS - 4, TERMS)
+    return min((abs(f[k]) ** (mpf(-1) / k) for k in last if f[k]), default=mpf(1))
 
 
 def nodes(shape: list[Any]) -> int:
@@ -289,34 +275,31 @@ def limits(scene: str) -> dict[str, list[str] | str]:
             found[name] = [mp.nstr(value, DIGITS) for value in squares]
         except NoEquilibrium as error:
             found[name] = str(error)
-        print(f"{scene:24}{name:8}{time.perf_counter() - began:7.1f} s  {mp.dps} digits")
+        _script.print_row(f"{scene}, {name}", time.perf_counter() - began, "s")
     return found
 
 
-def solid(scene: str) -> list[str] | str:
+def solid(beam: Beam) -> list[str] | str:
     """omega^2 of CalculiX on its finest mesh: about five digits of the limit of a solid."""
     try:
-        squares = CALCULIX.omega_squared(SCENES[scene], SOLID_ELEMENTS, MODES)
+        return [f"{x:.7g}" for x in CALCULIX.omega_squared(beam, SOLID_ELEMENTS, MODES)]
     except NotConverged as error:
         return str(error)
-    return [f"{value:.7g}" for value in squares]
 
 
 def main(scenes: list[str]) -> None:
     """Compute the limits of the named scenes, or of all, and write the file; those of a solid stay
     as they are where CalculiX is not installed."""
-    data = json.loads(FILE.read_text()) if FILE.exists() else {"limits": {}}
+    known = json.loads(FILE.read_text())["limits"]
     for scene in scenes or SCENES:
-        found = limits(scene) if CALCULIX.missing else limits(scene) | {"solid": solid(scene)}
-        data["limits"][scene] = data["limits"].get(scene, {}) | found
-        ordered = {name: data["limits"][name] for name in SCENES if name in data["limits"]}
+        known[scene] = known.get(scene, {}) | limits(scene)
+        if not CALCULIX.missing:
+            known[scene]["solid"] = solid(SCENES[scene])
+        ordered = {name: known[name] for name in SCENES if name in known}
         FILE.write_text(json.dumps({"made": MADE, "limits": ordered}, indent=1) + "\n")
 
 
 if __name__ == "__main__":
     parser = _script.Parser(__doc__)
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="; ".join(SCENES))
-    names = parser.parse_args().scenes
-    if unknown := set(names) - set(SCENES):
-        parser.error(f"{', '.join(unknown)}: must be of {'; '.join(SCENES)}")
-    main(names)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", choices=SCENES)
+    main(parser.parse_args().scenes)

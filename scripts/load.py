@@ -227,11 +227,9 @@ def main() -> None:
     """Measure, and print the rows."""
     parser = _script.Parser(__doc__)
     parser.add_argument("--visitors", type=_script.count, default=60)
-    parser.add_argument("--seconds", type=_script.duration, default=60.0)
+    parser.add_argument("--seconds", type=_script.count, default=60)
     parser.add_argument("--processes", type=_script.count, default=len(os.sched_getaffinity(0)))
-    parser.add_argument(
-        "--resolves", type=_script.count, default=0, help="measure until this many answers"
-    )
+    parser.add_argument("--resolves", type=_script.count, default=0, help="answers, at least")
     parser.add_argument("--paused", action="store_true", help="measure without animation")
     parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()
@@ -242,12 +240,11 @@ def main() -> None:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
-            visitors = [
-                Visitor(paused=options.paused, speeds=drag.speeds) for _ in range(options.visitors)
-            ]
+            count = range(options.visitors)
+            visitors = [Visitor(paused=options.paused, speeds=drag.speeds) for _ in count]
             measured = measure(url, drag, visitors, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
-                print(f"{key:<30} {value:10.2f} {unit}")
+                _script.print_row(key, float(value), unit)
         finally:
             process.terminate()
 

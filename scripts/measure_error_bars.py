@@ -23,20 +23,13 @@ from typing import Any
 import _script
 import numpy as np
 import scipy
-from oracle.error_bars import (  # type: ignore[import-not-found]
-    bent_verdict,
-    oracle_answer,
-    random_bent_scene,
-    random_scene,
-    verdict,
-)
+from oracle import error_bars as oracle  # type: ignore[import-not-found]
 
 from beamviz import __version__
 from beamviz.files import markdown_table
 
 SLOW, SLOW_BENT = 0.05, 1.0  # [s]
 LISTED = 40  # scenes in each list of the page
-COMPARED = ("within", "outside")
 GOOD = ("within", "no-equilibrium", "another-state", "unknown")
 SENTENCES = {
     "within": "every error within the reported one",
@@ -66,8 +59,7 @@ def main() -> None:
     if given.bent:
         rows = kept_rows(given.beams, file, bent_row)
     else:
-        answers = kept_rows(given.beams, file, lambda seed: oracle_answer(random_scene(seed)))
-        rows = [straight_row(answer) for answer in answers]
+        rows = [straight_row(answer) for answer in kept_rows(given.beams, file, straight_answer)]
     counted = summary(rows, SLOW_BENT if given.bent else SLOW)
     text = page(counted, given.bent)
     given.out.mkdir(parents=True, exist_ok=True)
@@ -88,17 +80,22 @@ def described(scene: Any) -> dict[str, Any]:
 
 def bent_row(seed: int) -> dict[str, Any]:
     """A verdict on a bent beam."""
-    scene = random_bent_scene(seed)
-    return described(scene) | bent_verdict(scene)
+    scene = oracle.random_bent_scene(seed)
+    return described(scene) | oracle.bent_verdict(scene)
+
+
+def straight_answer(seed: int) -> dict[str, Any]:
+    """The truth about a straight beam."""
+    return oracle.oracle_answer(oracle.random_scene(seed))
 
 
 def straight_row(answer: dict[str, Any]) -> dict[str, Any]:
     """A verdict on a straight beam; a slow one is timed again, and its least time counts."""
-    scene = random_scene(answer["seed"])
-    row = {"seed": answer["seed"]} | described(scene) | verdict(scene, answer)
+    scene = oracle.random_scene(answer["seed"])
+    row = {"seed": answer["seed"]} | described(scene) | oracle.verdict(scene, answer)
     for _ in range(3):
         if row["seconds"] > SLOW:
-            row["seconds"] = min(row["seconds"], verdict(scene, answer)["seconds"])
+            row["seconds"] = min(row["seconds"], oracle.verdict(scene, answer)["seconds"])
     return row
 
 
@@ -119,7 +116,7 @@ def kept_rows(count: int, file: Path, row: Callable[[int], dict[str, Any]]) -> l
 
 def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
     """Counts, shares and every scene with a wrong verdict."""
-    compared = [row for row in rows if row["kind"] in COMPARED]
+    compared = [row for row in rows if row["kind"] in ("within", "outside")]
     groups = {
         "all": compared,
         "Coriolis": [row for row in compared if row["coriolis"]],
@@ -128,6 +125,7 @@ def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
         "spin-up": [row for row in compared if row["spin-up"]],
     }
     seconds = [row["seconds"] for row in rows]
+    times = {"median": float(np.median(seconds)), "largest": max(seconds)}
     slow = [row for row in rows if row["seconds"] > limit]
     return {
         "version": __version__,
@@ -137,12 +135,7 @@ def summary(rows: list[dict[str, Any]], limit: float = SLOW) -> dict[str, Any]:
         "beams": len(rows),
         "kinds": dict(Counter(row["kind"] for row in rows).most_common()),
         "groups": {name: shares(group) for name, group in groups.items()},
-        "seconds": {
-            "median": float(np.median(seconds)),
-            "largest": max(seconds),
-            "slow": limit,
-            "slower": len(slow),
-        },
+        "seconds": times | {"slow": limit, "slower": len(slow)},
         "wrong": [listed(row) for row in rows if row["kind"] not in GOOD],
         "slow": [listed(row) for row in slow],
     }
@@ -152,19 +145,19 @@ def shares(rows: list[dict[str, Any]]) -> dict[str, float]:
     """How many beams and frequencies are within their bars, and how wide the bars are."""
     if not rows:
         return {"beams": 0}
-    error, reported, oracle_error = (
-        np.concatenate([row[key] for row in rows]) for key in ("error", "reported", "oracle_error")
-    )
+    keys = ("error", "reported", "oracle_error")
+    error, reported, unsure = (np.concatenate([row[key] for row in rows]) for key in keys)
+    ratio = reported / np.maximum(error, 1e-300)
     return {
         "beams": len(rows),
         "beams within": sum(row["kind"] == "within" for row in rows) / len(rows),
         "frequencies": len(error),
-        "frequencies within": float(np.mean(error <= reported + oracle_error)),
-        "median reported / true": float(np.median(reported / np.maximum(error, 1e-300))),
+        "frequencies within": float(np.mean(error <= reported + unsure)),
+        "median reported / true": float(np.median(ratio)),
         "median reported / largest possible true": float(
-            np.median(reported / (error + oracle_error + 1e-300))
+            np.median(reported / (error + unsure + 1e-300))
         ),
-        "90 % reported / true": float(np.quantile(reported / np.maximum(error, 1e-300), 0.9)),
+        "90 % reported / true": float(np.quantile(ratio, 0.9)),
     }
 
 
@@ -187,26 +180,13 @@ def page(counted: dict[str, Any], bent: bool = False) -> str:
     if bent:
         title, option = f"{title} of bent beams", " --bent"
         drawn = "bent beams, inward ones past buckling and ones that spin up"
-    heading = (
-        "",
-        "beams",
-        "all errors within bars",
-        "frequencies",
-        "within",
-        "bar / error, median",
-    )
-    groups = [
-        [
-            name,
-            str(share["beams"]),
-            f"{share['beams within']:.2%}".replace("%", " %"),
-            str(share["frequencies"]),
-            f"{share['frequencies within']:.3%}".replace("%", " %"),
-            f"{share['median reported / true']:.0f}",
-        ]
-        for name, share in counted["groups"].items()
-        if share["beams"]
-    ]
+    counts = ("", "beams", "all errors within bars", "frequencies", "within", "bar / error, median")
+    groups = []
+    for name, share in counted["groups"].items():
+        if share["beams"]:
+            row = [name, str(share["beams"]), f"{100 * share['beams within']:.2f} %"]
+            row += [str(share["frequencies"]), f"{100 * share['frequencies within']:.3f} %"]
+            groups.append([*row, f"{share['median reported / true']:.0f}"])
     kinds = [[SENTENCES[kind], str(number)] for kind, number in counted["kinds"].items()]
     parts = [
         title,
@@ -215,12 +195,13 @@ def page(counted: dict[str, Any], bent: bool = False) -> str:
         f" `python scripts/measure_error_bars.py{option}` computes this page anew.",
         f"beamviz {counted['version']}, {counted['machine']}, {counted['day']}.",
         markdown_table(("verdict", "beams"), kinds),
-        markdown_table(heading, groups),
+        markdown_table(counts, groups),
         f"A solve takes {1000 * seconds['median']:.1f} ms of one processor in the median,"
         f" {1000 * seconds['largest']:.0f} ms at most; {seconds['slower']} of"
         f" {beams} take more than {slow:.0f} ms.",
     ]
-    for about, rows in ("Wrong", counted["wrong"]), (f"Slower than {slow:.0f} ms", counted["slow"]):
+    lists = {"Wrong": counted["wrong"], f"Slower than {slow:.0f} ms": counted["slow"]}
+    for about, rows in lists.items():
         if rows:
             shown = [f"# {remark(row)}\n{row['command']}" for row in rows[:LISTED]]
             if len(rows) > LISTED:
@@ -232,9 +213,8 @@ def page(counted: dict[str, Any], bent: bool = False) -> str:
 def remark(row: dict[str, Any]) -> str:
     """The verdict on a listed scene in words."""
     if row["kind"] == "outside":
-        return (
-            f"true error {row['true / reported']} times the reported one, mode {row['worst mode']}"
-        )
+        times = f"true error {row['true / reported']} times the reported one"
+        return f"{times}, mode {row['worst mode']}"
     return f"{row['ms']} ms, {SENTENCES[row['kind']]}"
 
 

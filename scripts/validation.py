@@ -120,13 +120,18 @@ def of_the_paper(prefix: str, number: PrintedNumber, reference: str, *curvatures
     return Claim(name, case, quantity(number) + by, reference, values)
 
 
+def speed(name: str, case: str, reference: str, limit: Callable, *given: Any) -> Claim:
+    """A speed that a function computes."""
+    return Claim(name, case, "γ", reference, partial(limit, *given))
+
+
 def equilibrium_limit(strain: str, delta: float) -> list[float]:
     """The largest gamma with an equilibrium (alpha 0, mu 70)."""
     answers = solve_many([Beam(gamma=140, delta=delta)], strain=strain)
     return [answer.limit for answer in answers if isinstance(answer, NoEquilibrium)]
 
 
-def stability_limit(beam: Beam, start: float, method: str) -> list[float]:
+def stability_limit(beam: Beam, start: float, method: str = "auto") -> list[float]:
     """The gamma at which a beam becomes unstable, within 1 above `start`."""
     found = loci(beam, "gamma", np.linspace(start, start + 1, 6), modes=1, method=method)
     return [limit.start for limit in found.limits if limit.kind == "unstable"]
@@ -205,6 +210,7 @@ INWARD, INWARD_RIGID = Beam(delta=-1), Beam(delta=-1, mu=RIGID)
 MASS_AT_NODE = Beam(alpha=1, beta=float(NODES[0].printed))
 # S1 of the paper's elements beside a mass (alpha 1, beta 0.5, gamma 10), by number of elements.
 SHARED_GRADIENT = {10: "77.005312", 20: "76.934327", 40: "76.898804", 80: "76.881037"}
+beside_a_mass = partial(claim, beam=INNER_MASS, labels="S1", method="ancf")
 
 NUMBERS = ("alpha", "beta", "gamma", "delta")
 TEST = "tests/solver/test_"
@@ -273,9 +279,9 @@ SOURCES = (
         [
             *(
                 claim(
-                    f"rigid-coriolis-{g}", f"foac, γ = {g}", value, Beam(gamma=g), **FOAC_CORIOLIS
+                    f"rigid-coriolis-{g}", f"foac, γ = {g}", omega, Beam(gamma=g), **FOAC_CORIOLIS
                 )
-                for g, value in RIGID_CORIOLIS.items()
+                for g, omega in RIGID_CORIOLIS.items()
             ),
             Claim("crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", closest_approach),
             Claim("veering", "Coriolis on", "γ and least gap", "4.650 0.241", veering),
@@ -311,14 +317,8 @@ SOURCES = (
         "biot: γ = μπ/2 in closed form; hencky: computed independently of this project (α = 0,"
         " μ = 70).",
         [
-            Claim(
-                f"{strain}-{delta}",
-                f"{strain}, δ = {delta}",
-                "γ",
-                value,
-                partial(equilibrium_limit, strain, delta),
-            )
-            for (strain, delta), value in LIMITS.items()
+            speed(f"{law}-{delta}", f"{law}, δ = {delta}", value, equilibrium_limit, law, delta)
+            for (law, delta), value in LIMITS.items()
         ],
         (f"{TEST}limits.py::test_limit_of_the_speed",),
     ),
@@ -330,12 +330,11 @@ SOURCES = (
         " Euler forces (arXiv 2308.16667), and on harmonic rotation (arXiv 2602.20803), are not"
         " compared here: only their abstracts could be had, without numbers.",
         [
-            Claim(name, case, "γ", value, partial(stability_limit, beam, start, method))
-            for name, case, value, beam, start, method in (
-                ("buckling-rigid", "inward, no stretch", "2.994", INWARD_RIGID, 2.5, "auto"),
-                ("buckling", "inward, μ = 70", "2.996", INWARD, 2.5, "auto"),
-                ("paradox", "zoac", "3.516", Beam(), 3, "zoac"),
-            )
+            speed(
+                "buckling-rigid", "inward, no stretch", "2.994", stability_limit, INWARD_RIGID, 2.5
+            ),
+            speed("buckling", "inward, μ = 70", "2.996", stability_limit, INWARD, 2.5),
+            speed("paradox", "zoac", "3.516", stability_limit, Beam(), 3, "zoac"),
         ],
         (f"{TEST}limits.py::test_buckling_speed",),
     ),
@@ -348,16 +347,8 @@ SOURCES = (
             claim("foac", "foac, δ = 1, γ = 50 (exact 52.94)", "61.59", FAST, method="foac"),
             Claim("layer", "20 elements, δ = 1, γ = 50", "ω₁ too high by [%]", "0.18", ancf_excess),
             *(
-                claim(
-                    f"shared-gradient-{count}",
-                    f"{count} elements beside a mass",
-                    value,
-                    INNER_MASS,
-                    "S1",
-                    method="ancf",
-                    elements=count,
-                )
-                for count, value in SHARED_GRADIENT.items()
+                beside_a_mass(f"shared-gradient-{n}", f"{n} elements beside a mass", S1, elements=n)
+                for n, S1 in SHARED_GRADIENT.items()
             ),
         ],
         (
