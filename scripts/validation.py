@@ -278,10 +278,8 @@ SOURCES = (
         " (α = β = 1) and the frequencies below them: independent of this project.",
         [
             *(
-                claim(
-                    f"rigid-coriolis-{g}", f"foac, γ = {g}", omega, Beam(gamma=g), **FOAC_CORIOLIS
-                )
-                for g, omega in RIGID_CORIOLIS.items()
+                claim(f"rigid-coriolis-{g}", f"foac, γ = {g}", w, Beam(gamma=g), **FOAC_CORIOLIS)
+                for g, w in RIGID_CORIOLIS.items()
             ),
             Claim("crossing", "Coriolis off", "γ and gap", "4.4641 0.0000", closest_approach),
             Claim("veering", "Coriolis on", "γ and least gap", "4.650 0.241", veering),

@@ -6,7 +6,7 @@ from helpers import strict
 from beamviz import Beam, sweep
 from beamviz.beam import NUMBERS
 from beamviz.lessons import NAMES
-from beamviz.solver import MAX_MODES
+from beamviz.solver import CHOICES, MAX_MODES
 
 WHOLE = f"must be a whole number in 1 .. {MAX_MODES}"
 NO_ELEMENTS = "takes no number of elements; methods that do: ancf, ancf-planar, linear"
@@ -30,7 +30,10 @@ EXACT = {  # the whole message
 NAMED = {  # parts of the message, separated by |
     "modes --alhpa 1": "--alhpa|--alpha",
     "modes --alpha": "--alpha",
-    "modes --strain log": "--strain|'log'|green|biot|hencky",
+    **{  # exactly what solve() knows
+        f"modes --{name} none": f"--{name}|'none' is not one of {', '.join(map(repr, known))}."
+        for name, known in CHOICES.items()
+    },
     "modes --format xml": "--format|'xml'|table|json|csv",
     "modes 1": "1",
     "mods": "mods",
