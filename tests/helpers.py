@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from beamviz.beam import Beam
+from beamviz.drawing.modes import SampledModes
 from beamviz.frequency_loci import Loci
-from beamviz.solver import Solution
+from beamviz.solver import Solution, solve
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
 
@@ -61,6 +63,11 @@ def differences(found: Solution, exact: Solution) -> tuple[np.ndarray, np.ndarra
     errors."""
     own = [exact.labels.index(label) for label in found.labels]
     return abs(found.frequencies - exact.frequencies[own]), found.errors + exact.errors[own]
+
+
+def sampled(beam: Beam, before: SampledModes | None = None, **options: Any) -> SampledModes:
+    """The modes of a beam as they are drawn, with the signs of those before."""
+    return SampledModes.sampled(solve(beam, **options), before)
 
 
 def sorted_frequencies(found: Loci) -> np.ndarray:

@@ -6,6 +6,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
+from helpers import sampled
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from live.visitor import PAPER
@@ -14,13 +15,7 @@ from viser.transforms import SO3
 
 from beamviz.beam import Beam
 from beamviz.drawing import OverlayBeam, beam_mesh, camera, colours
-from beamviz.drawing.beam_mesh import (
-    DEFAULT_SCALE,
-    DrawnBeam,
-    segments,
-    subdivide,
-    to_hub_frame,
-)
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam, segments, subdivide, to_hub_frame
 from beamviz.drawing.modes import CLOSE, LAYER, STATIONS, SampledModes, displacement
 from beamviz.scene import COLOURINGS, ViewOptions
 from beamviz.server.viser_private import offline_scene
@@ -38,9 +33,7 @@ mixes = st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=5, max_size=5)
 class Drawn:
     """A beam that moves in a picture, and how far its pieces are from the exact curve."""
 
-    def __init__(
-        self, beam: Beam, shares: list[float], amplitude: float, colouring: str, **options: Any
-    ):
+    def __init__(self, beam: Beam, shares: Any, amplitude: float, colouring: str, **options: Any):
         self.solution = solve(beam, **options)
         self.shapes = SampledModes.sampled(self.solution)
         distance = float(np.linalg.norm(camera.viewpoint(self.shapes, True, 16 / 9)))
@@ -101,8 +94,7 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
     for k in range(60):
         alpha, beta, gamma = random.uniform(0, 10), random.random(), random.uniform(0, 60)
         beam = Beam(alpha=alpha, beta=beta, gamma=gamma, mu=random.uniform(40, 300))
-        one = np.eye(5)[k % 5].tolist()
-        drawn = Drawn(beam, one, random.uniform(0.05, 0.4), COLOURINGS[k % 2])
+        drawn = Drawn(beam, np.eye(5)[k % 5], random.uniform(0.05, 0.4), COLOURINGS[k % 2])
         half = len(drawn.pieces.strain) // 2
         if half < 8:
             continue
@@ -118,9 +110,8 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
 
 def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT_SCALE) -> int:
     """Pieces of one mode (0: none)."""
-    shapes = SampledModes.sampled(solve(beam))
     sizes = amplitude * np.eye(6)[mode][1:]
-    return len(subdivide(DrawnBeam.of(shapes, ViewOptions(), scale, sizes)).strain)
+    return len(subdivide(DrawnBeam.of(sampled(beam), ViewOptions(), scale, sizes)).strain)
 
 
 def test_the_count_is_small():
@@ -138,7 +129,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
     """Where it is drawn, and the stretch is discontinuous; also next to an end. The strain of a
     piece is its relative elongation in the equilibrium, which is straight. Stations of the shapes,
     too, hold the mass, and are dense in the boundary layer at the clamp."""
-    drawn = Drawn(beam, np.eye(5)[mode].tolist(), 0.15, "axial strain")
+    drawn = Drawn(beam, np.eye(5)[mode], 0.15, "axial strain")
     shapes, pieces = drawn.shapes, drawn.pieces
     for places in (shapes, pieces):
         assert places.x[[0, -1]].tolist() == [0.0, 1.0]
@@ -153,7 +144,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
 
 def test_an_overlay_has_faces_for_its_vertices():
     """When the number of pieces changes, both ways."""
-    shapes, overlay = SampledModes.sampled(solve(PAPER)), OverlayBeam(offline_scene())
+    shapes, overlay = sampled(PAPER), OverlayBeam(offline_scene())
     for mode in (0, 4, 0, 1):
         overlay.show(DrawnBeam.of(shapes, ViewOptions().only(mode)))
         overlay.move(np.full(5, math.pi / 2), 0.0)

@@ -69,15 +69,10 @@ def test_every_frame_is_shown_equally_long(tmp_path, kind, fps, duration):
     loop = animate(path, Scene.of(mode=2, pace=4.0), width=64, height=64, fps=fps)
     with Image.open(path) as opened:
         assert opened.info["loop"] == 0
-        shown = []
-        for frame in range(opened.n_frames):
-            opened.seek(frame)
-            opened.load()
-            shown.append(opened.info["duration"])
-        # Equal frames that follow each other are stored as one, shown for longer.
-        assert sum(shown) == duration * round(1000 * loop.seconds / duration)
-        assert all(time % duration == 0 for time in shown)
-        assert max(shown) <= 2 * duration
+        shown = [frame.info["duration"] for frame in ImageSequence.all_frames(opened)]
+    # Equal frames that follow each other are stored as one, shown for longer.
+    assert sum(shown) == duration * round(1000 * loop.seconds / duration)
+    assert set(shown) <= {duration, 2 * duration}
 
 
 @pytest.mark.slow
@@ -149,6 +144,4 @@ def test_progress_is_shown_where_somebody_watches(tmp_path):
             seen += part
     os.close(screen)
     assert process.returncode == 0
-    assert b"frames" in seen
-    assert b"100%" in seen
-    assert re.search(rb"  \d\d:\d\d:\d\d", seen)
+    assert re.search(rb"frames.*  \d\d:\d\d:\d\d.*100%", seen, re.DOTALL)

@@ -127,10 +127,8 @@ def test_a_transparent_picture_is_the_same_over_the_background():
     assert clear[:4, -4:, 3].max() < 128
     assert clear[..., 3].max() == 255
     alpha = clear[..., 3:] / 255
-    over = np.rint(clear[..., :3] * alpha + np.array(colours.BACKGROUND[0]) * (1 - alpha)).astype(
-        np.uint8
-    )
-    assert difference(over, stored("mass")) < ALIKE
+    over = clear[..., :3] * alpha + np.array(colours.BACKGROUND[0]) * (1 - alpha)
+    assert difference(np.rint(over).astype(np.uint8), stored("mass")) < ALIKE
 
 
 @pytest.mark.parametrize("width", [160, 320, 1280])
@@ -141,7 +139,7 @@ def test_a_warning_fits_into_a_picture_of_any_size(width):
     columns = np.flatnonzero(white.any(axis=0))
     assert 0.001 < white.mean() < 0.2
     assert 0.02 * width < columns[0] < columns[-1] < 0.98 * width
-    assert not coloured(rendered(scene)).any() or coloured(rendered(scene)).mean() < 0.001
+    assert coloured(rendered(scene)).mean() < 0.001
 
 
 def test_a_stretching_beam_stays_in_the_picture():
@@ -167,12 +165,10 @@ def test_a_bare_machine_with_other_fonts_is_enough(tmp_path):
     (tmp_path / "fonts.conf").write_text(f"<fontconfig><dir>{fonts}</dir></fontconfig>")
     bare = {"PATH": str(tmp_path), "HOME": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)}
     bare |= {"FONTCONFIG_FILE": str(tmp_path / "fonts.conf"), "MPLCONFIGDIR": str(tmp_path)}
-    command = [sys.executable, "-m", "beamviz", "screenshot", str(tmp_path / "a.png")]
     numbers = {"alpha": 1, "beta": 0.5, "gamma": 10, "width": 480, "height": 270, "phase": PHASE}
-    options = [f"--{name}={value}" for name, value in numbers.items()]
-    done = subprocess.run(
-        [*command, *options], env=bare, cwd=fonts, capture_output=True, check=True
-    )
+    command = [sys.executable, "-m", "beamviz", "screenshot", str(tmp_path / "a.png")]
+    command += [f"--{name}={value}" for name, value in numbers.items()]
+    done = subprocess.run(command, env=bare, cwd=fonts, capture_output=True, check=True)
     assert (done.stdout, done.stderr) == (b"", b"")
     assert (np.asarray(Image.open(tmp_path / "a.png")) == rendered(PAPER)).all()
 
