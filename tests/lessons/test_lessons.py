@@ -20,9 +20,10 @@ from beamviz.solver import solve
 EACH = pytest.mark.parametrize("one", LESSONS, ids=NAMED)
 
 
-def proof(name: str) -> tuple[tuple[float, ...], float]:
-    """The numbers that prove a lesson, and the only answer to its challenge."""
-    return NAMED[name].numbers, NAMED[name].answer
+@pytest.fixture
+def lesson(request) -> Lesson:
+    """The lesson that a test is named after."""
+    return NAMED[request.function.__name__.removeprefix("test_").replace("_", "-")]
 
 
 @cache
@@ -32,93 +33,90 @@ def omega(beam: Beam, k: int = 0, family: str = "bending", **options) -> float:
     return float(found.frequencies[[kind == family for kind in found.families]][k])
 
 
-def test_stiffening():
+def test_stiffening(lesson):
     """B1 at gamma 10 and at rest; twice the latter at the answer."""
-    numbers, answer = proof("stiffening")
-    beams = [BARE.replace(gamma=gamma) for gamma in (10, 0, answer)]
-    up, rest, there = (omega(beam, plane="flapwise") for beam in beams)
-    assert (*numbers, there) == pytest.approx((up, rest, 2 * rest), rel=1e-6)
+    speeds = (10, 0, lesson.answer)
+    up, rest, there = (omega(BARE.replace(gamma=gamma), plane="flapwise") for gamma in speeds)
+    assert (*lesson.numbers, there) == pytest.approx((up, rest, 2 * rest), rel=1e-6)
 
 
-def test_two_planes():
+def test_two_planes(lesson):
     """The squares differ by gamma^2; one is twice the other at the answer."""
-    numbers, answer = proof("two-planes")
-    beam, there = BARE.replace(gamma=10), BARE.replace(gamma=answer)
+    beam, there = BARE.replace(gamma=10), BARE.replace(gamma=lesson.answer)
     up, aside = (omega(beam, plane=plane) ** 2 for plane in ("flapwise", "chordwise"))
-    assert numbers == pytest.approx((up, aside, 100), rel=1e-6)
+    assert lesson.numbers == pytest.approx((up, aside, 100), rel=1e-6)
     assert omega(there, plane="flapwise") == pytest.approx(2 * omega(there), rel=1e-6)
 
 
-def test_moving_mass():
+def test_moving_mass(lesson):
     """MPE 2017/1568019, table 1, and Blevins; two thirds at the answer."""
-    numbers, answer = proof("moving-mass")
-    assert numbers == pytest.approx((1.557298, 3.516015), abs=1e-6)
-    assert omega(TIP.replace(beta=answer)) == pytest.approx(2 / 3 * 3.516015, rel=1e-6)
+    assert lesson.numbers == pytest.approx((1.557298, 3.516015), abs=1e-6)
+    assert omega(TIP.replace(beta=lesson.answer)) == pytest.approx(2 / 3 * 3.516015, rel=1e-6)
 
 
-def test_nodes():
+def test_nodes(lesson):
     """The paper: 22.0345 and 0.78344; a mass there changes nothing."""
-    (bare, node, heavy), answer = proof("nodes")
+    bare, node, heavy = lesson.numbers
     assert bare == pytest.approx(22.0344916, abs=1e-6)
-    assert node == answer == pytest.approx(0.783445, abs=1e-6)
+    assert node == lesson.answer == pytest.approx(0.783445, abs=1e-6)
     assert heavy == pytest.approx(omega(Beam(alpha=5, beta=node), 1), rel=1e-6)
     assert heavy == pytest.approx(bare, abs=1e-5)
 
 
-def test_mode_shift():
+def test_mode_shift(lesson):
     """The closed forms of bending (Blevins) and stretching are equal at the answer."""
-    (before, after, alpha), answer = proof("mode-shift")
-    assert truth(TIP).families[int(before) - 1] == "stretching"
-    assert truth(TIP.replace(alpha=2)).families[int(after) - 1] == "stretching"
-    assert alpha == answer == pytest.approx(1.5702506, abs=1e-6)
+    before, after, alpha = lesson.numbers
+    for mode, beam in ((before, TIP), (after, TIP.replace(alpha=2))):
+        assert truth(beam).families[int(mode) - 1] == "stretching"
+    assert alpha == lesson.answer == pytest.approx(1.5702506, abs=1e-6)
     z = brentq(lambda z: z * math.tan(z) - 1 / alpha, 1e-6, math.pi / 2 - 1e-6)
     b = math.sqrt(70 * z)
     mass = alpha * b * (math.sin(b) - math.cos(b) * math.tanh(b))
     assert 1 / math.cosh(b) + math.cos(b) - mass == pytest.approx(0, abs=1e-4)
 
 
-def test_crossing():
+def test_crossing(lesson):
     """gamma 4.4641 (green, spatial): bending and stretching agree there."""
-    (at, frequency, gap), answer = proof("crossing")
-    assert at == answer == pytest.approx(4.4641, abs=5e-5)
-    both = omega(TIP.replace(gamma=at), 2), omega(TIP.replace(gamma=at), 0, "stretching")
-    assert both == pytest.approx((frequency, frequency), rel=1e-6)
-    assert gap == 0
+    at, frequency, gap = lesson.numbers
+    there = TIP.replace(gamma=at)
+    assert at == lesson.answer == pytest.approx(4.4641, abs=5e-5)
+    assert omega(there, 2) == pytest.approx(frequency, rel=1e-6)
+    stretching = omega(there, 0, "stretching")
+    assert (gap, stretching) == (0, pytest.approx(frequency, rel=1e-6))
 
 
-def test_veering():
+def test_veering(lesson):
     """Least gap 0.241 at gamma 4.650, and wider on both sides."""
-    (gap, at), answer = proof("veering")
-    assert at == answer
-    assert (gap, at) == pytest.approx((0.241, 4.650), abs=1e-3)
+    gap, at = lesson.numbers
+    assert at == lesson.answer == pytest.approx(4.650, abs=1e-3)
+    assert gap == pytest.approx(0.241, abs=1e-3)
     beams = [TIP.replace(gamma=at + step) for step in (-0.02, 0, 0.02)]
     low, least, high = (np.diff(truth(beam, coriolis=True).frequencies)[2] for beam in beams)
     assert least == pytest.approx(gap, rel=1e-4)
     assert least < min(low, high)
 
 
-def test_resonance():
+def test_resonance(lesson):
     """omega is three times, and once, the speed."""
-    (thrice, once), answer = proof("resonance")
-    assert thrice == answer
+    thrice, once = lesson.numbers
+    assert thrice == lesson.answer
     assert omega(BARE.replace(gamma=thrice), 1) == pytest.approx(3 * thrice, rel=1e-6)
     assert omega(BARE.replace(gamma=once)) == pytest.approx(once, rel=1e-6)
 
 
-def test_paradox():
+def test_paradox(lesson):
     """Without stiffening omega^2 = omega_0^2 - gamma^2: it fails at omega_0 = 3.516."""
-    (speed, true), answer = proof("paradox")
-    assert speed == answer == pytest.approx(3.5160153, abs=1e-6)
+    speed, true = lesson.numbers
+    assert speed == lesson.answer == pytest.approx(3.5160153, abs=1e-6)
     assert true == pytest.approx(omega(BARE.replace(gamma=speed)), rel=1e-6)
 
 
-def test_buckling():
+def test_buckling(lesson):
     """At the speed omega^2 of B1 falls through zero."""
-    (speed, rest), answer = proof("buckling")
+    speed, rest = lesson.numbers
     before, beyond = (truth(INWARD.replace(gamma=speed + step), 1) for step in (-1e-5, 1e-5))
     assert before.squares[0] > 0 > beyond.squares[0]
-    assert speed == answer
-    assert rest == pytest.approx(3.516015, abs=1e-6)
+    assert (speed, rest) == (lesson.answer, pytest.approx(3.516015, abs=1e-6))
 
 
 def bent_tip(beam: Beam) -> np.ndarray:
@@ -131,34 +129,31 @@ def bent_tip(beam: Beam) -> np.ndarray:
     return bent_truth(beam, "green", "spatial", False, 1, guess).tip
 
 
-def test_folding():
+def test_folding(lesson):
     """The tip and B1 by the differential equations; beside the clamp at the answer."""
-    numbers, answer = proof("folding")
-    assert numbers == pytest.approx((-0.018520, 0.858465, 4.26199), abs=5e-6)
-    assert bent_tip(INWARD.replace(gamma=answer))[0] == pytest.approx(0, abs=1e-8)
+    assert lesson.numbers == pytest.approx((-0.018520, 0.858465, 4.26199), abs=5e-6)
+    assert bent_tip(INWARD.replace(gamma=lesson.answer))[0] == pytest.approx(0, abs=1e-8)
 
 
-def test_lag():
+def test_lag(lesson):
     """The lag of the tip by the differential equations, 0.3 at the answer."""
-    numbers, answer = proof("lag")
     exact = [-bent_tip(Beam(gamma=gamma, spin_up=10))[1] for gamma in (5, 20)]
-    assert numbers == pytest.approx(exact, abs=1e-8)
-    assert numbers[0] == pytest.approx(0.596033, abs=1e-6)
-    assert bent_tip(Beam(gamma=answer, spin_up=10))[1] == pytest.approx(-0.3, abs=1e-8)
+    assert lesson.numbers == pytest.approx(exact, abs=1e-8)
+    assert lesson.numbers[0] == pytest.approx(0.596033, abs=1e-6)
+    assert bent_tip(Beam(gamma=lesson.answer, spin_up=10))[1] == pytest.approx(-0.3, abs=1e-8)
 
 
-def test_stretch_jump():
+def test_stretch_jump(lesson):
     """Stretch on both sides of the mass, by integration from the tip."""
-    numbers, answer = proof("stretch-jump")
     exact = [100 * (f - 1) for f in stretches(MIDDLE.replace(gamma=10))[1:3]]
-    assert numbers == pytest.approx(exact, rel=1e-6)
-    assert stretches(MIDDLE.replace(gamma=answer))[1] == pytest.approx(1.05, rel=1e-6)
+    assert lesson.numbers == pytest.approx(exact, rel=1e-6)
+    assert stretches(MIDDLE.replace(gamma=lesson.answer))[1] == pytest.approx(1.05, rel=1e-6)
 
 
-def test_no_equilibrium():
+def test_no_equilibrium(lesson):
     """31.4887 at delta 1 and 45.420 at delta 0; green goes on."""
-    (with_hub, without, root), answer = proof("no-equilibrium")
-    assert with_hub == answer == pytest.approx(31.4887, abs=1e-4)
+    with_hub, without, root = lesson.numbers
+    assert with_hub == lesson.answer == pytest.approx(31.4887, abs=1e-4)
     assert without == pytest.approx(45.420, abs=1e-3)
     assert root == pytest.approx(stretches(ON_A_HUB.replace(gamma=50))[0], rel=1e-6)
 

@@ -1,5 +1,6 @@
 """What the paper prints, and what is found: its numbers, its statements, and the causes given."""
 
+import re
 from functools import cache
 
 import numpy as np
@@ -29,10 +30,6 @@ def computed(name):
     return tables.compute(TABLES[name])
 
 
-def page_of(name):
-    return tables.to_markdown(TABLES[name], computed(name))
-
-
 def test_captions_name_the_fixed_parameters():
     """A caption gives the paper's parameters, and none that varies."""
     assert "β = 0.5, δ = 0, μ = 70" in FIGURES["fig5"].caption
@@ -51,8 +48,9 @@ def test_the_models_that_fit_each_printed_number():
     fits = [f"{row.number.figure} {row.number.printed} {row.fits}" for row in found]
     assert fits == FITS.strip().replace(",\n", ", ").split(", ")
     page = paper.to_markdown(found)
-    assert "Of the 11 crossings the material measure fits 9, the spatial one" in page
-    assert "fits 5" in page
+    assert re.search(
+        "Of the 11 crossings the material measure fits 9, the spatial one.* fits 5", page
+    )
     lines = paper.to_csv(found).splitlines()
     assert lines[0].startswith("figure,quantity,paper,material,spatial,material_20,spatial_20,fits")
     assert len(lines) == 1 + len(found)
@@ -93,7 +91,8 @@ def test_columns_are_solves():
 
 def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges():
     """At gamma 40 and 50 with delta 1 a hencky beam has no equilibrium; at 30 it still has."""
-    rows, page = computed("table4"), page_of("table4")
+    rows = computed("table4")
+    page = tables.to_markdown(TABLES["table4"], rows)
     assert [row.gamma for row in rows if "hencky" in row.limits] == [40, 50]
     assert {round(row.limits["hencky"], 4) for row in rows if row.limits} == {31.4887}
     assert page.count("no equilibrium beyond γ = 31.4887") == 4
@@ -104,7 +103,7 @@ def test_hencky_ends_where_the_nonlinear_model_of_ansys_diverges():
 
 def test_pages_of_the_tables():
     """Where the text holds and where it does not; our numbers are not taken for the paper's."""
-    pages = {name: page_of(name) for name in TABLES}
+    pages = {name: tables.to_markdown(TABLES[name], computed(name)) for name in TABLES}
     for name, page in pages.items():
         assert "**The body of the paper's table is not available to this project.**" in page
         assert all(tables.COLUMNS[column].title in page for column in TABLES[name].columns)
@@ -119,10 +118,8 @@ def test_pages_of_the_tables():
 
 def test_a_frequency_that_falls_is_an_exception():
     """Named by the hub radius and the speeds."""
-    rows = [
-        tables.Row(0, gamma, {"ancf": (first, 1.0 + gamma)}, {})
-        for gamma, first in ((1, 1.0), (2, 0.5), (3, 0.6))
-    ]
+    lowest = {1: 1.0, 2: 0.5, 3: 0.6}
+    rows = [tables.Row(0, g, {"ancf": (first, 1.0 + g)}, {}) for g, first in lowest.items()]
     rise = "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
     assert tables.rising(rows) == rise
 

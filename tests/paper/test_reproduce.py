@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers import contents
+from helpers import contents, slow
 from matplotlib.image import imread
 from matplotlib.text import Annotation, Text
 
@@ -40,30 +40,23 @@ def drawn(figure):
     return computed, crossings, picture, notes
 
 
-@pytest.mark.slow
-def test_all_files(tmp_path):
-    """Everything is the default: four tables and sixteen figures, the numbers and the index."""
-    assert main(["reproduce", "--out", str(tmp_path)]) == 0
-    expected = {f"{name}.{ending}" for name in (*TABLES, "numbers") for ending in ("csv", "md")}
-    expected |= {f"{name}.{ending}" for name in FIGURES for ending in ("csv", "png", "svg")}
-    assert set(contents(tmp_path)) == expected | {"index.md"}
-    assert_readable(tmp_path, list(FIGURES))
-
-
-def test_some_files(folder):
-    """Every file is linked under its caption; pictures and tables of numbers can be read."""
-    assert_readable(folder, [name for name in SOME if name in FIGURES])
-    index = (folder / "index.md").read_text(encoding="utf-8")
-    for words in ("**Table 4.** First and second chordwise", "## Figure 13\n\nSecond mode shape"):
-        assert words in index
-
-
-def assert_readable(folder, shown):
-    """Every file is linked, every link leads to a file, and each figure is shown: a PNG of the
-    size of a column or more with something on it, an SVG that is XML, and a CSV file of numbers
-    with complete rows."""
+@pytest.mark.parametrize("names", [SOME, *slow([*TABLES, *FIGURES, "numbers"])], ids=len)
+def test_files_are_linked_and_readable(names, folder, tmp_path):
+    """Everything is the default: four tables and sixteen figures, the numbers and the index. Every
+    file is linked under its caption, every link leads to a file, and each figure is shown: a PNG of
+    the size of a column with something on it, an SVG that is XML, and a CSV file of numbers with
+    complete rows."""
+    if names != SOME:
+        folder = tmp_path
+        assert main(["reproduce", "--out", str(folder)]) == 0
+    shown = FIGURES.keys() & names
+    expected = {f"{name}.{ending}" for name in shown for ending in ("csv", "png", "svg")}
+    expected |= {f"{name}.{ending}" for name in {*names} - shown for ending in ("csv", "md")}
     page = (folder / "index.md").read_text(encoding="utf-8")
-    assert {*re.findall(r"\]\(([^)]+)\)", page), "index.md"} == set(contents(folder))
+    assert set(re.findall(r"\]\(([^)]+)\)", page)) == expected
+    assert set(contents(folder)) == expected | {"index.md"}
+    for words in ("**Table 4.** First and second chordwise", "## Figure 13\n\nSecond mode shape"):
+        assert words in page
     assert page.count("![") == len(shown)
     assert "not available to this project" in page
     for name in shown:
@@ -71,33 +64,28 @@ def assert_readable(folder, shown):
         assert pixels.shape[1] == 1440
         assert 0.005 < (pixels[..., :3].min(axis=2) < 0.9).mean() < 0.2
         assert ElementTree.parse(folder / f"{name}.svg").getroot().tag.endswith("svg")
-        with (folder / f"{name}.csv").open(newline="") as file:
-            heading, *rows = csv.reader(file)
+        heading, *rows = csv.reader((folder / f"{name}.csv").read_text().splitlines())
         assert len(rows) in (figures.POINTS, 2 * figures.POINTS)
         assert all(len(row) == len(heading) for row in rows)
         numbers = [float(cell) for row in rows for cell in row if cell[0] not in "sm"]
         assert np.isfinite(numbers).all()
 
 
-def table(folder, name):
-    """The rows of a CSV file as dicts."""
-    with (folder / f"{name}.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def test_numbers_are_those_of_solves(folder):
     """The frequencies of figure 5 at gamma 10, by both measures; the last point of figure 13 is the
     tip of the second mode for each mass ratio."""
-    rows = [row for row in table(folder, "fig5") if row["gamma"] == "10"]
+    texts = ((folder / f"{name}.csv").read_text() for name in ("fig5", "fig13"))
+    fig5, fig13 = (list(csv.DictReader(text.splitlines())) for text in texts)
+    rows = [row for row in fig5 if row["gamma"] == "10"]
     assert [row["curvature"] for row in rows] == ["spatial", "material"]
     for row in rows:
         solution = solve(Beam(alpha=1, beta=0.5, gamma=10), curvature=row["curvature"])
         for label, frequency in zip(solution.labels, solution.frequencies, strict=True):
             assert float(row[label]) == pytest.approx(frequency, rel=1e-6)
-    last = table(folder, "fig13")[-1]
     for alpha in (0, 0.5, 1, 2):
         tip = solve(Beam(alpha=alpha), 2).shape(1, [1.0])[0, 1]
-        assert abs(float(last[f"mode2_B2_alpha{alpha:g}"])) == pytest.approx(abs(tip), rel=1e-5)
+        found = float(fig13[-1][f"mode2_B2_alpha{alpha:g}"])
+        assert abs(found) == pytest.approx(abs(tip), rel=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -106,11 +94,7 @@ def test_numbers_are_those_of_solves(folder):
         ("fig4", 0, []),
         ("fig6", 2, ["paper 6.6\nmaterial 6.662\neq. 16 6.824", "paper 17.3\nmaterial 17.343"]),
         ("fig8", 1, ["paper 1.59\nhere 1.5703"]),
-        (
-            "fig11",
-            2,
-            ["paper 0.09\nmaterial 0.0877\neq. 16 0.0872", "paper 0.225\nmaterial 0.22336"],
-        ),
+        ("fig11", 2, ["paper 0.09\nmaterial 0.0877\neq. 16 0.0872", "0.225\nmaterial 0.22336"]),
         ("fig16", 3, ["paper 0.78344, 22.0345\nhere 0.783445, 22.0345", "paper 0.50355, 61.6982"]),
         ("fig18", 1, ["here 1.872", "paper 22.0345\nhere 22.0345"]),
     ],
@@ -133,10 +117,10 @@ def test_figures_of_loci(figure):
         for name in ("spatial", "material") if row.material else ("spatial",):
             expected = compute(number, **MODELS[name])
             assert getattr(row, name).at == pytest.approx(expected, rel=1e-6)
-    dashed = [line for line in picture.axes[0].lines if line.get_linewidth() == 0.9]
+    axes, renderer = picture.axes[0], picture.canvas.get_renderer()
+    dashed = [line for line in axes.lines if line.get_linewidth() == 0.9]
     at_rest = figure.over != "gamma" and figure.beam.gamma == 0
     assert len(dashed) == (0 if at_rest else figure.modes)
-    axes, renderer = picture.axes[0], picture.canvas.get_renderer()
     frame, lines = axes.get_window_extent(), LabelPlacer(axes).line_points
     boxes = [Text.get_window_extent(note, renderer) for note in notes if note.arrow_patch]
     events = computed["spatial"].events
