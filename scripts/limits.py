@@ -95,7 +95,10 @@ def inverse(a: Series) -> Series:
 
 def at(a: Series, h: Any) -> Any:
     """The series at h."""
-    return mp.polyval(a[::-1], h)
+    value = mpf(0)
+    for coefficient in reversed(a):
+        value = value * h + coefficient
+    return value
 
 
 def root(function: Callable[[Any], Any], start: Any) -> Any:

@@ -61,18 +61,12 @@ def test_methods_falsely_lose_their_stability():
 @pytest.mark.parametrize(("delta", "hencky"), [(0.0, 45.420), (1.0, 31.4887)])
 def test_limit_curves(delta, hencky):
     """biot ends at mu pi / 2 whatever delta, hencky at a fold or where its force law ends."""
-    found = kinds.verdict_rows(PLANES[0], np.array([120.0]), delta)
-    rows = dict(zip(NAMES, found, strict=True))
+    rows = dict(zip(NAMES, kinds.verdict_rows(PLANES[0], np.array([120.0]), delta), strict=True))
+    losing = {"linear", "foac", "zoac", "assumed-modes", "power-series"}
     assert rows["auto, biot strain"].limit == pytest.approx(70 * np.pi / 2, rel=1e-6)
     assert rows["auto, hencky strain"].limit == pytest.approx(hencky, abs=1e-3)
     assert np.isnan([rows["auto"].limit, rows["auto"].buckling]).all()
-    assert {name for name, row in rows.items() if np.isfinite(row.loss)} == {
-        "linear",
-        "foac",
-        "zoac",
-        "assumed-modes",
-        "power-series",
-    }
+    assert {name for name, row in rows.items() if np.isfinite(row.loss)} == losing
 
 
 @pytest.mark.parametrize(("mu", "gamma"), [(10000.0, 2.9939), (70.0, 2.9960)])
@@ -92,22 +86,21 @@ def test_where_more_unknowns_help():
     low = by_method(mu=SLENDER, delta=1, gamma=2)["power-series"]
     assert low.discretisation < 1e-8
     assert "ill-conditioned" in by_method(mu=SLENDER, delta=1, gamma=60)["power-series"].message
-    modes = errors("foac", Beam(gamma=10, delta=1, mu=SLENDER), "assumed-modes", terms=(12, 16, 40))
+    beam = Beam(gamma=10, delta=1, mu=SLENDER)
+    modes = [error("foac", beam, "assumed-modes", terms=terms) for terms in (12, 16, 40)]
     assert modes[0] < 1e-4
     assert all(after > 10 * before for before, after in pairwise(modes))
     fast = by_method(mu=SLENDER, delta=1, gamma=150)["ancf"]
     assert fast.model == pytest.approx(0, abs=1e-9)
-    elements = errors("auto", Beam(mu=SLENDER, delta=1, gamma=150), "ancf", elements=(20, 80))
-    assert elements[0] == pytest.approx(fast.discretisation, rel=1e-3)
-    assert elements[1] < elements[0] / 20
+    few, many = (error("auto", beam.replace(gamma=150), "ancf", elements=n) for n in (20, 80))
+    assert few == pytest.approx(fast.discretisation, rel=1e-3)
+    assert many < few / 20
 
 
-def errors(exact, beam, method, **resolutions):
-    """The largest relative errors of the frequencies of a method at some resolutions."""
-    ((option, values),) = resolutions.items()
+def error(exact, beam, method, **options):
+    """The largest relative error of the frequencies of a method."""
     truth = solve(beam, method=exact, tolerance=1e-9).frequencies
-    found = (solve(beam, method=method, **{option: value}).frequencies for value in values)
-    return [abs(frequencies / truth - 1).max() for frequencies in found]
+    return abs(solve(beam, method=method, **options).frequencies / truth - 1).max()
 
 
 def test_verdicts_without_an_equilibrium():
@@ -137,6 +130,7 @@ def test_files_of_the_command(written):
     """A picture of each plane, the page that is printed too, and the data: as many commands as
     cells that fail, each naming its cell's numbers."""
     folder, data, printed = written
+    correct = {kind.name for kind in kinds.CORRECT}
     assert (folder / "stability.md").read_text().strip() in printed
     for plane, found in zip(PLANES, data, strict=False):
         assert (folder / f"stability-{plane.over}.png").read_bytes().startswith(b"\x89PNG")
@@ -144,8 +138,8 @@ def test_files_of_the_command(written):
         assert ("γ = 3.516" in picture) == (plane.over != "alpha")  # a mass lowers it
         assert set(found["methods"]) == set(NAMES)
         for method in found["methods"].values():
-            flat = [name for row in method["kinds"] for name in row]
-            failing = [name for name in flat if name not in {kind.name for kind in kinds.CORRECT}]
+            flat = (name for row in method["kinds"] for name in row)
+            failing = [name for name in flat if name not in correct]
             assert [row["kind"] for row in method["failing"]] == failing
             for row in method["failing"]:
                 assert f"--gamma {row['gamma']:.10g} " in row["command"]
@@ -166,10 +160,8 @@ def test_the_map_of_stable_states(written):
         assert said in found["methods"][name]["says"]
         assert said in printed
     for name in bending - {"ancf-planar"}:
-        one = found["methods"][name]
-        for row, buckling, limit in zip(
-            *(one[key] for key in ("states", "buckling", "limit")), strict=True
-        ):
+        columns = (found["methods"][name][key] for key in ("states", "buckling", "limit"))
+        for row, buckling, limit in zip(*columns, strict=True):
             for gamma, state in zip(found["gamma"], row, strict=True):
                 assert (state == kinds.STRAIGHT.name) == (gamma < buckling)
                 assert (state == kinds.NO_STATE.name) == (limit is not None and gamma > limit)
@@ -215,9 +207,8 @@ def test_a_label_hides_hatches_and_boundaries(plane):
         (label,) = axes.texts
         assert label.get_bbox_patch().get_facecolor() == to_rgba(kind.face)
         if kind.hatch:
-            pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3]
-            white = (pixels.min(axis=2) > 240).mean()
-            assert (white > 0.05) == (kind.ink == "white")
+            white = np.asarray(figure.canvas.buffer_rgba())[..., :3].min(axis=2) > 240
+            assert (white.mean() > 0.05) == (kind.ink == "white")
 
 
 def test_middles_lie_between_edges():
