@@ -13,6 +13,7 @@ from beamviz.sweeps import open_sweep
 
 SPEEDS = np.linspace(0, 40, 21)
 MASSES = np.array([0, 0.5, 1, 2])
+BEAM = Beam(gamma=SPEEDS[3], alpha=MASSES[2], beta=0.5, mu=60)
 LINE, AT = "loci --over gamma --sweep STORE --at", "alpha=1,beta=0.5"
 MAP = "--over gamma,alpha --at beta=0.5 --sweep STORE"
 
@@ -44,9 +45,8 @@ def drawn(store, **options):
 def test_a_map_shows_a_frequency(store):
     """Colours are the frequencies of solve; families, parameters, unit and gaps are named."""
     ax, values, texts = drawn(store, mode=2)
-    beam = Beam(gamma=SPEEDS[3], alpha=MASSES[2], beta=0.5, mu=60)
     assert values.shape == (4, 21)
-    assert values[2, 3] == pytest.approx(solve(beam, strain="hencky").frequencies[1], rel=1e-5)
+    assert values[2, 3] == pytest.approx(solve(BEAM, strain="hencky").frequencies[1], rel=1e-5)
     assert values.mask[3, -1]
     assert texts == {"bending", "stretching"}
     assert ("rotation speed γ" in ax.get_xlabel(), "mass ratio α" in ax.get_ylabel()) == (True,) * 2
@@ -58,8 +58,7 @@ def test_a_map_shows_a_frequency(store):
 def test_a_map_shows_the_smallest_gap(store):
     """The smallest difference of neighbouring frequencies, its modes and families named."""
     _, values, texts = drawn(store, gap=True)
-    beam = Beam(gamma=SPEEDS[3], alpha=MASSES[2], beta=0.5, mu=60)
-    frequencies = solve(beam, modes=3, strain="hencky").frequencies
+    frequencies = solve(BEAM, modes=3, strain="hencky").frequencies
     assert values[2, 3] == pytest.approx(np.diff(frequencies).min(), rel=1e-4)
     assert "modes 1, 2:\nboth\nbending" in texts
 

@@ -104,48 +104,41 @@ def test_the_dataset_is_labelled(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("made", "arguments", "message"),
     [
-        ({"modes": 4}, "modes = 3, not 4"),
-        ({"coriolis": True}, "coriolis = False, not True"),
-        ({"beam": Beam(mu=80)}, "mu = 70.0, not 80.0"),
-        ({"beam": Beam(units=Units(2.0, 0.1))}, "unit_length_m = none, not 2.0"),
-        ({"axes": {"gamma": [0, 5, 11]}}, r"values of gamma = 0, 5, 10, not 0, 5, 11"),
-        ({"axes": {"gamma": [0, 5, 10], "alpha": [1]}}, "axes = gamma, not gamma, alpha"),
+        (True, {"modes": 4}, "modes = 3, not 4"),
+        (True, {"coriolis": True}, "coriolis = False, not True"),
+        (True, {"beam": Beam(mu=80)}, "mu = 70.0, not 80.0"),
+        (True, {"beam": Beam(units=Units(2.0, 0.1))}, "unit_length_m = none, not 2.0"),
+        (True, {"axes": {"gamma": [0, 5, 11]}}, r"values of gamma = 0, 5, 10, not 0, 5, 11"),
+        (True, {"axes": {"gamma": [0, 5, 10], "alpha": [1]}}, "axes = gamma, not gamma, alpha"),
+        (False, {"axes": {}}, "no axis"),
+        (False, {"axes": {"speed": [1]}}, "axis 'speed': must be one of alpha"),
+        (False, {"axes": {"gamma": [1, 0]}}, "values of gamma: must ascend, but 0 follows 1"),
+        (False, {"axes": {"gamma": [0, 300]}}, r"gamma = 300: must lie in 0 \.\. 200"),
+        (
+            False,
+            {"axes": {"gamma": [0, 150], "mu": [20, 70]}},
+            "gamma / mu = 7.5: must be at most 5",
+        ),
+        (False, {"coriolois": True}, "did you mean 'coriolis'"),
+        (False, {"worker": 2}, "did you mean 'workers'"),
+        (False, {"method": "ancf", "elements": 2, "modes": 9}, "modes = 9: at most 4"),
+        (False, {"out": "a.nc"}, r"a.nc: must end in .zarr"),
+        (False, {"workers": 0}, r"workers = 0: must be a whole number"),
     ],
 )
-def test_other_arguments_are_refused(arguments, message, tmp_path):
-    """The difference is named, and the store stays as it is."""
-    given = {"axes": {"gamma": [0, 5, 10]}, "modes": 3, "workers": 1}
-    store = tmp_path / "a.zarr"
-    sweep(out=store, **given)
-    before = contents(store)
-    with pytest.raises(InvalidInput, match=message):
-        sweep(out=store, **{**given, **arguments})
-    assert contents(store) == before
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"axes": {}}, "no axis"),
-        ({"axes": {"speed": [1]}}, "axis 'speed': must be one of alpha"),
-        ({"axes": {"gamma": [1, 0]}}, "values of gamma: must ascend, but 0 follows 1"),
-        ({"axes": {"gamma": [0, 300]}}, r"gamma = 300: must lie in 0 \.\. 200"),
-        ({"axes": {"gamma": [0, 150], "mu": [20, 70]}}, "gamma / mu = 7.5: must be at most 5"),
-        ({"coriolois": True}, "did you mean 'coriolis'"),
-        ({"worker": 2}, "did you mean 'workers'"),
-        ({"method": "ancf", "elements": 2, "modes": 9}, "modes = 9: at most 4"),
-        ({"out": "a.nc"}, r"a.nc: must end in .zarr"),
-        ({"workers": 0}, r"workers = 0: must be a whole number"),
-    ],
-)
-def test_wrong_arguments_make_no_store(arguments, message, tmp_path, monkeypatch):
-    """One line that names the mistake, before anything is written."""
+def test_wrong_arguments_make_and_change_no_store(made, arguments, message, tmp_path, monkeypatch):
+    """The difference to the sweep of a store that is there, or the mistake in those of a new one,
+    is named before anything is written."""
     monkeypatch.chdir(tmp_path)
+    given = {"axes": {"gamma": [0, 5, 10]}, "out": "a.zarr", "modes": 3, "workers": 1}
+    if made:
+        sweep(**given)
+    before = sorted(tmp_path.iterdir()), contents(tmp_path)
     with pytest.raises(InvalidInput, match=message):
-        sweep(**{"axes": {"gamma": [0, 1]}, "out": "a.zarr", **arguments})
-    assert list(tmp_path.iterdir()) == []
+        sweep(**{**given, **arguments})
+    assert (sorted(tmp_path.iterdir()), contents(tmp_path)) == before
 
 
 def test_numbers_of_a_file_are_no_options(tmp_path, steel, run):
