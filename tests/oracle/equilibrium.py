@@ -97,10 +97,10 @@ def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     concave for hencky (softening), wherever it grows with the tip's: where the state is stable.
     """
     tip = 1 + beam.delta
-    if strain == "green":
-        tip = tip_beyond(march, beam, max(tip, 0.1))
-    elif beam.delta < 0:
-        tip = stable_tip(march, tip)
+    if strain == "green":  # it hardens: beyond the equilibrium
+        tip = first_tip(march, max(tip, 0.1) * 1.5 ** np.arange(50), beam.delta)
+    elif beam.delta < 0:  # it softens: stiffer in compression
+        tip = first_tip(march, tip - np.array([0.0, *(0.1 * 2.0 ** np.arange(8))]), -np.inf)
     for _ in range(100):
         pieces = march(tip)
         clamp, _, derivative, _ = pieces[0][2](0.0)
@@ -111,26 +111,15 @@ def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     raise UnresolvedError(f"{beam.numbers}: no equilibrium by shooting")
 
 
-def tip_beyond(march: Callable, beam: Beam, tip: float) -> float:
-    """A place of the tip beyond the equilibrium of a hardening beam."""
-    while True:
+def first_tip(march: Callable, tips: np.ndarray, least: float) -> float:
+    """The first place of the tip with a stable state whose clamp is at `least` or further out."""
+    for tip in tips:
         try:
-            if march(tip)[0][2](0.0)[0] >= beam.delta:
-                return tip
+            if march(tip)[0][2](0.0)[0] >= least:
+                return float(tip)
         except NoStateError:
             pass
-        tip *= 1.5
-
-
-def stable_tip(march: Callable, tip: float) -> float:
-    """A place of the tip at which a softening beam is stable: it is stiffer in compression."""
-    for step in [0.0, *(0.1 * 2.0**k for k in range(8))]:
-        try:
-            march(tip - step)
-        except NoStateError:
-            continue
-        return tip - step
-    raise NoStateError(f"none with its tip at {tip:g} or further in")
+    raise NoStateError(f"none with its tip at {tips[0]:g} .. {tips[-1]:g}")
 
 
 def resolving_mesh(
