@@ -29,6 +29,8 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("cli",),
     ("__main__", "beamviz"),
 )
+VIEWERS = {"viser", "matplotlib", "trimesh"}
+LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
 
 
 def module_name(path: Path) -> str:
@@ -95,10 +97,6 @@ def test_solver_needs_numpy_and_scipy_only_and_is_used_through_solve_only():
         elif layer(module) > layer("solver"):
             seen = {name for name in own_imports(module) if name.startswith("solver")}
             assert seen - timed.get(module, set()) <= {"solver", "solver.solution"}, module
-
-
-VIEWERS = {"viser", "matplotlib", "trimesh"}
-LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
 
 
 @pytest.mark.parametrize(

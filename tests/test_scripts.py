@@ -13,9 +13,16 @@ import pytest
 from helpers import SCRIPTS, load_script
 
 posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
-
-
 PYTHON = Path(sys.executable)
+GOOD = ["timeit", "-n1", "-r1", "pass"]
+BAD = ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
+FIRST = {"fit_mesh_constants": ["LAYER_REACH", "2"]}  # arguments that are required
+COUNTS = [
+    (file.stem, option)
+    for file in SCRIPTS.glob("*.py")
+    for option in re.findall(r'"(--\w+)", type=_script.count', file.read_text())
+]
+WRONG = {"0": "0: must be at least 1", "-3": "-3: must", **{x: repr(x) for x in ("few", "inf")}}
 
 
 @pytest.fixture
@@ -166,15 +173,6 @@ def test_only_a_browser_that_starts_is_used(tmp_path, monkeypatch):
     assert module.from_debian(PYTHON) is None
 
 
-FIRST = {"fit_mesh_constants": ["LAYER_REACH", "2"]}  # arguments that are required
-COUNTS = [
-    (file.stem, option)
-    for file in SCRIPTS.glob("*.py")
-    for option in re.findall(r'"(--\w+)", type=_script.count', file.read_text())
-]
-WRONG = {"0": "0: must be at least 1", "-3": "-3: must", **{x: repr(x) for x in ("few", "inf")}}
-
-
 @pytest.mark.parametrize(("name", "option"), COUNTS)
 def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, option):
     """It names the option and the value; nothing is measured."""
@@ -195,10 +193,6 @@ def test_every_option_that_counts_is_known():
     assert {name for name, _ in COUNTS} == scripts
     text = "".join(file.read_text() for file in SCRIPTS.glob("*.py"))
     assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}
-
-
-GOOD = ["timeit", "-n1", "-r1", "pass"]
-BAD = ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
 
 
 @pytest.mark.parametrize("bad", ["types", "lint", "tests"])

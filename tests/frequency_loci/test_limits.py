@@ -17,6 +17,9 @@ from beamviz.solver import end_of_bent_state, other_stable_states
 
 TIP = Beam(alpha=1, beta=1)
 INWARD = Beam(delta=-1)
+SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it has a bent state up to gamma = 4.508896
+FOLDING = Beam(4.656, 1, 5.341, -0.09663, 194.4)
+SOFT = {"strain": "biot", "curvature": "material"}
 GAUSS = np.polynomial.legendre.leggauss(40)
 
 
@@ -241,10 +244,6 @@ def test_a_kink_of_a_gap_is_no_crossing(values):
     assert (found["S1"].frequency < found["B4"].frequency).all()
 
 
-FOLDING = Beam(4.656, 1, 5.341, -0.09663, 194.4)
-SOFT = {"strain": "biot", "curvature": "material"}
-
-
 def test_a_limit_point_of_the_spin_up():
     """A bent beam that is accelerated snaps through to the other side where the lowest omega^2
     vanishes, as the root of the distance."""
@@ -256,9 +255,6 @@ def test_a_limit_point_of_the_spin_up():
     assert squares[1] / squares[2] == pytest.approx(2, rel=0.02)
     tips = [solution.equilibrium.tip[1] for solution in found["B1"].solutions]
     assert [tip > 0 for tip in tips] == [value < event.at for value in found.values]
-
-
-SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it has a bent state up to gamma = 4.508896
 
 
 @pytest.mark.slow

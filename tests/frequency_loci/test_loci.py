@@ -29,8 +29,7 @@ def test_a_family_changes_along_a_branch_with_coriolis():
 @pytest.mark.parametrize("gamma", [1e-3, 0.05, 0.2])
 def test_the_gap_is_the_gyroscopic_coupling(gamma):
     """To first order in the speed it is 2 gamma |int rho u w| of the uncoupled unit-mass shapes
-    (Manconi & Mace 2017); at rest there is none. However narrow, a veering is not a crossing; at
-    its width from the least gap, on either side, the gap is sqrt(2) times the least."""
+    (Manconi & Mace 2017); at rest there is none. However narrow, a veering is not a crossing."""
     values = np.linspace(1, 2, 21)
     (crossing,) = loci(Beam(gamma=0), "alpha", values, coriolis=True).events
     there = solve(Beam(alpha=crossing.at))
@@ -42,9 +41,6 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
     assert (crossing.kind, veering.kind) == ("crossing", "veering")
     assert veering.gap == pytest.approx(2 * gamma * coupling, rel=1e-3)
     assert veering.index == pytest.approx(1, abs=1e-3)
-    for alpha in (veering.at - veering.width, veering.at + veering.width):
-        beside = solve(Beam(alpha=alpha, gamma=gamma), coriolis=True, tolerance=1e-10)
-        assert np.diff(beside.frequencies).min() == pytest.approx(2**0.5 * veering.gap, rel=0.01)
 
 
 @pytest.mark.parametrize("coriolis", [False, True])

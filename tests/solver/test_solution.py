@@ -12,6 +12,8 @@ from beamviz import Beam, solve, solve_many
 from beamviz.solver import METHODS
 
 ROOT = beamviz.__path__[0]
+CASES = [(method, False) for method in METHODS]
+CASES += [(method, True) for method, row in METHODS.items() if "coriolis" not in row.unsupported]
 
 
 @pytest.mark.parametrize("gamma", [2.9, 5.0])
@@ -76,28 +78,21 @@ def test_a_solve_passes_few_modules_and_calls():
     assert len({file for file, _, _ in calls}) <= 9, calls
 
 
-X = np.linspace(0, 1, 11)
-BEAM = Beam(alpha=0.5, beta=0.4, gamma=3)
-CASES = [(method, False) for method in METHODS]
-CASES += [(method, True) for method, row in METHODS.items() if "coriolis" not in row.unsupported]
-
-
 @pytest.mark.parametrize(("method", "coriolis"), CASES)
 def test_a_solution_pickles(method, coriolis):
     """Before anything lazy is computed and after, with shapes, errors and equilibrium the same."""
-    solution = solve(BEAM, method=method, coriolis=coriolis)
+
+    def arrays(solution):
+        state, x = solution.equilibrium, np.linspace(0, 1, 11)
+        functions = (solution.displacement(x), state.position(x), state.stretch(x))
+        return solution.frequencies, solution.errors, *functions
+
+    solution = solve(Beam(alpha=0.5, beta=0.4, gamma=3), method=method, coriolis=coriolis)
     for _ in range(2):
         copy = pickle.loads(pickle.dumps(solution))
-        assert (copy.beam, copy.problem, copy.stats) == (BEAM, solution.problem, solution.stats)
-        assert copy.labels == solution.labels
-        for original, copied in zip(arrays(solution), arrays(copy), strict=True):
-            assert np.array_equal(original, copied)
-
-
-def arrays(solution):
-    state = solution.equilibrium
-    functions = (solution.displacement(X), state.position(X), state.stretch(X))
-    return solution.frequencies, solution.errors, *functions
+        for name in ("beam", "problem", "stats", "labels"):
+            assert getattr(copy, name) == getattr(solution, name)
+        assert all(map(np.array_equal, arrays(solution), arrays(copy)))
 
 
 def test_an_error_in_place_of_a_solution_pickles():

@@ -38,7 +38,7 @@ def test_every_corner_of_the_accepted_domain_solves(plane, coriolis):
         assert np.all(solution.errors <= 1e-6 * solution.frequencies + rounding), beam
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(beam=beams(gamma=(0, 10)), k=st.integers(0, 4), coriolis=st.booleans())
 def test_shapes_have_unit_modal_mass(beam, k, coriolis):
     """int rho |phi|^2 = 1, the concentrated mass included, by a quadrature of its own."""
@@ -83,7 +83,7 @@ def test_an_error_that_cannot_be_known_is_infinite():
     assert np.all(np.isinf(beyond.errors))
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(beam=beams())
 def test_every_bending_mode_has_one_node_more_than_the_last(beam):
     """B1 has none, B2 one, and so on, at any speed and with any mass; stretching alike."""
