@@ -5,8 +5,6 @@
 solves    a default solve (equilibrium, 5 modes, error estimates, relative 1e-6) against the time
           its eigenproblems alone take, repeated while caches are warm: by scipy.linalg.eigh, and
           by LAPACK's bare routines
-elements  the paper's elements: equilibrium and assembly per element, which should not grow with
-          their number
 sweeps    201 points with 6 modes against 201 separate solves
 bent      a bent solve, without a start and from a neighbour's state, against a straight one that
           has at least as many unknowns
@@ -43,9 +41,6 @@ from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import lapack_ratios, least_time
 from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene
 from beamviz.solver import Solution, solve, solve_many
-from beamviz.solver.fem import straight_equilibrium
-from beamviz.solver.fem.elements import PlanarBeam
-from beamviz.solver.problem import Problem
 
 MIDDLE = Beam(alpha=1, beta=0.5, gamma=10)
 SCENES = {
@@ -84,20 +79,6 @@ def solves() -> None:
         ratios, seconds = lapack_ratios(beam), least_time(partial(solve, beam))
         dof = solve(beam).stats.dof
         _script.print_row(name, 1e6 * seconds, dof, ratios["eigh"], ratios["bare_lapack"])
-
-
-def elements() -> None:
-    def equilibrium(count: int) -> None:
-        straight_equilibrium(PlanarBeam(np.linspace(0, 1, count + 1), MIDDLE, Problem()))
-
-    _script.print_row("ancf, equilibrium and assembly", "ms", "us / element", "/ 20")
-    first = 0.0
-    for n in (20, 40, 80, 160, 320):
-        per_element = least_time(partial(equilibrium, n), 20) / n
-        first = first or per_element
-        _script.print_row(
-            f"{n:4} elements", 1e3 * n * per_element, 1e6 * per_element, per_element / first
-        )
 
 
 def one_by_one(solve_one: Callable[[Beam], object], beams: list[Beam]) -> None:
@@ -169,7 +150,6 @@ def peers() -> None:
     exact = solve(beams[-1], MODES, tolerance=1e-9, **model).frequencies
     own_error = abs(solve(beams[-1], MODES, **model).frequencies / exact - 1).max()
     ours = least_time(partial(solve_many, beams, modes=MODES, **model), 10)
-    apart = partial(one_by_one, partial(solve, modes=MODES, **model), beams)
     tracked = partial(loci, Beam(alpha=1), "gamma", speeds, MODES, **model)
 
     def show(name: str, seconds: float, error: float) -> None:
@@ -177,7 +157,6 @@ def peers() -> None:
 
     _script.print_row("201 speeds, 6 modes", "ms", "error", "/ auto")
     show("auto", ours, own_error)
-    show("auto, 201 separate solves", least_time(apart, 2), own_error)
     show("auto, tracked, events located", least_time(tracked, 10), own_error)
     for count in (5, 10, 20):
         name = f"Exudyn {exudyn.version()}, {count} elements"
@@ -222,8 +201,7 @@ def pictures() -> None:
 
 
 SECTIONS = {
-    section.__name__: section
-    for section in (solves, elements, sweeps, bent, charts, peers, pictures)
+    section.__name__: section for section in (solves, sweeps, bent, charts, peers, pictures)
 }
 
 if __name__ == "__main__":
