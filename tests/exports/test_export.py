@@ -49,19 +49,18 @@ def by_name(entries: list, name: str):
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["plain", "coriolis"])
-def model(request, tmp_path_factory) -> tuple[Path, SolvedScene]:
-    """A model of modes 1 and 3, and the solved it shows."""
+def model(request, tmp_path_factory) -> tuple[Path, pygltflib.GLTF2, SolvedScene]:
+    """A model of modes 1 and 3 as a file, its content, and the solved scene that it shows."""
     scene = Scene.of(PAPER, coriolis=request.param, shares=[0.5, 0.0, 1.0], rotating_frame=False)
     path = tmp_path_factory.mktemp("models") / "beam.glb"
     export(path, scene)
-    return path, SolvedScene(scene)
+    return path, pygltflib.GLTF2().load(path), SolvedScene(scene)
 
 
 def test_a_model_swings_as_the_solution_does(model):
     """At each key of the animation, morph targets and weights put the beam's axis and the mass
     where the solution has them; the end is the beginning."""
-    path, solved = model
-    gltf = pygltflib.GLTF2().load(path)
+    _, gltf, solved = model
     primitive = by_name(gltf.meshes, "beam").primitives[0]
     rest = values(gltf, primitive.attributes.POSITION)
     targets = [values(gltf, target["POSITION"]) for target in primitive.targets]
@@ -101,8 +100,8 @@ def test_a_model_swings_as_the_solution_does(model):
 def test_a_model_keeps_the_rules_of_gltf(model):
     """What the specification asks of the container and its views. Trimesh reads hub, beam and mass;
     the beam is closed, faces outwards, and reaches from the clamp to its stretched tip."""
-    path, solved = model
-    blob, gltf = path.read_bytes(), pygltflib.GLTF2().load(path)
+    path, gltf, solved = model
+    blob = path.read_bytes()
     assert struct.unpack("<4sII", blob[:12]) == (b"glTF", 2, len(blob))
     assert gltf.buffers[0].byteLength == len(gltf.binary_blob())
     assert all(view.byteOffset % 4 == 0 for view in gltf.bufferViews)
