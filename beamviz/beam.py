@@ -6,13 +6,12 @@ from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from beamviz.errors import InvalidInput, unknown_keyword
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(NamedTuple):
     """One of the dimensionless numbers of a beam, for every place that describes it.
 
     label: its name; short_label: its name beside a slider; formula: the paper's definition;
@@ -40,56 +39,36 @@ class Parameter:
         return f"{self.short_label} {self.symbol}"
 
 
-PARAMETERS = {
+PARAMETERS = {  # in brackets: symbol, label, short label, formula, formula in SI
     "alpha": Parameter(
-        symbol="α",
-        label="mass ratio",
-        short_label="mass",
-        formula="m / (ρ A L)",
-        si_formula="mass / (density area length)",
+        *("α", "mass ratio", "mass", "m / (ρ A L)", "mass / (density area length)"),
         limits=(0.0, 100.0),
         slider=(0.0, 5.0, 0.01),
         hint="The concentrated mass over the mass of the beam. Larger: lower frequencies, except of"
         " modes with a node at the mass",
     ),
     "beta": Parameter(
-        symbol="β",
-        label="mass location",
-        short_label="position",
-        formula="d / L",
-        si_formula="mass_position / length",
+        *("β", "mass location", "position", "d / L", "mass_position / length"),
         limits=(0.0, 1.0),
         slider=(0.0, 1.0, 0.005),
         hint="Position of the mass: 0 at the hub, 1 at the tip. You can drag the mass itself, too",
     ),
     "gamma": Parameter(
-        symbol="γ",
-        label="rotation speed",
-        short_label="speed",
-        formula="Ω T*",
-        si_formula="rotation_speed T*",
+        *("γ", "rotation speed", "speed", "Ω T*", "rotation_speed T*"),
         limits=(0.0, 200.0),
         slider=(0.0, 50.0, 0.1),
         hint="Rotation speed in radians per T*. Higher: more tension in the beam, a longer beam and"
         " higher bending frequencies",
     ),
     "delta": Parameter(
-        symbol="δ",
-        label="hub radius",
-        short_label="hub",
-        formula="a / L",
-        si_formula="hub_radius / length",
+        *("δ", "hub radius", "hub", "a / L", "hub_radius / length"),
         limits=(-2.0, 20.0),
         slider=(-1.0, 3.0, 0.01),
         hint="Radius of the hub over the length of the beam. Larger: more tension. Below 0 the beam"
         " points inward and is compressed",
     ),
     "mu": Parameter(
-        symbol="μ",
-        label="slenderness",
-        short_label="slenderness",
-        formula="√(A L² / I)",
-        si_formula="length sqrt(area / second_moment)",
+        *("μ", "slenderness", "slenderness", "√(A L² / I)", "length sqrt(area / second_moment)"),
         limits=(10.0, 10000.0),
         slider=(10.0, 200.0, 1.0),
         hint="√12 times length over thickness of a rectangular section. Larger: higher stretching"
@@ -97,11 +76,7 @@ PARAMETERS = {
     ),
 }
 SPIN_UP = Parameter(
-    symbol="λ",
-    label="spin-up",
-    short_label="spin-up",
-    formula="T*² dΩ/dt",
-    si_formula="angular_acceleration T*^2",
+    *("λ", "spin-up", "spin-up", "T*² dΩ/dt", "angular_acceleration T*^2"),
     limits=(-1000.0, 1000.0),
     slider=(-20.0, 20.0, 0.1),
     hint="How fast the speed grows. The beam lags behind its hub and is bent; below 0, where the"
