@@ -193,17 +193,14 @@ class Scene:
     def changed(self, **values: Any) -> Self:
         """With other values of some keys; `mode` (1-based) shows that mode alone."""
         check_keys(values, KEYS, "a scene")
-        by_table = {
-            table: {key: values[key] for key in keys if key in values}
-            for table, keys in LINKED.items()
-        }
+        own = {table: {k: values[k] for k in keys if k in values} for table, keys in LINKED.items()}
         return replace(
             self,
-            beam=self.beam.replace(**by_table["beam"]),
-            options={**self.options, **by_table["model"]},
-            view=change_view(self.view, **by_table["view"]),
-            camera=change_camera(self.camera, by_table["camera"]),
-            **by_table["chart"],
+            beam=self.beam.replace(**own["beam"]),
+            options={**self.options, **own["model"]},
+            view=change_view(self.view, **own["view"]),
+            camera=change_camera(self.camera, own["camera"]),
+            **own["chart"],
         )
 
     @property
@@ -235,10 +232,9 @@ class Scene:
         """The query of a link to the scene, which `Scene.from_query` reads: the keys, except those
         of `without`, whose values differ from those of `base`; in SI for a real beam."""
         base, beam = base or type(self)(), self.beam
-        values, usual = (
-            {key: value for name in LINKED for key, value in scene.tables[name].items()}
-            for scene in (self, base)
-        )
+        tables, others = self.tables, base.tables
+        values = {key: value for name in LINKED for key, value in tables[name].items()}
+        usual = {key: value for name in LINKED for key, value in others[name].items()}
         if beam != base.beam and beam.si:
             values = {key: value for key, value in values.items() if key not in LINKED["beam"]}
             values = beam.si | values
@@ -247,14 +243,10 @@ class Scene:
         if shares != base.view.shares and self.view.only(len(shares) - 1).shares == shares:
             values["mode"] = len(shares)
             del values["shares"]
-        return urlencode(
-            {
-                key: value if isinstance(value, str) else json.dumps(value, separators=(",", ":"))
-                for key, value in values.items()
-                if value != usual.get(key) and key not in without
-            },
-            safe="[],",
-        )
+        changed = {k: v for k, v in values.items() if v != usual.get(k) and k not in without}
+        compact = json.JSONEncoder(separators=(",", ":")).encode
+        texts = {k: v if isinstance(v, str) else compact(v) for k, v in changed.items()}
+        return urlencode(texts, safe="[],")
 
     @classmethod
     def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
