@@ -2,7 +2,7 @@
 
 import html
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,7 +22,6 @@ STATIONS = 201  # equally spaced along the beam
 MAX_DECIMALS = 9
 LEFT_ALIGNED = ("label", "family", "nodes x/L")
 MAX_LOCI_ROWS = 21
-MAX_LOCI_DECIMALS = 5
 MAX_HTML_ROWS = 20
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
 EQUILIBRIUM_KEYS = ("status", "shape", "iterations", "tip", "max_stretch")
@@ -36,7 +35,6 @@ MODE_KEYS = {  # of the JSON, and the attributes of a solution
     "nodes": "nodes",
 }
 VALUE_KEYS = ("family", "frequency", "growth_rate", "error", "bending_fraction")
-BRANCH_KEYS = ("label", *VALUE_KEYS)
 PER_TIME = {"units": "1/T*"}
 UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}  # of dataset variables
 
@@ -62,11 +60,8 @@ def html_table(caption: str, columns: Columns) -> str:
     def row(tag: str, cells: Iterable[Any]) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(str(c))}</{tag}>" for c in cells) + "</tr>"
 
-    lines = [
-        row("th", columns),
-        *(row("td", cells) for cells in zip(*columns.values(), strict=True)),
-    ]
-    return f"<table><caption>{html.escape(caption)}</caption>{''.join(lines)}</table>"
+    rows = "".join(row("td", cells) for cells in zip(*columns.values(), strict=True))
+    return f"<table><caption>{html.escape(caption)}</caption>{row('th', columns)}{rows}</table>"
 
 
 def records_dataframe(kind: type, records: Sequence[Any]) -> Any:
@@ -137,7 +132,7 @@ def along_beam(solution: "Solution") -> dict[str, np.ndarray]:
 
 def solution_json(solution: "Solution") -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
-    state, model, units = solution.equilibrium, solution.problem.model, solution.beam.units
+    state, model = solution.equilibrium, solution.problem.model
     data = {
         "beam": solution.beam.numbers,
         "model": {key: model[key] for key in MODEL_KEYS},
@@ -145,7 +140,7 @@ def solution_json(solution: "Solution") -> str:
         "modes": mode_records(solution),
         "stats": solution.stats,
     }
-    if units:
+    if units := solution.beam.units:
         data["units"] = {"length": units.length, "time": units.time}
     return json_text(data)
 
@@ -247,12 +242,13 @@ SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solut
 
 def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     """Sweep, branches, crossings and veerings as JSON."""
+    keys = ("label", *VALUE_KEYS)
     data: dict[str, Any] = {
         "beam": {name: x for name, x in loci.beam.numbers.items() if name != loci.over},
         "model": loci.problem.model,
         "over": loci.over,
         "values": loci.values,
-        "branches": [{key: getattr(one, key) for key in BRANCH_KEYS} for one in loci.branches],
+        "branches": [{key: getattr(branch, key) for key in keys} for branch in loci.branches],
         "events": loci.events,
         "limits": loci.limits,
         "complete": loci.complete,
@@ -261,8 +257,8 @@ def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     if resonances:
         data["resonances"] = resonances
     if units := loci.units:
-        for branch, record in zip(loci.branches, data["branches"], strict=True):
-            record["hertz"] = units.hertz(branch.frequency)
+        for record in data["branches"]:
+            record["hertz"] = units.hertz(record["frequency"])
         data["units"] = {"length": units.length, "time": units.time}
         if loci.over == "gamma":
             data["rpm"] = units.rpm(loci.values)
@@ -288,13 +284,11 @@ def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         f"Sweep        {loci.over} = {loci.values[0]:.7g} .. {loci.values[-1]:.7g},"
         f" {len(loci.values)} values",
         "Model        " + loci.problem.described,
+        *([described_units(loci.units)] if loci.units else []),
     ]
-    if units := loci.units:
-        heading.append(described_units(units))
     footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
-    limits = [limit.message for limit in loci.limits]
-    events, crossed = event_lines(loci), resonance_lines(loci, resonances)
-    parts = [heading, frequency_lines(loci), events, crossed, limits, [footer]]
+    limits, crossed = [limit.message for limit in loci.limits], resonance_lines(loci, resonances)
+    parts = [heading, frequency_lines(loci), event_lines(loci), crossed, limits, [footer]]
     return "\n\n".join("\n".join(part) for part in parts if part)
 
 
@@ -303,7 +297,7 @@ def frequency_lines(loci: "Loci") -> list[str]:
     count = len(loci.values)
     step = math.ceil((count - 1) / (MAX_LOCI_ROWS - 1))
     rows = [*range(0, count - 1, step), count - 1]
-    columns = {f"{one.label}  ": branch_cells(one, rows) for one in loci.branches}
+    columns = {f"{one.label}  ": [*branch_cells(one, rows)] for one in loci.branches}
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
     table = aligned_table({loci.over: [f"{loci.values[i]:.7g}" for i in rows], **columns})
     lines = [f"Frequencies [1/T*]{thinned}", *table]
@@ -312,20 +306,15 @@ def frequency_lines(loci: "Loci") -> list[str]:
     return lines
 
 
-def branch_cells(branch: "Branch", rows: list[int]) -> list[str]:
+def branch_cells(branch: "Branch", rows: list[int]) -> Iterator[str]:
     """The frequencies of a branch with their significant decimals; a letter marks a family other
     than the label's."""
     errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
-    decimals = min([MAX_LOCI_DECIMALS, *map(significant_decimals, errors)])
-    cells = []
+    decimals = min([5, *map(significant_decimals, errors)])
     for i in rows:
-        value, family = branch.frequency[i], branch.family[i]
-        if family is None:
-            cells.append("-  ")
-            continue
+        value, letter = branch.frequency[i], (branch.family[i] or "")[:1]
         text = "unstable" if math.isnan(value) else f"{value:.{decimals}f}"
-        cells.append(f"{text} {family[0] if family[0] != branch.label[0].lower() else ' '}")
-    return cells
+        yield f"{text} {letter if letter != branch.label[0].lower() else ' '}" if letter else "-  "
 
 
 def event_lines(loci: "Loci") -> list[str]:
