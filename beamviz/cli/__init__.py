@@ -1,12 +1,12 @@
 """The command line: data on stdout, messages on stderr, one exit code for each kind of failure."""
 
-import json
-import math
 import os
 import sys
 from itertools import pairwise
+from typing import Any
 
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.files import json_text
 from beamviz.signals import Terminated, terminate_on_signal
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
@@ -43,9 +43,7 @@ def run(arguments: list[str]) -> int:
         return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
     except BeamvizError as error:
         code = EXIT_CODES.get(type(error), OTHER_FAILURE)
-        limit = {}
-        if isinstance(error, NoEquilibrium):
-            limit["limit"] = error.limit if math.isfinite(error.limit) else None
+        limit = {"limit": error.limit} if isinstance(error, NoEquilibrium) else {}
         return report(code, error.kind, str(error), arguments, **limit)
     except typer.TyperException as error:
         return report(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
@@ -56,12 +54,10 @@ def run(arguments: list[str]) -> int:
         return report(OTHER_FAILURE, "internal", message, arguments)
 
 
-def report(
-    code: int, kind: str, message: str, arguments: list[str], **details: float | None
-) -> int:
+def report(code: int, kind: str, message: str, arguments: list[str], **details: Any) -> int:
     """Report a failure: one line on stderr, and JSON on stdout with --format json."""
     line = " ".join(message.split())
     print(f"beamviz: {line}", file=sys.stderr)
     if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
-        print(json.dumps({"error": {"kind": kind, "message": line, **details}}))
+        print(json_text({"error": {"kind": kind, "message": line, **details}}, indent=None))
     return code

@@ -33,17 +33,10 @@ if TYPE_CHECKING:
 
 Format = Annotated[Literal["table", "json", "csv"], option("Output format.")]
 Folder = Annotated[Path, option("Folder to write to.", metavar="DIR")]
-DIRECTION = option(
-    "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam.",
-    "--from",
-    parser=parse_triple,
-    metavar="X,Y,Z",
-)
+Name = Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"]
+FROM_HELP = "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
+DIRECTION = option(FROM_HELP, "--from", parser=parse_triple, metavar="X,Y,Z")
 ZOOM = number("Zoom factor; 1: the beam fills the picture.")
-
-MAX_PER_REV = 100
-MAX_VISITORS = 1000
-MAX_PROCESSES = 64
 KEPT = "interrupted; what is written is kept: run the same command again to resume"
 EVERY = 10.0  # [s] between lines of progress where stderr is no terminal
 
@@ -87,10 +80,7 @@ def loci(
     beam: Beam,
     options: dict[str, Any],
     context: typer.Context,
-    over: Annotated[
-        Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"],
-        option("The parameter to vary."),
-    ],
+    over: Annotated[Name, option("The parameter to vary.")],
     start: Annotated[float | None, number("First value of the parameter.")] = None,
     stop: Annotated[float | None, number("Last value of the parameter.")] = None,
     points: Annotated[int, number("Number of values.")] = 201,
@@ -128,7 +118,7 @@ def loci(
         values = sweep_values("--", over, start, stop, points)
         note_unused(beam, [over])
     found = loci(beam, over, values, modes, **options)
-    crossed = resonances(found, check_int("per-rev", per_rev, 0, MAX_PER_REV))
+    crossed = resonances(found, check_int("per-rev", per_rev, 0, 100))
     if plot:
         save_figure(plot, draw_chart(found, crossed, range(1, per_rev + 1)))
     print(LOCI_FORMATS[format](found, crossed).rstrip("\n"))
@@ -232,9 +222,9 @@ def serve(
     from beamviz.explorer import serve
 
     port = check_int("port", port, 1, 65535)
-    visitors = check_int("visitors", visitors, 1, MAX_VISITORS)
+    visitors = check_int("visitors", visitors, 1, 1000)
     if processes is not None:
-        processes = check_int("processes", processes, 1, MAX_PROCESSES)
+        processes = check_int("processes", processes, 1, 64)
     serve(scene, host, port, open, public_url, visitors, follow, processes)
 
 
@@ -338,8 +328,8 @@ def lessons(
     """Lists the lessons of the explorer."""
     from beamviz.lessons import LESSONS, lessons_table
 
-    as_json = format == "json"
-    print(json_text({"lessons": [one.record for one in LESSONS]}) if as_json else lessons_table())
+    records = {"lessons": [one.record for one in LESSONS]}
+    print(json_text(records) if format == "json" else lessons_table())
 
 
 @app.command()

@@ -18,11 +18,20 @@ from beamviz.errors import InvalidInput
 if TYPE_CHECKING:
     from beamviz.scene import Scene
 
+Elements = Literal["ancf", "ancf-planar", "linear"]
+Method = Literal["auto", Elements, "foac", "zoac", "assumed-modes", "power-series", "chebyshev"]
 MAX_POINTS = 10_000  # of a sweep
 ASCII = str.maketrans({"ρ": "rho", "Ω": "Omega", "√": "sqrt", "²": "^2"})
 FILE_HELP = "TOML file with the beam in SI units, in place of these numbers."
 TERMS_HELP = "Terms of assumed-modes (default 10), power-series (80) and chebyshev (32)."
 SCENE_HELP = "A scene saved by the explorer; other options override it."
+STRAIN_HELP = "Axial strain; the paper's is green."
+CURVATURE_HELP = "Curvature measure; spatial is the paper's eq. 16."
+PLANE_HELP = "Vibration in the plane of rotation, or out of it."
+CORIOLIS_HELP = "The gyroscopic term 2 gamma G q', which the paper leaves out."
+ELEMENTS_HELP = "Elements of ancf, ancf-planar and linear (default 20)."
+TOLERANCE_HELP = "Relative error asked of each frequency."
+DARK_HELP = "Background (default light)."
 METHOD_HELP = (
     "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements; ancf-planar: the same"
     " with the full planar tangent; linear: prestressed linear elements; foac, zoac: first-order"
@@ -80,40 +89,15 @@ def beam_and_model(
     mu: Annotated[float | None, parameter("mu")] = None,
     spin_up: Annotated[float | None, parameter("spin_up")] = None,
     si: Annotated[Path | None, option(FILE_HELP, metavar="FILE.toml", panel="Beam")] = None,
-    method: Annotated[
-        Literal[
-            "auto",
-            "ancf",
-            "ancf-planar",
-            "linear",
-            "foac",
-            "zoac",
-            "assumed-modes",
-            "power-series",
-            "chebyshev",
-        ],
-        model(METHOD_HELP),
-    ] = "auto",
-    strain: Annotated[
-        Literal["green", "biot", "hencky"], model("Axial strain; the paper's is green.")
-    ] = "green",
-    curvature: Annotated[
-        Literal["spatial", "material"], model("Curvature measure; spatial is the paper's eq. 16.")
-    ] = "spatial",
-    coriolis: Annotated[
-        bool, model("The gyroscopic term 2 gamma G q', which the paper leaves out.")
-    ] = False,
-    plane: Annotated[
-        Literal["chordwise", "flapwise"], model("Vibration in the plane of rotation, or out of it.")
-    ] = "chordwise",
+    method: Annotated[Method, model(METHOD_HELP)] = "auto",
+    strain: Annotated[Literal["green", "biot", "hencky"], model(STRAIN_HELP)] = "green",
+    curvature: Annotated[Literal["spatial", "material"], model(CURVATURE_HELP)] = "spatial",
+    coriolis: Annotated[bool, model(CORIOLIS_HELP)] = False,
+    plane: Annotated[Literal["chordwise", "flapwise"], model(PLANE_HELP)] = "chordwise",
     state: Annotated[Literal["straight", "bent", "stable"], model(STATE_HELP)] = "straight",
-    elements: Annotated[
-        int | None, number("Elements of ancf, ancf-planar and linear (default 20).", panel="Model")
-    ] = None,
+    elements: Annotated[int | None, number(ELEMENTS_HELP, panel="Model")] = None,
     terms: Annotated[int | None, number(TERMS_HELP, panel="Model")] = None,
-    tolerance: Annotated[
-        float, number("Relative error asked of each frequency.", panel="Model")
-    ] = 1e-6,
+    tolerance: Annotated[float, number(TOLERANCE_HELP, panel="Model")] = 1e-6,
 ) -> tuple[Beam, dict[str, Any]]:
     """The beam, and the keywords of `solve` that describe its model."""
     options: dict[str, Any] = dict(locals())
@@ -134,13 +118,8 @@ def scene_from_options(
     lesson: Annotated[
         str | None, scene_option("The scene of a lesson, in place of a file.", metavar="NAME")
     ] = None,
-    mode: Annotated[
-        int | None,
-        scene_option("Mode to show alone (default 2).", parser=parse_number, metavar="NUMBER"),
-    ] = None,
-    dark: Annotated[
-        bool | None, scene_option("Background (default light).", "--dark/--light")
-    ] = None,
+    mode: Annotated[int | None, number("Mode to show alone (default 2).", panel="Scene")] = None,
+    dark: Annotated[bool | None, scene_option(DARK_HELP, "--dark/--light")] = None,
     **beam_options: Any,
 ) -> tuple["Scene"]:
     """The scene of a file, of a lesson or the default one, with the options of the command line;
