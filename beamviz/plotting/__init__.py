@@ -1,6 +1,7 @@
 """Charts: the style they share, figures as the contents of files, and mode shapes."""
 
 import io
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ STRIPES = "#777777"  # of hatches
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
 STATIONS = 201  # of a mode shape
+LINES = (("stretching", "--"), ("bending", "-"))  # of mode shapes, by their larger component
 STYLE: Any = {
     "font.family": "DejaVu Sans",  # shipped with matplotlib: the same picture on every machine
     "font.size": 9,
@@ -30,6 +32,7 @@ STYLE: Any = {
     "hatch.linewidth": 0.5,
     "svg.hashsalt": "beamviz",  # the same picture is the same file
 }
+CENTRED: Any = {"ha": "center", "va": "center"}
 OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")
 RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1}
 UNDATED: Any = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
@@ -52,12 +55,16 @@ def current_axes() -> "Axes":
     return pyplot.gca()
 
 
-def on_axis(values: Any, name: str, units: Units | None) -> tuple[Any, str]:
-    """Values of a parameter as its axis has them, and the label of the axis: speeds in rpm for a
-    beam in SI."""
+def axis_of(name: str, units: Units | None) -> tuple[Callable[[Any], Any], str, str]:
+    """Of the axis of a parameter or of the "frequency": the function from numbers to its units, its
+    label, and the template of a text in these units: rpm and Hz for a beam in SI."""
     if units and name == "gamma":
-        return units.rpm(values), "rotation speed [rpm]"
-    return values, NUMBERS[name].axis_label
+        return units.rpm, "rotation speed [rpm]", "{:.5g} rpm"
+    if units and name == "frequency":
+        return units.hertz, "frequency [Hz]", "{:.3g} Hz"
+    if name == "frequency":
+        return lambda value: value, "frequency ω [1/T*]", "{:.3g}"
+    return lambda value: value, NUMBERS[name].axis_label, NUMBERS[name].symbol + " = {:#.5g}"
 
 
 def figure_bytes(figure: "Figure", extension: str) -> bytes:
@@ -90,14 +97,10 @@ def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":
     for k, label in enumerate(solution.labels):
         component = solution.larger_component[k]
         shape = shapes[:, component, k].real
-        axes.plot(
-            x,
-            shape / abs(shape).max(),
-            color=COLOURS[("stretching", "bending")[component]],
-            alpha=max(1.2 - 0.2 * int(label[1:]), 0.3),
-            ls=("--", "-")[component],
-            label=f"{label}  ω = {solution.frequencies[k]:.5g}",
-        )
+        (family, ls), alpha = LINES[component], max(1.2 - 0.2 * int(label[1:]), 0.3)
+        style: Any = {"color": COLOURS[family], "ls": ls, "alpha": alpha}
+        text = f"{label}  ω = {solution.frequencies[k]:.5g}"
+        axes.plot(x, shape / abs(shape).max(), label=text, **style)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
     axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")
     axes.legend(frameon=False, fontsize=8, loc="upper left")

@@ -20,7 +20,12 @@ SAMPLES = 800  # of each line
 LINE_HEIGHT = 12.0  # [pt]
 ASIDE = 6.0  # [pt] from the end of a line to its label
 COVERED, CROSSED, FORBIDDEN = 2.0, 40.0, 1e4  # cost of a line sample, a line, a label [pt]
-CONNECTOR: dict[str, Any] = {"arrowstyle": "-", "lw": 0.6, "color": "#555555", "shrinkA": 0}
+OFFSET: dict[str, Any] = {"textcoords": "offset points", "va": "center"}
+CONNECTOR = {"arrowstyle": "-", "lw": 0.6, "color": "#555555", "shrinkA": 0, "shrinkB": 4}
+LABEL: dict[str, Any] = {**OFFSET, "ha": "center", "multialignment": "left", "fontsize": 8}
+LABEL |= {"arrowprops": CONNECTOR, "zorder": 7}
+LEGEND: dict[str, Any] = {"loc": "center left", "frameon": False, "fontsize": 8}
+LEGEND |= {"handlelength": 1.6, "columnspacing": 1.2, "borderaxespad": 0, "borderpad": 0}
 
 EndLabel = tuple[float, str, Any, str]  # height, text, colour and font weight
 
@@ -49,18 +54,7 @@ class LabelPlacer:
 
         inside: of a region, whose label may hide the point. style: properties of the text.
         """
-        label: Any = self.axes.annotate(
-            text,
-            (x, y),
-            (0, 0),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            multialignment="left",
-            **{"fontsize": 8, **style},
-            arrowprops={**CONNECTOR, "shrinkB": 4},
-            zorder=7,
-        )
+        label: Any = self.axes.annotate(text, (x, y), (0, 0), **LABEL | style)
         here = self.axes.transData.transform((x, y))
         size = label.get_window_extent().size / self.point
         reach = (size / 2 / np.maximum(abs(DIRECTIONS), 1e-9)).min(axis=1)  # to the label's edge
@@ -113,31 +107,13 @@ def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
     order = sorted(ends, key=lambda end: end[0])
     offsets = spacing * np.arange(len(order))
     heights = isotonic_regression(np.array([end[0] for end in order]) - offsets).x + offsets
-    for (_, text, colour, weight), height in zip(order, heights, strict=True):
-        axes.annotate(
-            text,
-            (1, height),
-            (ASIDE, 0),
-            xycoords=("axes fraction", "data"),
-            textcoords="offset points",
-            color=colour,
-            va="center",
-            weight=weight,
-        )
+    for (_, text, color, weight), height in zip(order, heights, strict=True):
+        place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), **OFFSET}
+        axes.annotate(text, (1, height), (ASIDE, 0), color=color, weight=weight, **place)
 
 
 def draw_legend(figure: Figure, lines: Mapping[str, Any], left: float, middle: float) -> None:
     """A legend in one row, from a place given in fractions of the figure; lines: styles of lines
     and markers by their meaning."""
-    figure.legend(
-        handles=[Line2D([], [], label=label, **style) for label, style in lines.items()],
-        loc="center left",
-        bbox_to_anchor=(left, middle),
-        ncols=len(lines),
-        frameon=False,
-        fontsize=8,
-        handlelength=1.6,
-        columnspacing=1.2,
-        borderaxespad=0,
-        borderpad=0,
-    )
+    handles = [Line2D([], [], label=label, **style) for label, style in lines.items()]
+    figure.legend(handles=handles, bbox_to_anchor=(left, middle), ncols=len(lines), **LEGEND)

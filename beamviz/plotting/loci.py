@@ -16,8 +16,8 @@ from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.frequency_loci.limits import Limit
-from beamviz.plotting import COLOURS, FAINT, INK, STYLE, current_axes, new_figure, on_axis
-from beamviz.plotting.labels import EndLabel, LabelPlacer, draw_legend, label_line_ends
+from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
+from beamviz.plotting.labels import OFFSET, EndLabel, LabelPlacer, draw_legend, label_line_ends
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
@@ -41,7 +41,10 @@ ABOVE |= {"color": MUTED, "fontsize": 8}
 MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
 MAX_ENLARGED = 2  # veerings with an inset
 SPOTS = np.linspace(0.1, 0.85, 23)  # along a line: possible positions of its label
-HALO = [patheffects.withStroke(linewidth=3.5, foreground="white")]
+INSIDE: dict[str, Any] = {**CENTRED, "weight": "bold", "zorder": 4}
+INSIDE |= {"path_effects": [patheffects.withStroke(linewidth=3.5, foreground="white")]}
+IN_INSET: dict[str, Any] = {**OFFSET, "fontsize": 8, "weight": "bold"}
+ON_LIMIT: dict[str, Any] = {**CENTRED, "color": MUTED, "multialignment": "center", "clip_on": True}
 WIDE = 0.28  # of the frame: a limit that is wider is labelled horizontally
 INSET = np.array([0.27, 0.24])  # of the frame
 INSET_MARGIN = np.array([0.03, 0.07])  # around it, with its title
@@ -55,7 +58,8 @@ def draw_chart(
     marker: float | None = None,
 ) -> Figure:
     """The chart: loci in the colours of their families, crossings, veerings, limits, per-rev lines
-    omega = k gamma for each k of `per_rev`, and an upright line at the value `marker`."""
+    omega = k gamma for each k of `per_rev`, and an upright line at the value `marker`; above them
+    the parameters held fixed, the model, and the meaning of colours and marks."""
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
@@ -63,7 +67,11 @@ def draw_chart(
         chart.annotate(resonances, per_rev)
         if marker is not None:
             axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0, gid="marker")
-        _head(figure, loci, resonances, per_rev)
+        held = loci.beam.described(name for name in loci.beam.numbers if name != loci.over)
+        title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
+        figure.text(0.012, 0.965, title, va="center", weight="bold")
+        figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
+        draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
     return figure
 
 
@@ -79,18 +87,12 @@ class Chart:
 
     def __init__(self, loci: Loci, axes: Axes):
         self.loci, self.axes = loci, axes
-        units, parameter = loci.units, NUMBERS[loci.over]
-        self.x = self.y = lambda value: value  # from numbers to the units of the axes
-        ends, xlabel = on_axis(loci.values[[0, -1]], loci.over, units)
-        ylabel = "frequency ω [1/T*]"
-        self.value, self.unit = parameter.symbol + " = {:#.5g}", ""  # template of x, unit of y
-        if units:
-            self.y, ylabel, self.unit = units.hertz, "frequency [Hz]", " Hz"
-        if units and loci.over == "gamma":
-            self.x, self.value = units.rpm, "{:.5g} rpm"
+        # Functions from numbers to the units of the axes, and templates of a text in these units.
+        self.x, xlabel, self.value = axis_of(loci.over, loci.units)
+        self.y, ylabel, self.height = axis_of("frequency", loci.units)
         for branch in loci.branches:
             self.draw_branch(axes, loci, branch)
-        axes.set(xlim=ends, ylim=(0, 1.05 * axes.dataLim.y1))
+        axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
         axes.set(xlabel=xlabel, ylabel=ylabel)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
@@ -100,13 +102,19 @@ class Chart:
             self.draw_limit(limit)
         self.label_ends(self.draw_per_rev_lines(per_rev))
         marks: list[Resonance | Event] = [*resonances, *self.loci.events]
-        self.draw_marks(marks)
+        for mark in marks:
+            kind, zorder = (mark.kind, 6) if isinstance(mark, Event) else ("resonance", 5)
+            self.axes.plot(self.x(mark.at), self.y(mark.frequency), **MARKS[kind], zorder=zorder)
         self.label_inside(marks)
         self.label_events()
 
     def text(self, value: float) -> str:
         """A value of x as text."""
         return self.value.format(self.x(value)).replace("-", "−")
+
+    def gap(self, event: Event) -> str:
+        """The gap of a veering as text."""
+        return f"gap {self.height.format(self.y(event.gap))}"
 
     def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
         """One locus; its colour changes from one family to the other where the mode does."""
@@ -115,10 +123,8 @@ class Chart:
             return
         met = (event for event in loci.events if event.kind != "second state")
         own = [event for event in met if branch.label in event.branches]
-        sides = [1 if event.gap and branch.label == _upper(loci, event) else -1 for event in own]
-        heights = [
-            event.frequency + side * event.gap / 2 for event, side in zip(own, sides, strict=True)
-        ]
+        sides = [0.5 if one.gap and branch.label == _upper(loci, one) else -0.5 for one in own]
+        heights = [one.frequency + side * one.gap for one, side in zip(own, sides, strict=True)]
         x = np.concatenate((loci.values, [event.at for event in own]))
         y = np.concatenate((branch.frequency, heights))
         order = x.argsort(kind="stable")
@@ -148,17 +154,10 @@ class Chart:
         heights = [self.y(branch.frequency[k]) for branch in self.loci.branches]
         lines = np.array([0.0, *sorted(filter(math.isfinite, heights)), axes.get_ylim()[1]])
         widest = int(np.diff(lines).argmax())
-        axes.text(
-            sum(ends) / 2,
-            lines[widest : widest + 2].mean(),
-            f"{limit.kind.replace('-', ' ')}\n{where}",
-            rotation=0 if limit.stop - limit.start > WIDE * (last - first) else 90,
-            ha="center",
-            va="center",
-            color=MUTED,
-            multialignment="center",
-            clip_on=True,
-        )
+        middle = sum(ends) / 2, lines[widest : widest + 2].mean()
+        rotation = 0 if limit.stop - limit.start > WIDE * (last - first) else 90
+        text = f"{limit.kind.replace('-', ' ')}\n{where}"
+        axes.text(*middle, text, rotation=rotation, **ON_LIMIT)
 
     def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:
         """The per-rev lines, labelled where they leave the frame at its top; labels of those that
@@ -187,12 +186,6 @@ class Chart:
         ]
         label_line_ends(self.axes, [*branches, *others])
 
-    def draw_marks(self, marks: Sequence[Resonance | Event]) -> None:
-        """Marks at resonances, crossings and veerings."""
-        for mark in marks:
-            kind, zorder = (mark.kind, 6) if isinstance(mark, Event) else ("resonance", 5)
-            self.axes.plot(self.x(mark.at), self.y(mark.frequency), **MARKS[kind], zorder=zorder)
-
     def label_events(self) -> None:
         """Insets around veerings, and labels of the other events."""
         loci, placer = self.loci, LabelPlacer(self.axes)
@@ -203,9 +196,8 @@ class Chart:
                 events.remove(event)
         for event in events:
             lines = [event.kind, self.text(event.at)]
-            lines += [self._gap(event)] if event.kind == "veering" else []
-            x, y = self.x(event.at), self.y(event.frequency)
-            placer.annotate("\n".join(lines), x, y)
+            lines += [self.gap(event)] if event.kind == "veering" else []
+            placer.annotate("\n".join(lines), self.x(event.at), self.y(event.frequency))
 
     def label_inside(self, marks: Sequence[Resonance | Event]) -> None:
         """Labels on the branches that end inside the frame or change their family, each where the
@@ -226,21 +218,9 @@ class Chart:
             others = [np.linalg.norm(line[spots] - other, axis=1) / 3 for other in taken]  # wide
             best = spots[np.fmin.reduce([*apart, *others, np.full(len(spots), np.inf)]).argmax()]
             taken.append(line[best])
-            self.axes.text(
-                values[best],
-                self.y(branch.frequency[best]),
-                branch.label,
-                color=FAMILIES(branch.bending_fraction[best]),
-                ha="center",
-                va="center",
-                weight="bold",
-                path_effects=HALO,
-                zorder=4,
-            )
-
-    def _gap(self, event: Event) -> str:
-        """The gap of a veering as text."""
-        return f"gap {self.y(event.gap):.3g}{self.unit}"
+            place = values[best], self.y(branch.frequency[best])
+            colour = FAMILIES(branch.bending_fraction[best])
+            self.axes.text(*place, branch.label, color=colour, **INSIDE)
 
     def _draw_inset(self, placer: LabelPlacer, event: Event) -> bool:
         """An enlarged veering in an inset; False where no part of the frame is free."""
@@ -252,27 +232,19 @@ class Chart:
         for branch in (one for one in near.branches if one.label in event.branches):
             self.draw_branch(inset, near, branch)
             for end, side, align in ((0, 1, "left"), (-1, -1, "right")):
-                inset.annotate(
-                    branch.label,
-                    (self.x(near.values[end]), self.y(branch.frequency[end])),
-                    (3 * side, 7 if branch.label == upper else -7),
-                    textcoords="offset points",
-                    color=FAMILIES(branch.bending_fraction[end]),
-                    ha=align,
-                    va="center",
-                    fontsize=8,
-                    weight="bold",
-                )
+                place = self.x(near.values[end]), self.y(branch.frequency[end])
+                aside = 3 * side, 7 if branch.label == upper else -7
+                colour = FAMILIES(branch.bending_fraction[end])
+                inset.annotate(branch.label, place, aside, color=colour, ha=align, **IN_INSET)
         inset.set(xticks=[], yticks=[], xlim=self.x(near.values[[0, -1]]))
         inset.margins(y=0.3)
         for spine in inset.spines.values():
             spine.set(visible=True, color="#B0B0B0", linewidth=0.8)
-        title = f"{event.kind} at {self.text(event.at)}: {self._gap(event)}"
+        title = f"{event.kind} at {self.text(event.at)}: {self.gap(event)}"
         inset.set_title(title, fontsize=8, loc="left", pad=3)
         self.axes.indicate_inset_zoom(inset, edgecolor="#555555", lw=0.6, alpha=1.0)
-        placer.taken.append(
-            Bbox(self.axes.transAxes.transform([corner, corner + INSET + (0, INSET_MARGIN[1])]))
-        )
+        ends = [corner, corner + INSET + (0, INSET_MARGIN[1])]
+        placer.taken.append(Bbox(self.axes.transAxes.transform(ends)))
         return True
 
 
@@ -297,27 +269,14 @@ def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
     return None
 
 
-def _head(
-    figure: Figure, loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]
-) -> None:
-    """The parameters held fixed, the model, and the meaning of colours and marks."""
-    held = loci.beam.described(name for name in loci.beam.numbers if name != loci.over)
-    title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
-    figure.text(0.012, 0.965, title, va="center", weight="bold")
-    figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
-    draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
-
-
 def _legend(
     loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]
 ) -> dict[str, dict[str, Any]]:
     """The styles of lines and marks, of those drawn, by their meaning."""
-    families = {name for branch in loci.branches for name in branch.family if name}
-    lines: dict[str, dict[str, Any]] = {
-        name: {"color": FAMILIES(share), **LINE}
-        for name, share in (("bending", 1.0), ("mixed", 0.5), ("stretching", 0.0))
-        if name in families
-    }
+    families = {name for branch in loci.branches for name in branch.family}
+    shares = {"bending": 1.0, "mixed": 0.5, "stretching": 0.0}
+    colours = {name: FAMILIES(share) for name, share in shares.items() if name in families}
+    lines: dict[str, dict[str, Any]] = {name: {"color": c, **LINE} for name, c in colours.items()}
     kinds = [event.kind for event in loci.events]
     for kind in (kind for kind in MARKS if kind in kinds):
         label = kind if len(kinds) <= MAX_LABELLED else f"{kinds.count(kind)} {kind}s"

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
-from beamviz.plotting import INK, STRIPES, STYLE, current_axes, new_figure, on_axis, save_figure
+from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
 from beamviz.solver import DEFAULTS, Problem
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
@@ -84,8 +84,12 @@ def draw_map(
     ax = ax or current_axes()
     length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
     units = Units(length, time) if length and time else None
-    (x, xlabel), (y, ylabel) = (on_axis(axes[name], name, units) for name in over)
-    values = units.hertz(values) if units else values
+    (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
+    x, y, values = (
+        to_x(axes[over[0]]),
+        to_y(axes[over[1]]),
+        units.hertz(values) if units else values,
+    )
     draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
     draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
