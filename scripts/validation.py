@@ -17,8 +17,8 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.files import markdown_table
 from beamviz.frequency_loci import loci
-from beamviz.paper import PRINTED, PrintedNumber, compute, quantity
-from beamviz.paper.figures import NODES, decimals
+from beamviz.paper import compute, quantity
+from beamviz.paper.figures import NODES, PRINTED, PrintedNumber, decimals
 from beamviz.paper.tables import frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve_many

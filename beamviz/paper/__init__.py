@@ -3,6 +3,8 @@
 import sys
 import time
 from collections.abc import Sequence
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,19 +14,8 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import InvalidInput
 from beamviz.files import Files, csv_text, make_folder, markdown_table, write_files
 from beamviz.frequency_loci import loci
-from beamviz.paper import tables
-from beamviz.paper.figures import (
-    FIGURES,
-    NODES,
-    PRINTED,
-    LociFigure,
-    PrintedNumber,
-    ShapeFigure,
-    decimals,
-    figure_files,
-    nearest_event,
-    nearest_node,
-)
+from beamviz.paper import figures, tables
+from beamviz.paper.figures import FIGURES, LociFigure, PrintedNumber, ShapeFigure
 from beamviz.paper.tables import TABLES, TOLERANCE, frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve
@@ -33,7 +24,6 @@ NUMBERS = "numbers"
 ALL = "all"
 NAMES = (*TABLES, *FIGURES, NUMBERS)
 INDEX = "index.md"
-EXTENSIONS = ("md", "csv", "png", "svg")
 SOURCE = (
     '"Modal characteristics of a rotating flexible beam with a concentrated mass based on the'
     ' absolute nodal coordinate formulation", Nonlinear Dynamics (2017)'
@@ -99,7 +89,7 @@ def reproduce(names: Sequence[str], folder: Path) -> Path:
 def files(name: str) -> Files:
     """The files of a table, a figure, or the printed numbers."""
     if name in FIGURES:
-        return figure_files(FIGURES[name])
+        return figures.figure_files(FIGURES[name])
     if name in TABLES:
         table = TABLES[name]
         rows = tables.compute(table)
@@ -114,8 +104,9 @@ def index(folder: Path) -> Files:
     """A page that lists the tables and figures in a folder."""
     parts = ["# The paper, reproduced", f"{SOURCE}.", SUMMARY]
     for name in (NUMBERS, *TABLES, *FIGURES):
-        present = [ext for ext in EXTENSIONS if (folder / f"{name}.{ext}").exists()]
-        links = ", ".join(f"[{ext}]({name}.{ext})" for ext in present)
+        paths = [f"{name}.{extension}" for extension in ("md", "csv", "png", "svg")]
+        present = [path for path in paths if (folder / path).exists()]
+        links = ", ".join(f"[{path.partition('.')[2]}]({path})" for path in present)
         if links and name in FIGURES:
             figure = FIGURES[name]
             parts += [f"## Figure {name[3:]}", f"{figure.caption}. {figure.notes} {links}"]
@@ -143,7 +134,7 @@ class Finding(NamedTuple):
     @property
     def fits(self) -> str:
         """The models within a unit of the last printed digit, the exact ones before others."""
-        unit = 10.0 ** -decimals(self.number.printed)
+        unit = 10.0 ** -figures.decimals(self.number.printed)
         close = [name for name in self.values if self.error(name) <= unit]
         if {"material", "spatial"} <= set(close):
             return "both"
@@ -175,10 +166,9 @@ class Finding(NamedTuple):
 
 def findings() -> list[Finding]:
     """All numbers that the text prints, computed."""
-    return [
-        Finding(number, {name: compute(number, **options) for name, options in MODELS.items()})
-        for number in PRINTED
-    ]
+    models = MODELS.items()
+    values = ({name: compute(one, **given) for name, given in models} for one in figures.PRINTED)
+    return [*map(Finding, figures.PRINTED, values)]
 
 
 def quantity(number: PrintedNumber) -> str:
@@ -196,25 +186,22 @@ def compute(number: PrintedNumber, **options: Any) -> float:
     figure, at = FIGURES[number.figure], float(number.printed)
     if isinstance(figure, LociFigure) and number.kind == "crossing":
         found = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
-        return nearest_event(found, number.branches, at).at
+        return figures.nearest_event(found, number.branches, at).at
     if isinstance(figure, ShapeFigure) and number.kind == "place":
         beam = figure.beam.replace(alpha=figure.alphas[0])
         return solve(beam, len(figure.modes), **options).labels.index("S1") + 1.0
     solution = solve(Beam(), number.modes[0], **options)
     if number.kind == "node":
-        return nearest_node(solution.nodes[-1], number)
+        return figures.nearest_node(solution.nodes[-1], number)
     return float(solution.frequencies[-1])
 
 
 def changed_by_a_mass(mode: int) -> str:
     """How much a mass at the printed nodes of a mode changes its frequency."""
-    frequencies = [
-        frequencies_by_label(Beam(alpha, float(node.printed)), mode + 1, tolerance=TOLERANCE)
-        for node in NODES
-        if node.modes == (mode,)
-        for alpha in MASS_RATIOS.tolist()
-    ]
-    own = [found[f"B{mode}"] for found in frequencies]
+    nodes = [float(node.printed) for node in figures.NODES if node.modes == (mode,)]
+    beams = [Beam(alpha, node) for node, alpha in product(nodes, MASS_RATIOS.tolist())]
+    solve_beam = partial(frequencies_by_label, modes=mode + 1, tolerance=TOLERANCE)
+    own = [solve_beam(beam)[f"B{mode}"] for beam in beams]
     return (
         f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
         f" {np.ptp(own) / own[0]:.0e} of itself"
@@ -233,10 +220,7 @@ def to_markdown(found: Sequence[Finding]) -> str:
     heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
     body = [[row.number.figure.removeprefix("fig"), *row.cells()[1:]] for row in found]
     fits = [row.fits for row in found if row.number.kind == "crossing"]
-    verdict = VERDICT.format(
-        crossings=len(fits),
-        material=sum(fit in ("material", "both") for fit in fits),
-        spatial=sum(fit in ("spatial", "both") for fit in fits),
-    )
+    counts = {name: fits.count(name) + fits.count("both") for name in ("material", "spatial")}
+    verdict = VERDICT.format(crossings=len(fits), **counts)
     table = markdown_table(heading, body)
     return "\n\n".join([f"# {TITLE}", NUMBERS_SUMMARY, table, verdict, VEERING]) + "\n"

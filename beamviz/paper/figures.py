@@ -4,6 +4,7 @@ The curves of the paper's own figures are not available to this project.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,8 +21,6 @@ from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 from beamviz.plotting.loci import LINE, Chart
 from beamviz.solver import solve
 
-COUNTS = {3: "three", 5: "five"}
-ORDINALS = {1: "First", 2: "Second", 3: "Third"}
 OWN_RANGE = "The text does not give the range of the axis; it is ours."
 
 
@@ -62,8 +61,8 @@ class LociFigure(NamedTuple):
     @property
     def caption(self) -> str:
         """Quantity and fixed parameters."""
-        first = f"First {COUNTS[self.modes]} frequencies over the {PARAMETERS[self.over].label}"
-        return f"{first} ({self.parameters})"
+        count, over = {3: "three", 5: "five"}[self.modes], PARAMETERS[self.over].label
+        return f"First {count} frequencies over the {over} ({self.parameters})"
 
 
 class ShapeFigure(NamedTuple):
@@ -84,8 +83,9 @@ class ShapeFigure(NamedTuple):
     @property
     def caption(self) -> str:
         """Quantity and fixed parameters."""
-        one, many = f"{ORDINALS[self.modes[0]]} mode shape", "First five mode shapes"
-        return f"{one if len(self.modes) == 1 else many} ({self.parameters})"
+        first = ("First", "Second", "Third")[self.modes[0] - 1]
+        shapes = "mode shape" if len(self.modes) == 1 else "five mode shapes"
+        return f"{first} {shapes} ({self.parameters})"
 
 
 Figure = LociFigure | ShapeFigure
@@ -148,22 +148,19 @@ POINTS = 201
 SPATIAL, MATERIAL = "spatial", "material"  # the curvature measures; eq. 16 is the spatial one
 
 WIDTH, HEIGHT = 7.2, 4.8  # [in]
-LEFT = 0.095  # left end of every frame, as a fraction of the width
-TITLE_INSET = 0.12  # [in] from the upper edge
 DASHED: dict[str, Any] = {"lw": 0.9, "ls": (0, (4, 2.5))}
 DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
 TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
-LEGEND: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
-    ("spatial curvature (eq. 16)", LINE, RING),
-    ("material curvature", DASHED, DOT),
-)
+
+
+Found = dict[str, Loci]  # by curvature measure
 
 
 class Crossing(NamedTuple):
-    """A crossing of two loci, by the other curvature measure too, and the number printed for it."""
+    """A crossing of two loci by both curvature measures, and the number printed for it."""
 
     spatial: Event
-    material: Event | None
+    material: Event
     number: PrintedNumber | None
 
 
@@ -183,39 +180,29 @@ class Curve(NamedTuple):
 def figure_files(figure: Figure) -> dict[str, bytes]:
     """The contents of a figure's PNG, SVG and CSV files, by file name."""
     if isinstance(figure, LociFigure):
-        by_curvature = compute_loci(figure)
-        picture = draw_loci(figure, by_curvature, crossings(figure, by_curvature))
-        text = loci_csv(by_curvature)
+        found = compute_loci(figure)
+        picture, text = draw_loci(figure, found, crossings(figure, found)), loci_csv(found)
     else:
         curves = compute_curves(figure)
-        picture = draw_shapes(figure, curves)
-        text = curves_csv(curves)
+        picture, text = draw_shapes(figure, curves), curves_csv(curves)
     return picture_files(picture, figure.name) | {f"{figure.name}.csv": text.encode()}
 
 
-def compute_loci(figure: LociFigure) -> dict[str, Loci]:
+def compute_loci(figure: LociFigure) -> Found:
     """The loci of a figure by curvature measure; at rest the measures are the same."""
     values = np.linspace(0, figure.stop, POINTS)
-    at_rest = figure.over != "gamma" and figure.beam.gamma == 0
-    return {
-        name: loci(figure.beam, figure.over, values, figure.modes, curvature=name)
-        for name in ((SPATIAL,) if at_rest else (SPATIAL, MATERIAL))
-    }
+    names = (SPATIAL, MATERIAL) if figure.over == "gamma" or figure.beam.gamma else (SPATIAL,)
+    solve_loci = partial(loci, figure.beam, figure.over, values, figure.modes)
+    return {name: solve_loci(curvature=name) for name in names}
 
 
-def crossings(figure: LociFigure, by_curvature: dict[str, Loci]) -> list[Crossing]:
+def crossings(figure: LociFigure, by_curvature: Found) -> list[Crossing]:
     """Every crossing of a figure, with the printed ones assigned to the nearest."""
-    spatial, material = by_curvature[SPATIAL], by_curvature.get(MATERIAL)
-    printed = {
-        nearest_event(spatial, number.branches, float(number.printed)): number
-        for number in printed_numbers(figure, "crossing")
-    }
+    spatial, numbers = by_curvature[SPATIAL], printed_numbers(figure, "crossing")
+    material = by_curvature.get(MATERIAL, spatial)
+    printed = {nearest_event(spatial, one.branches, float(one.printed)): one for one in numbers}
     return [
-        Crossing(
-            event,
-            nearest_event(material, set(event.branches), event.at) if material else None,
-            printed.get(event),
-        )
+        Crossing(event, nearest_event(material, set(event.branches), event.at), printed.get(event))
         for event in spatial.events
     ]
 
@@ -235,7 +222,7 @@ def compute_curves(figure: ShapeFigure) -> list[Curve]:
     return curves
 
 
-def loci_csv(by_curvature: dict[str, Loci]) -> str:
+def loci_csv(by_curvature: Found) -> str:
     """One line for each value and curvature measure, one column for each branch."""
     first = by_curvature[SPATIAL]
     rows = (
@@ -254,9 +241,7 @@ def curves_csv(curves: Sequence[Curve]) -> str:
 
 
 @rc_context(STYLE)
-def draw_loci(
-    figure: LociFigure, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
-) -> Picture:
+def draw_loci(figure: LociFigure, by_curvature: Found, marked: Sequence[Crossing]) -> Picture:
     """Frequencies with their crossings, and the numbers printed in the paper."""
     picture = _titled_picture(figure, HEIGHT, 0.52, 0.92)
     axes = picture.subplots()
@@ -278,8 +263,8 @@ def _titled_picture(figure: Figure, height: float, head: float, right: float) ->
     frames below a head [in], up to a fraction of the width."""
     picture = new_figure(WIDTH, height)
     title = f"Figure {figure.name.removeprefix('fig')}:  {figure.parameters}"
-    picture.text(0.012, 1 - TITLE_INSET / height, title, va="center", weight="bold")
-    picture.subplots_adjust(LEFT, 0.5 / height, right, 1 - head / height)
+    picture.text(0.012, 1 - 0.12 / height, title, va="center", weight="bold")
+    picture.subplots_adjust(0.095, 0.5 / height, right, 1 - head / height)
     return picture
 
 
@@ -287,16 +272,15 @@ def _mark_crossing(axes: Axes, placer: LabelPlacer, crossing: Crossing) -> None:
     """A ring at the crossing by eq. 16, a dot at the other measure's, a tick where printed."""
     event, other, number = crossing
     digits = decimals(number.printed) + 2 if number else 3
-    lines = []
+    text = f"{'here' if other is event else 'eq. 16'} {event.at:.{digits}f}"
+    if other is not event:
+        axes.plot(other.at, other.frequency, **DOT, zorder=6)
+        text = f"material {other.at:.{digits}f}\n{text}"
     if number:
         axes.plot(float(number.printed), event.frequency, **TICK, zorder=4)
-        lines.append(f"paper {number.printed}")
-    if other:
-        axes.plot(other.at, other.frequency, **DOT, zorder=6)
-        lines.append(f"material {other.at:.{digits}f}")
+        text = f"paper {number.printed}\n{text}"
     axes.plot(event.at, event.frequency, **RING, zorder=5)
-    lines.append(f"{'eq. 16' if other else 'here'} {event.at:.{digits}f}")
-    placer.annotate("\n".join(lines), event.at, event.frequency)
+    placer.annotate(text, event.at, event.frequency)
 
 
 def _mark_constants(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None:
@@ -316,16 +300,16 @@ def _mark_constants(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None
             placer.annotate(text, at, omega)
 
 
-def _draw_legend(
-    picture: Picture, by_curvature: dict[str, Loci], marked: Sequence[Crossing]
-) -> None:
+def _draw_legend(picture: Picture, by_curvature: Found, marked: Sequence[Crossing]) -> None:
     """Colours, lines and markers, those drawn only."""
     branches = [branch for found in by_curvature.values() for branch in found.branches]
     families = {name for branch in branches for name in branch.family}
     lines = {name: {"color": c, **LINE} for name, c in COLOURS.items() if name in families}
-    for label, line, marker in LEGEND if MATERIAL in by_curvature else ():
-        lines[label] = {**(marker if marked else {}), "color": INK, "ls": "-", **line}
-    if marked and MATERIAL not in by_curvature:
+    if MATERIAL in by_curvature:
+        ring, dot = (RING, DOT) if marked else ({}, {})
+        lines["spatial curvature (eq. 16)"] = {**ring, "color": INK, "ls": "-", **LINE}
+        lines["material curvature"] = {**dot, "color": INK, **DASHED}
+    elif marked:
         lines["crossing"] = RING
     if any(crossing.number for crossing in marked):
         lines["in the paper"] = TICK
@@ -352,8 +336,8 @@ def draw_shapes(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
             continue
         text = f"mode {mode}: {own[0].label}, {own[0].family}\nω = {own[0].frequency:.4f}"
         text += "\nstretching in the paper" if (mode,) in stretching else ""
-        place: dict[str, Any] = {"va": "center", "transform": axes.transAxes}
-        axes.text(1.03, 0.5, text, color=COLOURS[own[0].family], **place)
+        colour, place = COLOURS[own[0].family], axes.transAxes
+        axes.text(1.03, 0.5, text, color=colour, va="center", transform=place)
     placer = LabelPlacer(frames[0])
     for node in printed_numbers(figure, "node"):
         at = nearest_node(curves[0].nodes, node)

@@ -110,10 +110,8 @@ def diverging(rows: list[Row]) -> str:
     for before, after, mode in _successive(rows):
         first, second = (row.deviation("foac", mode, "ancf") for row in (before, after))
         if abs(second) < abs(first):
-            exceptions.append(
-                f"{OMEGAS[mode]} at δ = {after.delta:g}: {percent(first)} at"
-                f" γ = {before.gamma:g} but {percent(second)} at {after.gamma:g}"
-            )
+            change = f"{percent(first)} at γ = {before.gamma:g} but {percent(second)} at"
+            exceptions.append(f"{OMEGAS[mode]} at δ = {after.delta:g}: {change} {after.gamma:g}")
     return _verdict(f"{COLUMNS['foac'].title} against {COLUMNS['ancf'].title}", exceptions)
 
 
@@ -281,7 +279,8 @@ def to_csv(table: Table, rows: list[Row]) -> str:
 
 def to_markdown(table: Table, rows: list[Row]) -> str:
     """The page of a table: frequencies, deviations with their causes, statements of the text."""
-    heading = ["δ", "γ", *(COLUMNS[name].title for name in table.columns)]
+    columns = table.columns
+    heading = ["δ", "γ", *(COLUMNS[name].title for name in columns)]
     parts = [
         f"# Table {table.name.removeprefix('table')}",
         f"{table.caption}. The paper compares its model with {table.compared}.",
@@ -291,17 +290,13 @@ def to_markdown(table: Table, rows: list[Row]) -> str:
     ]
     for mode in MODES:
         body = [
-            [
-                f"{row.delta:g}",
-                f"{row.gamma:g}",
-                *(_cell(row, name, mode) for name in table.columns),
-            ]
+            [f"{row.delta:g}", f"{row.gamma:g}", *(_cell(row, name, mode) for name in columns)]
             for row in rows
         ]
         parts += [f"## {OMEGAS[mode]}", markdown_table(heading, body)]
     causes = [
         [COLUMNS[name].title, *(_largest(rows, name, mode) for mode in MODES), COLUMNS[name].cause]
-        for name in table.columns
+        for name in columns
         if name != EXACT
     ]
     findings = [[text, check(rows)] for text, check in table.statements.items()]
