@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from beamviz.benchmark import work_precision
 from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.work_precision import METHODS, REFERENCE, SCENES, Row, Solver, time_to_error
+from beamviz.benchmark.work_precision import METHODS, SCENES, Row, Solver, time_to_error
 from beamviz.files import json_text, make_folder, write_files
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer
@@ -36,7 +36,6 @@ SUBTITLE = (
 )
 MODEL_ERROR = "Model error: distance of the exact answer of each model from the paper's model"
 FRAME_TITLE: dict[str, Any] = {"loc": "left", "size": 10, "weight": "bold"}
-FAILURES_WIDTH = 74  # [characters]
 MUTED = "#5A5A5A"
 LABEL_BOX: dict[str, Any] = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 0.6}
 THIN: dict[str, Any] = {"lw": 0.9, "ms": 3.0, "zorder": 2}
@@ -121,12 +120,8 @@ def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
     models = work_precision.model_errors()
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     caption = f"{about['date']}, one thread of {about['machine']['processor']}.\n{versions}."
-    data = {
-        **about,
-        "scenes": {scene: beam.numbers for scene, beam in SCENES.items()},
-        "rows": rows,
-        "model_errors": models,
-    }
+    scenes = {scene: beam.numbers for scene, beam in SCENES.items()}
+    data = {**about, "scenes": scenes, "rows": rows, "model_errors": models}
     text = json_text(data, indent=1) + "\n"
     return picture_files(draw(rows, models, caption), NAME) | {f"{NAME}.json": text.encode()}
 
@@ -170,7 +165,7 @@ def _ratio(rows: list[Row], scene: str, name: str, target: float) -> str:
     return "no answer" if all(reasons) else "not reached"
 
 
-@rc_context(STYLE)
+@rc_context({**STYLE, "axes.axisbelow": True, "grid.color": "#E6E6E6", "grid.linewidth": 0.6})
 def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
     """The chart; the caption below it names the machine and the versions."""
     figure = new_figure(WIDTH, HEIGHT)
@@ -196,7 +191,7 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: st
 def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
     """Axes of one scene; above them its name, its numbers and the solvers without an answer."""
     failures = "; ".join(_failures(rows))
-    lines = textwrap.wrap(f"× {failures}", FAILURES_WIDTH) if failures else []
+    lines = textwrap.wrap(f"× {failures}", 74) if failures else []
     beam = SCENES[scene]
     names = ("alpha", "beta", "gamma", "delta") if beam.alpha else ("gamma", "delta")
     numbers = beam.described(name for name in names if beam.numbers[name])
@@ -207,8 +202,7 @@ def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
     axes.set_yticks([1e-15, 1e-12, 1e-9, 1e-6, 1e-3, 1])
     axes.set_xticks([0.1, 1, 10, 100, 1000], ["0.1", "1", "10", "100", "1000"])
     axes.minorticks_off()
-    axes.grid(color="#E6E6E6", lw=0.6)
-    axes.set_axisbelow(True)
+    axes.grid()
 
 
 def _lines(axes: Axes, rows: list[Row]) -> None:
@@ -220,13 +214,10 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
             x, y = np.array([(1e3 * row.seconds, min(row.error, 1.0)) for row in here]).T
             axes.plot(x, y, mfc="white" if style["lw"] < 1 else None, **style)
             ends.append((name, x[-1], here[-1].error))
-    if not ends:
-        return
     placer = LabelPlacer(axes)
     for name, x, y in sorted(ends, key=lambda end: (end[0] != "auto", end[2])):
         size, weight = (9.5, "bold") if name == "auto" else (7.5, "normal")
-        font: dict[str, Any] = {"fontsize": size, "weight": weight}
-        font["color"] = LINE_STYLES[name]["color"]
+        font: Any = {"fontsize": size, "weight": weight, "color": LINE_STYLES[name]["color"]}
         placer.annotate(name, x, min(y, 1.0), bbox=LABEL_BOX, **font)
 
 
@@ -266,15 +257,14 @@ def _model_errors(axes: Axes, models: dict[str, dict[str, float | str]]) -> None
     axes.set_xticks(range(len(SCENES)), list(SCENES))
     axes.set_yticks([1e-4, 1e-2, 1, 100])
     axes.minorticks_off()
-    axes.grid(axis="y", color="#E6E6E6", lw=0.6)
-    axes.set_axisbelow(True)
+    axes.grid(axis="y")
     below: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (-0.02, -0.14), "ncols": 2}
     axes.legend(frameon=False, fontsize=8, labelcolor=INK, handletextpad=0.3, **below)
     missing = [
         f"{scene}: {_short(value)} ({THEORIES[theory][0].split(':')[0]})"
         for scene, theories in models.items()
         for theory, value in theories.items()
-        if isinstance(value, str) and theory != REFERENCE
+        if isinstance(value, str)
     ]
     if missing:
         corner: dict[str, Any] = {"transform": axes.transAxes, "ha": "right"}

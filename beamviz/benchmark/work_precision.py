@@ -14,10 +14,12 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from importlib.metadata import PackageNotFoundError
+from itertools import product
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 from scipy.linalg import eigh
@@ -43,7 +45,7 @@ FLOOR = 1e-15  # errors are drawn on a logarithmic axis
 EXACT = 1e-13  # an error that no finer resolution need improve
 REPEATS = 400
 
-Limits = dict[str, dict[str, np.ndarray | str]]  # scene, theory -> omega^2 (modes,) or a reason
+Theories = dict[str, np.ndarray | str]  # theory -> omega^2 (modes,) or why there is none
 
 
 class Effort(NamedTuple):
@@ -121,16 +123,12 @@ class Row(NamedTuple):
     reason: str = ""
 
 
-def limits() -> Limits:
+def limits() -> dict[str, Theories]:
     """The exact omega^2 of every scene in every model, or why there are none."""
-    text = package_text("benchmark/limits.json")
-    return {
-        scene: {
-            theory: values if isinstance(values, str) else np.array([float(v) for v in values])
-            for theory, values in theories.items()
-        }
-        for scene, theories in json.loads(text)["limits"].items()
-    }
+    found = json.loads(package_text("benchmark/limits.json"))["limits"]
+    for theories in found.values():
+        theories |= {k: np.array(v, float) for k, v in theories.items() if isinstance(v, list)}
+    return found
 
 
 def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
@@ -141,7 +139,8 @@ def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
 
 def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
     """A row for every scene, solver and resolution."""
-    exact, rows = limits(), []
+    exact = limits()
+    rows: list[Row] = []
     for scene in SCENES:
         for solver in solvers:
             print(f"{scene}: {solver.name}", file=sys.stderr)
@@ -149,42 +148,36 @@ def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
     return rows
 
 
-def _rows_of(
-    scene: str, solver: Solver, theories: dict[str, np.ndarray | str], effort: Effort
-) -> list[Row]:
+def _rows_of(scene: str, solver: Solver, theories: Theories, effort: Effort) -> Iterator[Row]:
     """The rows of one solver in one scene, coarse to fine; the budget ends them. The first call
     warms up and gives the errors, the fastest of the others the time."""
-    exact = theories[solver.theory]
+    exact, paper = theories[solver.theory], np.asarray(theories[REFERENCE])
     blank = Row(scene, solver.name, solver.theory, solver.option)
     if isinstance(exact, str) or solver.missing:
-        return [blank._replace(reason=solver.missing or str(exact))]
-    paper = np.asarray(theories[REFERENCE])
-    rows: list[Row] = []
+        yield blank._replace(reason=solver.missing or str(exact))
+        return
     spent = 0.0
     for resolution in solver.resolutions[:: -effort.stride][::-1]:
         row = blank._replace(resolution=resolution)
         if spent > effort.budget:
-            rows.append(row._replace(reason=f"out of budget: the coarser one took {spent:.1f} s"))
+            yield row._replace(reason=f"out of budget: the coarser one took {spent:.1f} s")
             continue
         work = partial(solver.omega_squared, SCENES[scene], resolution, MODES)
         start = processor_time()
         try:
             found = work()
         except BeamvizError as failure:
-            rows.append(row._replace(reason=str(failure)))
             spent = processor_time() - start
+            yield row._replace(reason=str(failure))
             continue
         spent = least_time(work, seconds=effort.seconds)
         error, distance = relative_error(found, exact), relative_error(found, paper)
-        rows.append(row._replace(seconds=spent, error=error, from_paper=distance))
+        yield row._replace(seconds=spent, error=error, from_paper=distance)
         if error < EXACT:
             break
-    return rows
 
 
-def least_time(
-    work: Callable[[], object], repeats: int = REPEATS, seconds: float = float("inf")
-) -> float:
+def least_time(work: Callable, repeats: int = REPEATS, seconds: float = math.inf) -> float:
     """The least processor time [s] of the calls that fit into `seconds`, and of one at least."""
     times: list[float] = []
     began = processor_time()
@@ -224,29 +217,22 @@ def eigenproblems(beam: Beam) -> list[partial[Any]]:
         problems[place:] = [problem]  # without the calls that it made itself
         return answer
 
-    functions = {name: getattr(eigen, name) for name in ("definite", "largest")}
-    try:
-        for name, function in functions.items():
-            setattr(eigen, name, partial(record, function))
+    calls: Any = {name: partial(record, getattr(eigen, name)) for name in ("definite", "largest")}
+    with patch.multiple(eigen, **calls):
         solve(beam)
-    finally:
-        for name, function in functions.items():
-            setattr(eigen, name, function)
     return problems
 
 
 def model_errors() -> dict[str, dict[str, float | str]]:
     """Scene, theory -> distance of its exact frequencies from the paper's model, or a reason."""
-    return {
-        scene: {
-            theory: values
-            if isinstance(values, str)
-            else relative_error(values, np.asarray(theories[REFERENCE]))
+    errors = {}
+    for scene, theories in limits().items():
+        paper = np.asarray(theories.pop(REFERENCE))
+        errors[scene] = {
+            theory: values if isinstance(values, str) else relative_error(values, paper)
             for theory, values in theories.items()
-            if theory != REFERENCE
         }
-        for scene, theories in limits().items()
-    }
+    return errors
 
 
 def dominated(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
@@ -254,10 +240,8 @@ def dominated(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
     paper's model; none where the solver is on the Pareto front."""
     return [
         (row, other)
-        for row in rows
-        if row.name == name
-        for other in rows
-        if other.name != name and other.scene == row.scene
+        for row, other in product(rows, rows)
+        if row.name == name != other.name and row.scene == other.scene
         if other.seconds < row.seconds and other.from_paper <= row.from_paper
     ]
 
