@@ -21,12 +21,12 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.failure_maps import compute
 from beamviz.failure_maps.compute import CORRECT, KINDS, STATES, Kind, Map, MethodMap, Plane
 from beamviz.files import Files, json_text, make_folder, markdown_table, write_files
-from beamviz.plotting import INK, STRIPES, STYLE, new_figure, picture_files
+from beamviz.plotting import CENTRED, INK, STRIPES, STYLE, new_figure, picture_files
 from beamviz.sweeps.quantities import connected
 
 PAGE = "stability.md"
-QUICK, QUICK_STATES = (14, 9), (10, 6)  # cells along the speed and across
-FULL, FULL_STATES = (32, 20), (22, 12)
+QUICK = {KINDS: (14, 9), STATES: (10, 6)}  # cells along the speed and across
+FULL = {KINDS: (32, 20), STATES: (22, 12)}
 
 
 def stability(out: Path, quick: bool) -> str:
@@ -35,12 +35,9 @@ def stability(out: Path, quick: bool) -> str:
     Raises Unavailable, before anything is computed, for a folder that cannot be written to.
     """
     make_folder(out)
-    size, state_size = (QUICK, QUICK_STATES) if quick else (FULL, FULL_STATES)
+    sizes, planes = QUICK if quick else FULL, (*compute.PLANES, compute.INWARD)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
-        maps = [
-            compute.compute_map(plane, state_size if plane.states else size, pool)
-            for plane in (*compute.PLANES, compute.INWARD)
-        ]
+        maps = [compute.compute_map(plane, sizes[plane.kinds], pool) for plane in planes]
     data = json_text([as_data(one) for one in maps], indent=None) + "\n"
     files = {PAGE: page(maps).encode(), "stability.json": data.encode()}
     for one in maps:
@@ -51,15 +48,12 @@ def stability(out: Path, quick: bool) -> str:
 
 def as_data(found: Map) -> dict[str, Any]:
     """The beam, the speeds and the values of the other number of a map, and its methods."""
-    data = {
-        "over": found.plane.over,
-        "beam": found.plane.beam.numbers,
-        "gamma": found.gammas,
-        "values": found.values,
-        "methods": {one.method.name: method_data(found, one) for one in found.methods},
-    }
+    plane = found.plane
+    data = {"over": plane.over, "beam": plane.beam.numbers}
+    data |= {"gamma": found.gammas, "values": found.values}
+    data["methods"] = {one.method.name: method_data(found, one) for one in found.methods}
     reference = rounded(found.methods[0].speeds("buckling"))
-    return data if found.plane.states else {**data, "buckling": reference}
+    return data if plane.states else {**data, "buckling": reference}
 
 
 def method_data(found: Map, one: MethodMap) -> dict[str, Any]:
@@ -110,8 +104,8 @@ def page(maps: list[Map]) -> str:
     parts = ["# Where methods fail", "Shares of the cells of each map [%]."]
     for found in maps:
         symbol = PARAMETERS[found.plane.over].symbol
-        title, held = TEXTS[found.plane.kinds][0], found.plane.held
-        parts += [f"## {title}: speed γ and {symbol}", f"At constant speed, {held}."]
+        heading = TEXTS[found.plane.kinds][0].format(symbol)
+        parts += [f"## {heading}", f"At constant speed, {found.plane.held}."]
         parts += [shares(found), "\n".join(["```", *commands(found), "```"])]
     return "\n\n".join(parts) + "\n"
 
@@ -121,11 +115,8 @@ def shares(found: Map) -> str:
     heads, rows = ["says"] * any(one.refusal for one in found.methods), []
     for one in found.methods:
         accepted = one.kinds[one.kinds != compute.OUTSIDE.name]
-        cells = [
-            100 * np.mean(accepted == kind.name) if accepted.size else 0
-            for kind in found.plane.kinds
-        ]
-        texts = [f"{percent:.0f}" if percent else "" for percent in cells]
+        counts = [np.count_nonzero(accepted == kind.name) for kind in found.plane.kinds]
+        texts = [f"{100 * count / accepted.size:.0f}" if count else "" for count in counts]
         rows.append([one.method.name, *texts, *[one.refusal] * len(heads)])
     return markdown_table(["method", *(kind.name for kind in found.plane.kinds), *heads], rows)
 
@@ -150,20 +141,19 @@ ANSYS = (40.0, 50.0)  # gamma at delta 1 for which the paper reports that ANSYS 
 SMALLEST_NAMED = 0.035  # region, of the panel
 SMALLEST_LOSS = 0.02  # of the panel must be falsely unstable for its boundary to be drawn
 LETTER = 0.024  # width, of the panel
-CONSTANT = 1e-3  # largest relative difference of speeds called the same
 BUCKLING = (0, (3, 2))
-EDGE: dict[str, Any] = {"ec": STRIPES, "lw": 0.6}
+CELLS: dict[str, Any] = {"linewidth": 0, "antialiased": False, "zorder": 1}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "top", "zorder": 5}
 TEXTS = {  # of a sheet: its two lines of heading, and the meanings of a line and of a dashed line
     KINDS: (
-        "Where methods fail",
+        "Where methods fail: speed γ and {}",
         "Five lowest modes in the plane of rotation, {}. Reference: the paper's model (green"
         " strain, spatial curvature), solved by auto.",
         "exact boundary of a failure",
         "where the beam buckles",
     ),
     STATES: (
-        "Stable states of an inward beam",
+        "Stable states of an inward beam: speed γ and {}",
         "At constant speed, {}. Bent in the plane of rotation.",
         "end of the stable states",
         "where the straight beam buckles",
@@ -175,8 +165,8 @@ TEXTS = {  # of a sheet: its two lines of heading, and the meanings of a line an
 def pictures(found: Map) -> Files:
     """The sheet of one plane as PNG and SVG, by file name: a panel for each method that does not
     refuse, one for the legend, and one for the others."""
-    plane, (title, subtitle, *_) = found.plane, TEXTS[found.plane.kinds]
-    across = PARAMETERS[plane.over].axis_label
+    plane, across = found.plane, PARAMETERS[found.plane.over].axis_label
+    heading, subtitle, *_ = TEXTS[plane.kinds]
     shown = [one for one in found.methods if not one.refusal]
     unable = [one.method.name for one in found.methods if one.refusal]
     rows = -(-(len(shown) + 1 + bool(unable)) // COLUMNS)
@@ -185,9 +175,9 @@ def pictures(found: Map) -> Files:
     figure.subplots_adjust(0.07, FOOT / height, 0.985, 1 - HEAD / height, 0.08, 0.2)
     panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
     head: dict[str, Any] = {"x": 0.012, "va": "center"}
-    title, subtitle = f"{title}: speed γ and {across}", subtitle.format(plane.held)
-    figure.text(y=1 - 0.27 / height, s=title, weight="bold", size=12, **head)
-    figure.text(y=1 - 0.54 / height, s=subtitle, color="#555555", size=9, **head)
+    figure.text(y=1 - 0.27 / height, s=heading.format(across), weight="bold", size=12, **head)
+    text = subtitle.format(plane.held)
+    figure.text(y=1 - 0.54 / height, s=text, color="#555555", size=9, **head)
     for axes in panels[len(shown) :]:
         axes.set_axis_off()
     for axes in panels[::COLUMNS]:
@@ -213,7 +203,7 @@ def draw_legend(axes: Axes, found: Map, shown: list[MethodMap]) -> None:
     for kind in found.plane.kinds if states else (*found.plane.kinds, compute.OUTSIDE):
         if states or kind.name in present:
             text = kind.meaning + ("" if kind.name in present else " (nowhere here)")
-            look = {"fc": kind.face, "hatch": kind.hatch, **EDGE}
+            look: dict[str, Any] = {"fc": kind.face, "hatch": kind.hatch, "ec": STRIPES, "lw": 0.6}
             handles.append(Patch(label=fill(text, 38), **look))
     line: dict[str, Any] = {"color": INK, "lw": 1.2}
     handles.append(Line2D([], [], label=boundary, **line))
@@ -230,17 +220,17 @@ def draw_panel(axes: Axes, found: Map, one: MethodMap) -> None:
     boundaries = [one.speeds("limit")]
     if np.mean(kinds == compute.FALSELY_UNSTABLE.name) > SMALLEST_LOSS:
         boundaries.append(one.speeds("loss"))
-    lines = [*((gammas, "-") for gammas in boundaries), (one.speeds("buckling"), BUCKLING)]
-    for gammas, ls in lines:
+    for gammas, ls in (*product(boundaries, "-"), (one.speeds("buckling"), BUCKLING)):
         axes.plot(gammas, found.values, color="white", lw=2.8, zorder=2)
         axes.plot(gammas, found.values, color=INK, lw=1.2, ls=ls, zorder=3)
     resolution = "".join(f"{options[k]} {k}" for k in ("elements", "terms") if k in options)
     axes.set_title(one.method.name, loc="left", size=10, pad=3, weight="bold")
     axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
-    for gammas in () if plane.states else boundaries:
-        label_constant(axes, gammas)
-    if plane.over == "delta" and "hencky" in one.method.name and not plane.states:
-        mark_ansys(axes)
+    if not plane.states:
+        for gammas in boundaries:
+            label_constant(axes, gammas)
+        if plane.over == "delta" and "hencky" in one.method.name:
+            mark_ansys(axes)
 
 
 def draw_cells(axes: Axes, plane: Plane, names: np.ndarray) -> None:
@@ -255,15 +245,9 @@ def draw_cells(axes: Axes, plane: Plane, names: np.ndarray) -> None:
     for kind in plane.kinds:
         here = names == kind.name
         if here.any():
-            axes.pcolor(
-                *(x, y, np.ma.masked_where(~here, here)),
-                cmap=ListedColormap([kind.face]),
-                hatch=kind.hatch,
-                edgecolor="white" if kind.ink == "white" else STRIPES,
-                linewidth=0,
-                antialiased=False,
-                zorder=1,
-            )
+            look = {"cmap": ListedColormap([kind.face]), "hatch": kind.hatch, **CELLS}
+            look["edgecolor"] = "white" if kind.ink == "white" else STRIPES
+            axes.pcolor(x, y, np.ma.masked_where(~here, here), **look)
             label_region(axes, x, y, here, kind)
 
 
@@ -279,17 +263,16 @@ def label_region(axes: Axes, x: np.ndarray, y: np.ndarray, here: np.ndarray, kin
         return
     place = (x[left] * x[right]) ** 0.5, (y[row] + y[row + 1]) / 2
     box = {"fc": kind.face, "ec": "none", "pad": 0.8}  # over hatches and boundaries
-    text: dict[str, Any] = {"size": 7.5, "color": kind.ink, "bbox": box, "clip_on": True}
-    axes.text(*place, label, ha="center", va="center", zorder=4, **text)
+    text: dict[str, Any] = {"size": 7.5, "color": kind.ink, "bbox": box, **CENTRED}
+    axes.text(*place, label, zorder=4, clip_on=True, **text)
 
 
 def label_constant(axes: Axes, gammas: np.ndarray) -> None:
-    """Write the speed beside a boundary where it is the same in most rows."""
+    """Write the speed beside a boundary where it is the same, within 0.001, in most rows."""
     speed = np.nanmedian(gammas) if np.isfinite(gammas).any() else np.nan
-    if not np.sum(abs(gammas - speed) < CONSTANT * speed) >= len(gammas) / 2:
-        return
-    top = axes.get_xaxis_transform()
-    axes.annotate(f"γ = {speed:#.4g}", (speed, 1), (-3, -3), xycoords=top, size=7.5, **ABOVE)
+    if np.sum(abs(gammas - speed) < 1e-3 * speed) >= len(gammas) / 2:
+        top = axes.get_xaxis_transform()
+        axes.annotate(f"γ = {speed:#.4g}", (speed, 1), (-3, -3), xycoords=top, size=7.5, **ABOVE)
 
 
 def mark_ansys(axes: Axes) -> None:

@@ -63,10 +63,8 @@ NO_EQUILIBRIUM = Kind(
     "no equilibrium", "no equilibrium in its model, reported as such", "#2B2B2B", "", "white"
 )
 OUTSIDE = Kind("outside", "not accepted: γ above 5 μ", "#F0F0F0")
-KINDS = (
-    *(RIGHT, INACCURATE, OTHER_MODEL, TRULY_UNSTABLE),
-    *(ROUNDING, NOT_CONVERGED, FALSELY_UNSTABLE, NO_EQUILIBRIUM),
-)
+KINDS: tuple[Kind, ...] = (RIGHT, INACCURATE, OTHER_MODEL, TRULY_UNSTABLE)
+KINDS += (ROUNDING, NOT_CONVERGED, FALSELY_UNSTABLE, NO_EQUILIBRIUM)
 CORRECT = (RIGHT, TRULY_UNSTABLE, OUTSIDE)
 
 STRAIGHT = RIGHT._replace(name="straight", meaning="straight, and stable")
@@ -79,13 +77,8 @@ STATES = (STRAIGHT, BENT, SEVERAL, NO_STATE, NOT_CONVERGED)
 
 # Models: the options of `solve` that give their exact frequencies.
 REFERENCE = "green"
-MODELS: dict[str, dict[str, Any]] = {
-    REFERENCE: {"strain": "green"},
-    "biot": {"strain": "biot"},
-    "hencky": {"strain": "hencky"},
-    "rigid": {"method": "foac"},
-    "unstiffened": {"method": "zoac"},
-}
+MODELS = {strain: {"strain": strain} for strain in (REFERENCE, "biot", "hencky")}
+MODELS |= {"rigid": {"method": "foac"}, "unstiffened": {"method": "zoac"}}
 
 
 class Method(NamedTuple):
@@ -131,10 +124,8 @@ def answer(beam: Beam, **options: Any) -> Outcome:
 
 def verdicts(beam: Beam) -> list[Verdict]:
     """The verdict on every method for one beam."""
-    exact = {
-        name: answer(beam, modes=EXACT_MODES, tolerance=EXACT, **model)
-        for name, model in MODELS.items()
-    }
+    solve_exactly = partial(answer, beam, modes=EXACT_MODES, tolerance=EXACT)
+    exact = {name: solve_exactly(**model) for name, model in MODELS.items()}
     return [verdict(beam, one, exact[one.model], exact[REFERENCE]) for one in METHODS]
 
 

@@ -115,8 +115,7 @@ def written(tmp_path_factory):
     """`beamviz stability --quick` on maps of a few cells, one of them of no accepted beam: the
     folder, its data, and what is printed."""
     folder, small = tmp_path_factory.mktemp("stability"), pytest.MonkeyPatch()
-    small.setattr(failure_maps, "QUICK", (5, 5))
-    small.setattr(failure_maps, "QUICK_STATES", (5, 3))
+    small.setattr(failure_maps, "QUICK", {kinds.KINDS: (5, 5), kinds.STATES: (5, 3)})
     result = CliRunner().invoke(app, ["stability", "--out", str(folder), "--quick"])
     small.undo()
     assert result.exit_code == 0, result.output
