@@ -14,8 +14,6 @@ from beamviz.scene import COLOURINGS, UPPER_LIMITS, Camera, Scene, ViewOptions, 
 from beamviz.solver import CHOICES
 
 REAL = "[si]\n" + "".join(f"{key} = {value}\n" for key, value in STEEL_BEAM.values.items())
-
-
 FLAGS = ("playing", "rotating_frame", "ghosts", "nodes", "thicken", "all_modes", "dark")
 points = st.tuples(*[st.floats(-1000, 1000)] * 3)
 numbers = {name: st.floats(*one.limits) for name, one in PARAMETERS.items()}
@@ -37,10 +35,9 @@ cameras = st.none() | points.flatmap(
     lambda at: points.filter(lambda point: point != at).map(lambda point: Camera(point, at))
 )
 axes = st.sampled_from(sorted(PARAMETERS))
-scenes = st.builds(Scene, beams, models, looks, cameras, axes, st.booleans())
 
 
-@given(scenes)
+@given(st.builds(Scene, beams, models, looks, cameras, axes, st.booleans()))
 @settings(max_examples=60)
 def test_a_saved_scene_comes_back_as_it_was_and_a_link_shows_it(scene):
     """Through TOML, to the last bit. Every key goes through the query of an address, over the usual

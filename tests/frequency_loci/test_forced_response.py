@@ -18,7 +18,6 @@ from beamviz.frequency_loci.forced_response import (
 
 HEAVY = Beam(alpha=1, beta=1)
 TIP = np.ones(1)
-MODEL = "green", "spatial", FINE[0]
 
 
 def located(found, per_rev, label):
@@ -94,7 +93,10 @@ def test_each_mode_answers_as_an_oscillator(damping, ratio):
 def test_the_sum_of_modes_is_the_solution_of_the_equations(beam, ratio, coriolis):
     """At rest and with a mass at the tip of a rotating beam, below and above the first resonance,
     without damping; along the beam only a few stretching modes are among the twenty."""
-    solution, oracle = solve(beam, modes=20, coriolis=coriolis), Spectrum(beam, *MODEL)
+    solution, oracle = (
+        solve(beam, modes=20, coriolis=coriolis),
+        Spectrum(beam, "green", "spatial", FINE[0]),
+    )
     omega = ratio * float(solution.frequencies[0])
     exact = oracle.response(omega, coriolis) / static_deflection(beam)
     apart = abs(response(solution, omega, 0.0, oracle.mesh.x.ravel()) - exact)

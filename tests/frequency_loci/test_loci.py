@@ -43,25 +43,6 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
     assert veering.index == pytest.approx(1, abs=1e-3)
 
 
-@pytest.mark.parametrize("coriolis", [False, True])
-@pytest.mark.parametrize(
-    ("beam", "over", "stop"), [(TIP, "gamma", 20), (Beam(gamma=10), "alpha", 2)]
-)
-def test_events_do_not_depend_on_the_points(beam, over, stop, coriolis):
-    """With two points or many, in as many solves: the same crossings and veerings."""
-    charts = [
-        loci(beam, over, np.linspace(0, stop, count), modes=6, coriolis=coriolis)
-        for count in (2, 7, 201)
-    ]
-    few, *others = charts
-    assert few.events
-    assert max(chart.solves for chart in charts) < 75
-    for other in others:
-        for a, b in zip(few.events, other.events, strict=True):
-            assert (a.kind, a.branches) == (b.kind, b.branches)
-            assert (a.at, a.gap, a.index) == pytest.approx((b.at, b.gap, b.index), rel=1e-6)
-
-
 def test_solutions_are_solved_for_when_asked(monkeypatch):
     """A chart takes fewer solves than values; then a solution takes one, and all are one batch."""
     solve_many, batches = sweep.solve_many, []

@@ -10,11 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz import Beam, loci, solve
-from beamviz.frequency_loci.identity import (
-    ModeIdentity,
-    identify_modes,
-    names_of_branches,
-)
+from beamviz.frequency_loci.identity import ModeIdentity, identify_modes, names_of_branches
 from beamviz.frequency_loci.mode_vectors import GAUSS_POINTS, gauss_points, mode_points
 
 TIP = Beam(alpha=1, beta=1)

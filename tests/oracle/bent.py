@@ -76,24 +76,15 @@ def _mesh(beam: Beam, points: int, layers: float, guess: Callable) -> Mesh:
     return refined_mesh(ends, beam, points, lambda x, h, d: min(LONGEST, max(d, narrowest)))
 
 
-@dataclass
 class _Problem:
-    beam: Beam
-    strain: str
-    curvature: str
-    mesh: Mesh
-
-    def __post_init__(self) -> None:
-        mesh = self.mesh
+    def __init__(self, beam: Beam, strain: str, curvature: str, mesh: Mesh):
+        self.beam, self.strain, self.curvature, self.mesh = beam, strain, curvature, mesh
         self.skeleton = mesh.differences(D)
-        ones = np.ones_like(mesh.x)
-        self.integral = mesh.integral(D, {(a, a): ones for a in range(D)})
-        turn, spin = self.beam.gamma**2, self.beam.spin_up
+        self.integral = mesh.integral(D, {(a, a): np.ones_like(mesh.x) for a in range(D)})
+        turn, spin = beam.gamma**2, beam.spin_up
         load = {(4, 0): -turn, (5, 1): -turn, (4, 1): -spin, (5, 0): spin}
         self.load = mesh.mass(D, load)  # of P by r, spread and at the mass
-        at_hub = np.zeros(mesh.size(D))
-        at_hub[0::D] = self.beam.delta
-        self.hub_load = self.load @ at_hub
+        self.hub_load = self.load @ np.tile([beam.delta, 0, 0, 0, 0, 0], mesh.size(1))
 
     def state(self, guess: Callable) -> tuple[np.ndarray, np.ndarray]:
         """Unknowns z and the stretch (elements, p) of the state, by Newton's method."""

@@ -126,8 +126,7 @@ def test_rounding_near_an_end_asks_for_no_finer_mesh():
 
 @pytest.mark.parametrize("tolerance", [0.1, 1e-3, 1e-5])
 @pytest.mark.parametrize(
-    "beam",
-    [Beam(gamma=200), Beam(alpha=1, beta=0.5, gamma=100), Beam(gamma=134, mu=27.5)],
+    "beam", [Beam(gamma=200), Beam(alpha=1, beta=0.5, gamma=100), Beam(gamma=134, mu=27.5)]
 )
 def test_a_fast_beam_has_the_mesh_it_needs_at_once(beam, tolerance, monkeypatch):
     """Although softening cancels most digits of the lowest mode."""
