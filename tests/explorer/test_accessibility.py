@@ -69,8 +69,7 @@ def leave_lesson(shown: Page) -> None:
 @pytest.mark.parametrize("size", [*SIZES, (1366, 768), (1280, 720), (720, 450)], ids=str)
 def test_the_scene_has_half_of_the_page(shown, size):
     """At every size, with nothing cut off at the sides; on wide pages the complete chart is beside
-    it, on narrow ones the panels scroll below it; at 1440x900 with a zoom of 200 % it too scrolls
-    away."""
+    it, on narrow ones panels scroll below it; at 1440x900 and 200 % zoom it too scrolls away."""
     shown.resize(*size)
     shown.open_tab("frequencies")
     shown.evaluate("scrollTo(0, 0)")

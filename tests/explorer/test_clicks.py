@@ -57,8 +57,7 @@ JOBS = {
 
 @pytest.fixture
 def opened(shown) -> Page:
-    """The page as it opens: the first scene, whose address has no query, the first tab, no focus,
-    and nothing of an earlier test."""
+    """The page as it opens: the first scene, without a query, the first tab, and no focus."""
     for action, value in (("reset", None), ("comparison", "nothing"), ("playing", True)):
         shown.send(action, value)
     shown.open_tab("frequencies")

@@ -42,8 +42,7 @@ OVERLAY = "/scene/rotor/overlay"
     ],
 )
 def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(choice, own, other):
-    """A method or a term that is chosen already is replaced by the other one. Without a choice
-    there is no message."""
+    """A method or a term that is chosen already is replaced by the other. No choice, no text."""
     title, case = comparison_case(replace(State.of(Scene()), comparison=choice), own)
     assert other in title if isinstance(other, str) else case == other
     assert comparison_case(State.of(Scene()), own) == ("", None)
@@ -80,8 +79,7 @@ def test_modes_mixed_by_coriolis_forces_are_compared_by_shape():
 
 @pytest.mark.parametrize("stacked", [False, True])
 def test_both_beams_run_on_one_clock(guest, session, stacked):
-    """With twice the mass: a mode begins at the phase of its partner, and advances by its own
-    frequency."""
+    """With twice the mass: a mode begins at the phase of its partner, with its own frequency."""
     pause(guest)
     guest.set(stacked=stacked, comparison="mass")
     double = PAPER.replace(alpha=2)
@@ -112,7 +110,7 @@ def test_each_row_shows_one_mode(guest, session, beam):
     """Five rows instead of one beam, and back; in row k the beam moves as mode k; titles name the
     modes. At the clamp is a small drum: whole hubs above each other would cover the beams."""
     guest.do("load", f"beam.toml\n{Scene.of(beam, all_modes=True, playing=False).to_toml()}")
-    guest.wait(lambda _: guest.nodes.get("/mode 5", {}).get("visible"))
+    guest.wait(lambda _: guest.nodes["/mode 5"].get("visible"))
     final_text(guest)
     assert guest.nodes["/scene"]["visible"] is False
     rows, phases = session.view.scene.rows, session.view.clock.phases
@@ -140,7 +138,7 @@ def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:
 
 def overlay_is(guest: Visitor, *, visible: bool) -> None:
     """Wait until the overlay is visible or hidden."""
-    guest.wait(lambda _: guest.nodes.get(OVERLAY, {}).get("visible") is visible)
+    guest.wait(lambda _: guest.nodes[OVERLAY].get("visible") is visible)
 
 
 def test_an_overlay_is_visible_while_a_slider_moves(guest):

@@ -110,8 +110,7 @@ def come_and_go(url: str, visits: int) -> None:
 
 
 def left() -> tuple[int, int, int]:
-    """Numbers of threads, except those of viser's pool, which reaches its size once, of open files
-    and sockets, and of objects."""
+    """Numbers of threads, without those of viser's pool, of open files and sockets, of objects."""
     names = [thread.name for thread in threading.enumerate()]
     threads = sum(not name.startswith("ThreadPoolExecutor") for name in names)
     gc.collect()
@@ -246,8 +245,7 @@ def test_motion_goes_on_after_jumps_of_the_system_time_and_a_sleep(other, frame_
     session, now = list(frame_loops[0].sessions.values())[-1], time.time
 
     async def angle_during_sleep() -> float:
-        """The angle of the hub after a sleep; on the event loop, so that no other tick comes
-        between."""
+        """The angle of the hub after a sleep; on the event loop, so between other ticks."""
         before = session.view.clock.angle
         session.tick(session.last_tick + 36000.0)
         session.last_tick = time.monotonic()

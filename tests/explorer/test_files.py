@@ -103,7 +103,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
 
     monkeypatch.setattr(sharing, "animate", film)
     guest.do("export", ".gif")
-    guest.wait(lambda _: guest.props.get("export-progress", {}).get("value"))
+    guest.wait(lambda _: guest.props["export-progress"].get("value"))
     assert " s left" in guest.texts["export-state"]
     assert guest.props["export-work"]["hidden"] is False
     with visitor(url) as second, visitor(url) as third:
@@ -144,8 +144,7 @@ def test_an_invalid_file_changes_nothing(guest, text, reason):
 
 @pytest.mark.slow
 def test_a_file_chosen_in_the_page_is_loaded(url, tmp_path):
-    """With characters that JSON and UTF-8 encode; a message names one that is too large, with the
-    limit."""
+    """With characters that JSON and UTF-8 encode; one too large is named, with the limit."""
     file = tmp_path / "beam.toml"
     with page(url) as live:
         live.wait(says("B1"))

@@ -138,8 +138,7 @@ CHALLENGES = {
 
 @pytest.mark.parametrize("name", CHALLENGES)
 def test_the_challenge_is_checked_continuously(guest, name):
-    """Not yet, with the present value, or a change to undo; also without an equilibrium; then
-    right, with the computed answer, and a tick."""
+    """Not yet, with the value or a change to undo, also without equilibrium; then right, a tick."""
     begin(guest, name)
     guest.do("lesson_step", 2)
     reads(guest, formatted(lesson(name).task))

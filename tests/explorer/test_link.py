@@ -111,8 +111,7 @@ def test_the_address_names_the_lesson_and_its_step(guest):
 
 @pytest.mark.slow
 def test_the_page_opens_its_link_and_updates_it(url):
-    """The question of a lesson; a key goes to its meaning; the address contains an edit, which a
-    key undoes; a reload shows the same."""
+    """A lesson; a key goes to its meaning; an edit, which a key undoes; a reload shows the same."""
     with page(f"{url}/?lesson=nodes", 1280, 720) as shown:
         shown.wait(says(lesson("nodes").question))
         shown.key("n")

@@ -44,8 +44,7 @@ def test_every_axis_contains_the_beam_and_ends_at_valid_beams(numbers, over):
 
 
 def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
-    """So that it does not change during most of a drag. A number out of range is named; the page
-    keeps the last chart."""
+    """So that it does not change during most of a drag. A number out of range is named."""
     gammas = np.linspace(0, 16, 50)
     assert {chart_range(TIP.replace(gamma=gamma), "gamma") for gamma in gammas} == {(0, 20)}
     assert chart_range(TIP.replace(gamma=16.1), "gamma") == (0, 40)
@@ -121,8 +120,7 @@ def test_marks_are_buttons_with_names(tip):
 
 
 def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
-    """omega = k gamma for the chosen k, in display units, listed in order of speed; there are none
-    over another axis."""
+    """omega = k gamma for the chosen k, listed in order of speed; none over another axis."""
     assert chart_data(tip)["perRev"] is None
     assert chart_data(tip, (2, 4))["perRev"] == {"slope": 1.0, "multiples": [2, 4]}
     chart = chart_of(TIP, per_rev=6)
@@ -139,8 +137,7 @@ def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
 
 @pytest.mark.parametrize(("delta", "law"), [(0, " with this material law"), (-0.5, "")])
 def test_gaps_are_explained_by_their_limit(delta, law):
-    """biot at mu = 10 has no equilibrium beyond 8.603, where the lines end; inward, thrust is the
-    limit with any law."""
+    """biot at mu = 10: none beyond 8.603, where the lines end; inward, thrust is the limit."""
     chart = chart_of(TIP.replace(mu=10, delta=delta), strain="biot")
     limit = chart.loci.limits[-1]
     sentence = f"No equilibrium above γ = {limit.start:.4g}{law}."
@@ -221,9 +218,8 @@ def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
 
 
 def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
-    """It is a part of the chart, at whose ends the distance is more than twice the gap, and where
-    shapes correlate with that at the event, at a crossing with one beside it. A branch has no shape
-    above the modes solved for."""
+    """It is a part of the chart, at whose ends the distance is more than twice the gap, and shapes
+    correlate with that at the event. A branch has no shape above the modes solved for."""
     chart = request(tip, 0).chart
     for pair in pairs:
         assert pair.found.values[0] < pair.at < pair.found.values[-1]

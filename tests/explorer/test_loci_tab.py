@@ -1,6 +1,7 @@
 """The tabs Frequencies and Veering in a running explorer, and the chart on the real page."""
 
 import threading
+from functools import cache
 from typing import Any
 
 import pytest
@@ -15,18 +16,23 @@ from beamviz.explorer.features.veering import INVITATION, VeeringRequest
 from beamviz.scene import Scene
 
 FIRST = Scene(TIP)
-EVENT = "B3 S1 1"  # the name of the crossing, and of the veering with Coriolis forces
+EVENT = "B3 S1 1"  # the name of the crossing
 
 
-def chart_shown(guest: Visitor, beam: Beam, **options: Any) -> None:
-    """Wait for the chart of a beam: where S1 crosses B3, or veers from it."""
-    expected = pytest.approx(chart_of(beam, **options).events[EVENT].at, rel=1e-6)
+@cache
+def crossing(beam: Beam) -> Any:
+    """The speed at which S1 crosses B3."""
+    return pytest.approx(chart_of(beam).events[EVENT].at, rel=1e-6)
 
-    def places(_: object) -> list[float]:
-        marks = guest.charts.get("loci-chart", {}).get("marks", [])
+
+def chart_shown(guest: Visitor, beam: Beam) -> None:
+    """Wait for the chart of a beam."""
+
+    def places() -> list[float]:
+        marks = guest.charts["loci-chart"].get("marks", [])
         return [mark["x"] for mark in marks if mark["key"] == EVENT]
 
-    guest.wait(lambda latest: places(latest) == [expected])
+    guest.wait(lambda _: places() == [crossing(beam)])
 
 
 def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(guest, monkeypatch):
@@ -46,8 +52,8 @@ def test_moving_along_the_axis_computes_no_chart_and_sends_no_lines(guest, monke
 
 
 def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
-    """Nothing is computed for it while the tab is not open. Choosing an event moves the beam there;
-    it remains chosen when another mass moves it."""
+    """Nothing is computed while the tab is not open. Choosing an event moves the beam there; it
+    remains chosen when another mass moves it."""
     chart_shown(guest, TIP)
     pause(guest)
     assert "veering-chart" not in guest.charts
@@ -156,11 +162,10 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
     assert not desk.evaluate(f"{READOUT}.hidden")
     desk.key("Enter")
-    there = pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6)
-    wait_until(lambda: desk.number("gamma") == there)
+    wait_until(lambda: desk.number("gamma") == crossing(TIP))
     set_speed(desk, 3.0)
     desk.click(f"{MARKS}[0]")
-    wait_until(lambda: desk.number("gamma") == there)
+    wait_until(lambda: desk.number("gamma") == crossing(TIP))
     desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
 
 
@@ -225,7 +230,5 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(desk):
     left, top, width, height = desk.box(f"{MARKS}[0]", frames=40)
     touch("touchStart", (left + width / 2, top + height / 2))
     touch("touchEnd")
-    wait_until(
-        lambda: desk.number("gamma") == pytest.approx(chart_of(TIP).events[EVENT].at, rel=1e-6)
-    )
+    wait_until(lambda: desk.number("gamma") == crossing(TIP))
     assert desk.evaluate("document.documentElement.scrollWidth") <= 390

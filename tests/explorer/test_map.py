@@ -19,12 +19,9 @@ FIRST = Scene(BEAM)
 
 def map_shown(guest: Visitor, **expected: Any) -> dict[str, Any]:
     """Wait for a map that has these entries, or words in its name."""
-
-    def shown(data: dict[str, Any]) -> bool:
-        return "values" in data and all(text in str(data[key]) for key, text in expected.items())
-
-    guest.wait(lambda _: shown(guest.charts.get("map-chart", {})))
-    return guest.charts["map-chart"]
+    data, expected = guest.charts["map-chart"], {"values": "[", **expected}
+    guest.wait(lambda _: all(text in str(data.get(key)) for key, text in expected.items()))
+    return data
 
 
 def grid(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -90,9 +90,8 @@ def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
 
 @pytest.mark.parametrize("cancelled", [False, True])
 def test_methods_are_timed_on_request_while_their_tab_is_open(guest, monkeypatch, cancelled):
-    """A slow timing is shown with its name, also while paused; cancelled, it times no method.
-    Another tab stops it, or forgets its cancellation; back, the beam shown is timed, but not again
-    for another method."""
+    """A slow timing is named, also while paused; cancelled, it times no method. Another tab stops
+    it, or forgets its cancellation; back, the beam is timed, but not again for another method."""
     release, solves = threading.Event(), []
 
     def slow_solve(*args: Any, **options: Any) -> Solution:

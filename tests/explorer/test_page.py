@@ -26,8 +26,7 @@ FIRST = Scene.of(START, playing=False)
 
 
 def bodies(name: str, what: str, size: int) -> str:
-    """Numbers (size * n) of the bodies of a node that are seen, as they are on the graphics card:
-    those that are not seen have no size."""
+    """Numbers (size * n) of the bodies of a node that are seen, as on the graphics card."""
     return f"""(() => {{
       const mesh = {shown_bodies(name)}.at(-1);
       return mesh && Array.from(mesh.{what}._data.slice(0, {size} * mesh.instancesCount)); }})()"""
@@ -203,9 +202,8 @@ def on_screen(shown: Page, x: float, y: float) -> list[float]:
     ids=["straight", "bent"],
 )
 def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
-    """Along a beam, stretched or bent, towards the tip: beta is where the drag ended, to a
-    hundredth, also if the shape of the beam changes, in both frames. The beam before is drawn pale,
-    with its frequencies beside the new ones."""
+    """Along a stretched or a bent beam, towards the tip, in both frames: beta is where the drag
+    ended, to a hundredth. The beam before is drawn pale, its frequencies beside the new ones."""
     shown.resize(1440, 900)
     view = {"shares": [1.0], "amplitude": 0.0, "pace": 0.1, "rotating_frame": not turned}
     scene = Scene.of(beam, state=state, playing=turned, **view)
@@ -331,8 +329,7 @@ def test_the_beam_stays_whole_while_its_pieces_change(drawn):
 
 @pytest.mark.slow
 def test_a_saved_picture_equals_the_scene(drawn):
-    """The present moment and viewpoint, on the background of the page; with captions, of two nodes
-    and the speed, where they are on the screen."""
+    """The moment, the viewpoint, the background of the page, and captions where they are on it."""
     drawn.send("playing", False)
     drawn.wait("document.getElementById('play').ariaPressed === 'false'")
     drawn.next_frame(10)

@@ -70,8 +70,7 @@ def fill(guest: Visitor, **values: Any) -> None:
 
 def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     """1.2 m x 30 mm x 5 mm at 600 rpm in Hz; the mass of the first scene is removed. Values are
-    kept when another field is edited, and can be undone. An edit of a field that is not there any
-    more changes nothing."""
+    kept when others are edited, and can be undone. A field that is not there changes nothing."""
     values = {"area": 30e-3 * 5e-3, "second_moment": 30e-3 * 5e-3**3 / 12, "length": 1.2}
     values |= {"density": 7850.0, "youngs_modulus": 210e9, "rotation_speed": 600 * real_beam.RPM}
     guest.do("real.preset", "steel beam")

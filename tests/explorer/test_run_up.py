@@ -40,8 +40,7 @@ def speeds_shown(run: RunUp, seconds: float) -> list[float]:
 
 
 def test_the_speed_increases_to_the_last_one(run):
-    """From rest, never back, so many speeds a second, in a tenth of a second by far less near a
-    resonance than elsewhere."""
+    """From rest, never back, so many speeds a second, and by far less near a resonance."""
     first, _ = run.resonances
     gammas = np.array(speeds_shown(run, 0.1))
     assert len(gammas) - 1 == math.ceil((len(run.speeds) - 1) / (0.1 * run_up.PER_SECOND))
@@ -61,8 +60,7 @@ def test_it_ends_where_the_beam_becomes_unstable():
 
 
 def test_the_scene_shows_the_scaled_response(guest, session):
-    """All points keep phase and ratio; the highest peak has twice the amplitude of the view, one of
-    a quarter of it half that."""
+    """All points keep phase and ratio; the highest peak has twice the amplitude, a quarter one."""
     pause(guest)
     guest.edit(coriolis=True)
     guest.do("force_per_rev", 2)
@@ -140,8 +138,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
-    """The force drives the first beam only; the scene says so until a mode is chosen, also after
-    the run-up, at another speed."""
+    """The force drives the first beam only; the scene says so until a mode is chosen."""
 
     def is_moving(messages: list[dict[str, Any]]) -> bool:
         masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]

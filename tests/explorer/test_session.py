@@ -175,8 +175,7 @@ def test_a_number_out_of_range_is_named(guest):
 
 
 def test_an_unstable_state_is_shown_with_its_growth(guest):
-    """delta = -1, gamma = 5 without a mass: the straight beam buckles. Its modes are listed; the
-    scene shows the last stable state."""
+    """An inward beam has buckled: its modes are listed, the last stable state is drawn."""
     guest.edit(alpha=0.0, gamma=5.0)
     guest.choose("delta", -1.0)
     guest.says("Unstable in bending")

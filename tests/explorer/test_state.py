@@ -64,8 +64,7 @@ def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
 
 
 def test_the_axes_of_the_map_are_two_numbers():
-    """One chosen for both takes the place of the other, also in a scene that was loaded, where
-    tabs open as before."""
+    """One chosen for both takes the place of the other, also in a loaded scene; tabs open there."""
     loaded = START.loaded(Scene(PAPER, over="alpha"))
     for state in (START.changed("over", "alpha"), START.changed("across", "gamma"), loaded):
         assert (state.over, state.across) == ("alpha", "gamma")

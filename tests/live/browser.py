@@ -136,8 +136,7 @@ class Page:
         self.next_frame()
 
     def box(self, script: str, frames: int = 8) -> list[float]:
-        """Left, top, width and height of an element, scrolled into view, once they have been the
-        same for some frames."""
+        """Left, top, width and height of an element in view, once at rest for some frames."""
         return self.wait(
             f"(async () => {{ const e = {script}, boxes = []; if (!e) return null;"
             " e.scrollIntoView({block: 'center'});"
@@ -188,8 +187,7 @@ def tab(name: str) -> str:
 
 
 def start_browser() -> None:
-    """Start the browser of this run, unless it is running; it ends with this process. Without one
-    the test is skipped."""
+    """Start the browser of this run, which ends with this process; without one, skip the test."""
     if PROFILE in os.environ:
         return
     browser = find_browser() or pytest.skip(NO_BROWSER)

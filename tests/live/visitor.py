@@ -4,6 +4,7 @@ import contextlib
 import json
 import re
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterator
 from html import unescape
 from typing import Any
@@ -40,12 +41,12 @@ class Visitor:
         self.texts = {"page": PAGE.read_text()}
         self.updated: dict[str, Any] = {}
         self.values: dict[str, Any] = {}
-        self.props: dict[str, dict[str, Any]] = {}
-        self.charts: dict[str, Any] = {}
+        self.props: dict[str, dict[str, Any]] = defaultdict(dict)
+        self.charts: dict[str, dict[str, Any]] = defaultdict(dict)
         self.parts: dict[str, Any] = {}
         self.said: list[dict[str, Any]] = []
         self.actions = 0
-        self.nodes: dict[str, dict[str, Any]] = {}
+        self.nodes: dict[str, dict[str, Any]] = defaultdict(dict)
         self.camera: tuple[float, ...] = ()  # the position last sent
         self.received = 0
         self.send(**CAMERA_MESSAGE)
@@ -120,9 +121,9 @@ class Visitor:
         """Update the state by one message."""
         kind, props = message["type"], message.get("props", {})
         if kind == "SceneNodeUpdateMessage":
-            self.nodes.setdefault(message["name"], {}).update(message["updates"])
+            self.nodes[message["name"]].update(message["updates"])
         elif kind == "SetSceneNodeVisibilityMessage":
-            self.nodes.setdefault(message["name"], {})["visible"] = message["visible"]
+            self.nodes[message["name"]]["visible"] = message["visible"]
         elif kind == "RunJavascriptMessage":
             self.apply_script(message["source"])
         elif kind == "GuiUpdateMessage":
@@ -134,7 +135,7 @@ class Visitor:
         elif kind.startswith("Gui") and "label" in props:
             self.controls[props["label"]] = message["uuid"]
         elif "name" in message and props:
-            self.nodes.setdefault(message["name"], {}).update(props)
+            self.nodes[message["name"]].update(props)
 
     def apply_script(self, source: str) -> None:
         """Apply what beamviz.apply would show."""
@@ -142,9 +143,9 @@ class Visitor:
         self.texts |= update.pop("html", {})
         self.values |= update.pop("values", {})
         for id, data in update.pop("charts", {}).items():
-            self.charts.setdefault(id, {}).update(data)
+            self.charts[id].update(data)
         for key, changes in update.pop("props", {}).items():
-            self.props.setdefault(key, {}).update(changes)
+            self.props[key].update(changes)
         self.said += update.pop("say", [])
         self.parts |= update
 

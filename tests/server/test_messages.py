@@ -157,8 +157,7 @@ def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, l
 
 def test_repeated_errors_are_one_line_and_a_count(monkeypatch, caplog):
     """Other visitors and other errors have lines of their own; after a while there is another line.
-    A text with line breaks is one line. The memory is limited: errors are forgotten, so that some
-    lines are written again."""
+    A text with line breaks is one line. The memory is limited: errors are forgotten."""
     clock = mock.Mock(return_value=1000.0)
     monkeypatch.setattr("beamviz.server.log.time.monotonic", clock)
     log = RateLimitedLog("a test")

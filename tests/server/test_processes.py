@@ -61,8 +61,7 @@ def test_an_explorer_leaves_no_thread():
 @pytest.mark.parametrize("host", ["127.0.0.1", "999.1.1.1", "192.0.2.1", "no such host"])
 @pytest.mark.parametrize("processes", ["1", "2"])
 def test_a_busy_port_or_a_host_that_does_not_exist_is_an_error_of_one_line(run, processes, host):
-    """With the address and the remedy; no other port is used silently, and viser would wait for
-    such a host forever."""
+    """With the address and the remedy; no other port is used, and nothing waits for the host."""
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
         code, out, err = run("serve", "--host", host, "--port", port, "--processes", processes)

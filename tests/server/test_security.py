@@ -62,8 +62,7 @@ def statuses(url: str, path: str = "/", **headers: str) -> tuple[int, int]:
 
 @pytest.mark.parametrize("headers", FOREIGN, ids=str)
 def test_a_foreign_page_gets_403(plain, url, network, headers):
-    """Over WebSocket and over HTTP, also from a browser that has the key; viser accepts any page
-    under any name."""
+    """Over WebSocket and over HTTP, also from a browser with the key; viser accepts any page."""
     assert statuses(server.url_of(plain), **headers) == (200, 101)
     assert statuses(url, **headers) == (403, 403)
     for _ in range(4):
@@ -71,8 +70,7 @@ def test_a_foreign_page_gets_403(plain, url, network, headers):
 
 
 def test_our_own_page_is_answered_under_the_names_of_this_machine(plain, url):
-    """A refusal names the address that was asked for. Two hosts in one request are refused, as a
-    proxy and a server might read different ones."""
+    """A refusal names the address. Two hosts are refused: a proxy might read the other one."""
     assert b"does not answer to" in server.http_get(url, Host=EVIL)[2]
     assert server.http_get(url, Origin=url)[0] == 200
     local = url.replace("127.0.0.1", "localhost")
@@ -132,8 +130,7 @@ def test_only_this_machine_can_connect_by_default(url):
 
 def test_on_a_network_the_key_is_required(plain, network):
     """viser accepts all by default. Every answer has the security headers, and who has the key can
-    send no other messages. Keys are compared in constant time: all of them, completely, also after
-    a match."""
+    send no other messages. Keys are compared in constant time: all of them, also after a match."""
     address, key = network
     cookie = key_cookie(address, key)
     assert statuses(server.url_of(plain)) == (200, 101)
@@ -288,8 +285,7 @@ def framed(shown: Page, url: str) -> bool:
 
 
 def test_a_foreign_page_can_neither_control_a_session_nor_put_it_in_a_frame(foreign, plain, url):
-    """With a bare viser server it can, being open in the same browser; a frame under its own
-    buttons would steal clicks."""
+    """With a bare viser server it can; a frame under its own buttons would steal clicks."""
     for site, is_open in ((server.url_of(plain), True), (url, False)):
         assert opens(foreign, site) == is_open
         assert framed(foreign, f"{site}/") == is_open
