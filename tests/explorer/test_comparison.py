@@ -144,8 +144,7 @@ def overlay_is(guest: Visitor, *, visible: bool) -> None:
 def test_an_overlay_is_visible_while_a_slider_moves(guest):
     """The last one is drawn until the answer for the new speed; it may be a second scene instead,
     and ends with the comparison."""
-    guest.choose("comparison", "coriolis")
-    guest.says(frequency(PAPER, coriolis=True))
+    guest.choose("comparison", "coriolis", says=frequency(PAPER, coriolis=True))
     overlay_is(guest, visible=True)
     for gamma in (6.0, 7.0, 8.0):
         guest.choose("gamma", gamma)
@@ -174,8 +173,7 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
 
 def test_a_kept_beam_stays_while_the_other_changes(guest):
     """The button keeps it; the change is relative to it. Another scene ends the comparison."""
-    guest.do("keep")
-    guest.says(">before, ")
+    guest.do("keep", says=">before, ")
     guest.edit(gamma=20.0)
     guest.says(frequency(PAPER.replace(gamma=20)))
     guest.says(frequency(PAPER))

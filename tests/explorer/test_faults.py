@@ -174,8 +174,7 @@ def test_an_unexpected_error_of_the_solver_is_shown_and_logged_once(other, guest
     for _ in range(3):
         guest.choose("gamma", 12.0)
         guest.wait(lambda _: "a mistake of ours" not in guest.text)
-        guest.choose("gamma", BROKEN)
-        guest.says("unexpected: a mistake of ours")
+        guest.choose("gamma", BROKEN, says="unexpected: a mistake of ours")
     guest.edit(gamma=12.0)
     lines = [record for record in caplog.records if "a mistake of ours" in record.getMessage()]
     assert len(lines) == 1

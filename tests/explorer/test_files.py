@@ -107,8 +107,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
     assert " s left" in guest.texts["export-state"]
     assert guest.props["export-work"]["hidden"] is False
     with visitor(url) as second, visitor(url) as third:
-        second.do("export", ".webp")
-        second.says("waits for 1 other")
+        second.do("export", ".webp", says="waits for 1 other")
         third.do("export", ".csv")
         (part,) = heard(third, "FileTransferPart")
         assert part["content"].startswith(b"mode,label")

@@ -44,21 +44,7 @@ def test_work_starts_in_order_two_at_a_time(release):
         assert begun == [0, 1]
         release.set()
         wait_until(lambda: len(begun) == 6)
-    assert sorted(begun[2:4]) == [2, 3]
-    assert sorted(begun[4:]) == [4, 5]
-
-
-def test_closing_a_pool_does_not_wait(release):
-    """Waiting work is discarded, running work is completed, and no thread is left."""
-    done: list[int] = []
-    with closing(WorkerPool(1, "test close")) as pool:
-        pool.submit(lambda: release.wait(60))
-        wait_until(lambda: bool(pool.started))
-        pool.submit(lambda: done.append(1))
-    pool.submit(lambda: done.append(2))
-    release.set()
-    wait_until(lambda: "test close" not in [thread.name for thread in threading.enumerate()])
-    assert not done
+    assert [sorted(begun[k : k + 2]) for k in (2, 4)] == [[2, 3], [4, 5]]
 
 
 @pytest.fixture
@@ -68,19 +54,16 @@ def crowd() -> Iterator[Workers]:
         yield made
 
 
-def test_solves_of_many_visitors_run_in_batches(crowd):
-    """In order, and completed when `run_batch` returns."""
-    done: list[int] = []
+def test_solves_of_many_visitors_run_in_batches_and_slow_ones_on_workers(crowd, release):
+    """In order, and completed when `run_batch` returns; slow at submission, or if the method is
+    changed while they wait. One that is unexpectedly slow goes on in the background, and those
+    after it are done in order."""
+    order: list[int] = []
     for k in range(5):
-        crowd.solve(lambda k=k: done.append(k), lambda: True)
-    for most, expected in ((0, []), (2, [0, 1]), (9, [0, 1, 2, 3, 4]), (9, [0, 1, 2, 3, 4])):
+        crowd.solve(partial(order.append, k), lambda: True)
+    for most, count in ((0, 0), (2, 2), (9, 5), (9, 5)):
         crowd.run_batch(most)
-        assert done == expected
-
-
-def test_slow_solves_of_many_visitors_go_to_the_workers(crowd, release):
-    """At submission, or if the method is changed while they wait. One that is unexpectedly slow
-    goes on in the background, and those after it are done in order."""
+        assert order == [*range(count)]
     quick, done = [True], threading.Event()
     crowd.solve(done.set, lambda: quick[0])
     quick[0] = False
@@ -89,11 +72,10 @@ def test_slow_solves_of_many_visitors_go_to_the_workers(crowd, release):
     crowd.solve(done.clear, lambda: quick[0])
     wait_until(lambda: not done.is_set())
     assert not crowd.waiting
-    order: list[int] = []
-    for work in (partial(release.wait, 60), partial(order.append, 1), partial(order.append, 2)):
+    for work in (partial(release.wait, 60), partial(order.append, 5), partial(order.append, 6)):
         crowd.solve(work, lambda: True)
     crowd.run_batch(9)
-    wait_until(lambda: order == [1, 2])
+    wait_until(lambda: order == [*range(7)])
 
 
 def test_a_job_computes_the_latest_request():

@@ -92,8 +92,7 @@ def test_a_step_of_a_lesson_keeps_the_beam_and_a_reset_restores_that_of_the_less
     guest.shows(lesson("moving-mass").scene.beam)
     for again in (partial(guest.do, "lesson_restart"), partial(guest.press, "R")):
         guest.edit(beta=0.3)
-        guest.do("lesson_turn", 1)
-        guest.says("proves it")
+        guest.do("lesson_turn", 1, says="proves it")
         assert frequency_text(Beam(alpha=1, beta=0.3)) in guest.text
         again()
         guest.shows(lesson("moving-mass").scene.beam)
@@ -111,14 +110,11 @@ def test_a_step_of_a_lesson_keeps_the_beam_and_a_reset_restores_that_of_the_less
 )
 def test_without_a_lesson_reset_returns_to_the_opened_scene(guest, action, value, opened):
     """That of the server, a link or a file; also after a lesson."""
-    guest.do(action, value)
-    guest.says(frequency_text(opened))
+    guest.do(action, value, says=frequency_text(opened))
     begin(guest, "moving-mass")
     guest.do("lesson", "")
-    guest.choose("gamma", 20.0)
-    guest.says(frequency_text(Beam(alpha=1, gamma=20)))
-    guest.do("lesson_restart")
-    guest.says(frequency_text(opened))
+    guest.choose("gamma", 20.0, says=frequency_text(Beam(alpha=1, gamma=20)))
+    guest.do("lesson_restart", says=frequency_text(opened))
 
 
 RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."
@@ -145,11 +141,9 @@ def test_the_challenge_is_checked_continuously(guest, name):
     guest.says("Not yet.")
     guest.wait(lambda _: "Now: " in guest.texts["verdict"])
     for key, value, words in CHALLENGES[name]:
-        guest.choose(key, value)
-        guest.says(words)
+        guest.choose(key, value, says=words)
     assert f"{lesson(name).answer:.5g}" in guest.text
-    guest.do("lesson", "")
-    guest.says(f"Challenges met: 1 of {len(LESSONS)}")
+    guest.do("lesson", "", says=f"Challenges met: 1 of {len(LESSONS)}")
 
 
 def test_keys_and_commands_work(guest):

@@ -57,10 +57,8 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
     chart_shown(guest, TIP)
     pause(guest)
     assert "veering-chart" not in guest.charts
-    guest.do("tab", "veering")
-    guest.says("they cross at γ 4.464")
-    guest.choose("gamma", 15.0)
-    guest.says("they cross at γ 16.3")
+    guest.do("tab", "veering", says="they cross at γ 4.464")
+    guest.choose("gamma", 15.0, says="they cross at γ 16.3")
     guest.do("go_to_event", EVENT)
     guest.shows(TIP.replace(gamma=chart_of(TIP).events[EVENT].at))
     guest.says("at γ 4.650 (gap 0.241)")
@@ -77,8 +75,7 @@ def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
     monkeypatch.setattr(VeeringRequest, "pairs", lambda self: (release.wait(60), pairs(self))[1])
     with visitor(url) as guest:
         chart_shown(guest, TIP)
-        guest.do("tab", "veering")
-        guest.says('data-set="go_to_event"')
+        guest.do("tab", "veering", says='data-set="go_to_event"')
         pause(guest)
         assert INVITATION not in guest.text
         release.set()

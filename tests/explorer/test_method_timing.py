@@ -102,8 +102,7 @@ def test_methods_are_timed_on_request_while_their_tab_is_open(guest, monkeypatch
     monkeypatch.setattr(method_timing, "solve", slow_solve)
     monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
     pause(guest)
-    guest.do("tab", "methods")
-    guest.says("relative error")
+    guest.do("tab", "methods", says="relative error")
     final_text(guest)
     assert not solves
     guest.do("time_methods", True)
@@ -124,7 +123,6 @@ def test_methods_are_timed_on_request_while_their_tab_is_open(guest, monkeypatch
     guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] is None)
     assert {beam.gamma for (beam,) in solves[1:]} == {3.0}
     count = len(solves)
-    guest.choose("method", "foac")
-    guest.says("foac</b>: ")
+    guest.choose("method", "foac", says="foac</b>: ")
     final_text(guest)
     assert len(solves) == count

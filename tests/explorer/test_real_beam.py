@@ -121,10 +121,8 @@ def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     guest.wait(lambda _: guest.values["real.area"] == pytest.approx(1e6 * area, rel=1e-6))
     for field, value in (("section", "triangle"), ("preset", "a broomstick"), ("colour", 3)):
         guest.do(f"real.{field}", value)
-    guest.choose("real.wall", 11)
-    guest.says("wall t [mm] = 11: the wall is at most half the diameter")
-    guest.choose("real.length", 0)
-    guest.says("length L [mm] = 0: must be above 0")
+    guest.choose("real.wall", 11, says="wall t [mm] = 11: the wall is at most half the diameter")
+    guest.choose("real.length", 0, says="length L [mm] = 0: must be above 0")
     guest.choose("real.length", 900)
     guest.wait(lambda _: guest.texts["real-error"] == "")
     guest.wait(lambda _: guest.values["real.length"] == 900)

@@ -64,8 +64,7 @@ def test_a_term_is_switched_and_back(guest, option):
     """The frequencies are those of `solve` with that option; the case before is compared with."""
     usual = option != "coriolis"
     if option == "stiffening":  # without it the beam is unstable
-        guest.choose(option, False)
-        guest.says("Unstable in bending")
+        guest.choose(option, False, says="Unstable in bending")
         assert guest.props["playing"]["disabled"]  # nothing moves
     else:
         guest.edit(**{option: not usual})
@@ -163,13 +162,11 @@ def test_invalid_actions_are_ignored(guest, caplog):
 def test_a_number_out_of_range_is_named(guest):
     """With value and range; the next valid one is solved. What is no number is refused too."""
     for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
-        guest.choose("alpha", bad)
-        guest.says(f"alpha = {bad:.10g}: must lie in 0 .. 100")
+        guest.choose("alpha", bad, says=f"alpha = {bad:.10g}: must lie in 0 .. 100")
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
     for k, bad in enumerate(("fast", None, 10**40)):
-        guest.choose("gamma", bad)
-        guest.says("out of range")
+        guest.choose("gamma", bad, says="out of range")
         guest.edit(gamma=12.0 + k)
         guest.wait(lambda _: "out of range" not in guest.text)
 
@@ -177,8 +174,7 @@ def test_a_number_out_of_range_is_named(guest):
 def test_an_unstable_state_is_shown_with_its_growth(guest):
     """An inward beam has buckled: its modes are listed, the last stable state is drawn."""
     guest.edit(alpha=0.0, gamma=5.0)
-    guest.choose("delta", -1.0)
-    guest.says("Unstable in bending")
+    guest.choose("delta", -1.0, says="Unstable in bending")
     rate = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
     guest.says(growth(rate, None))
     post = guest.nodes["/scene/rotor/post"]  # below a drum, not below a ring
@@ -206,12 +202,10 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         assert one.view.shapes.labels == ()
         assert one.view.shapes.beam == scene.beam
         assert np.ptp(one.view.shapes.centreline[:, 0]) == 1.0
-        guest.choose("gamma", 20.0)
-        guest.says(stable)
+        guest.choose("gamma", 20.0, says=stable)
         guest.shows(Beam(gamma=20, delta=1), strain="hencky")
         guest.wait(lambda _: "displacement" in guest.texts["legend"])
-        guest.choose("gamma", 39.0)
-        guest.says("No equilibrium")
+        guest.choose("gamma", 39.0, says="No equilibrium")
         pause(guest)
         last = frequency_text(guest.beam, **guest.options)
         assert last in guest.text  # of this scene
@@ -265,8 +259,7 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops, monkeypat
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
         wait_until(lambda: len({session.visitor.clock.angle for session in sessions}) == 1)
-        lead.do("lesson", "nodes")
-        lead.says(lesson("nodes").question)
+        lead.do("lesson", "nodes", says=lesson("nodes").question)
         lead.do("lesson_step", 1)
         for guest in (one, other):
             guest.says(lesson("nodes").proof)

@@ -1,6 +1,7 @@
 """The state of a visitor: what edits make of it, and controls that show it."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from live.visitor import PAPER
@@ -15,32 +16,20 @@ START = State.of(Scene(PAPER))
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("gamma", 12.0, 12.0),
-        ("gamma", "fast", "fast"),  # numbers are checked when the beam is solved
-        ("strain", "hencky", "hencky"),
-        ("strain", "rubber", "green"),
-        ("plane", ["flapwise"], "chordwise"),
-        ("coriolis", 1, True),
-        ("pace", 9.0, 4.0),
-        ("pace", math.nan, 1.0),
-        ("amplitude", "large", 0.15),
-        ("amplitude", 1e9, 0.4),
-        ("amplitude", math.inf, 0.15),
-        ("colouring", "rainbow", "displacement"),
-        ("shares", "all", (0.0, 1.0)),
-        ("over", "delta", "delta"),
-        ("over", ["delta"], "gamma"),
-        ("over", "speed", "gamma"),
-        ("per_rev", [2, 1], (1, 2)),
-        ("per_rev", [7], ()),
+        ("gamma", 12.0, 12.0), ("gamma", "fast", "fast"),  # checked when the beam is solved
+        ("strain", "hencky", "hencky"), ("strain", "rubber", "green"), ("coriolis", 1, True),
+        ("plane", ["flapwise"], "chordwise"), ("colouring", "rainbow", "displacement"),
+        ("pace", 9.0, 4.0), ("pace", math.nan, 1.0), ("shares", "all", (0.0, 1.0)),
+        ("amplitude", "large", 0.15), ("amplitude", 1e9, 0.4), ("amplitude", math.inf, 0.15),
+        ("over", "delta", "delta"), ("over", ["delta"], "gamma"), ("over", "speed", "gamma"),
+        ("per_rev", [2, 1], (1, 2)), ("per_rev", [7], ()),
     ],
-)
+)  # fmt: skip
 def test_an_edit_changes_one_value_and_an_invalid_one_none(name, value, expected):
     """A browser may send anything."""
-    state = START.changed(name, value)
-    assert state.values[name] == expected
-    other = "alpha" if name != "alpha" else "beta"
-    assert state.values[other] == START.values[other]
+    values = START.changed(name, value).values
+    assert values[name] == expected
+    assert values["alpha"] == START.values["alpha"]
 
 
 def test_shares_of_modes_are_clamped_and_a_spin_up_bends_a_straight_beam():
@@ -75,10 +64,13 @@ def test_a_kept_case_belongs_to_its_scene():
     """Another scene drops it; keeping a case does not replace another comparison. A case has all
     options, so that cases with equal solutions are equal."""
     kept = START.keep_for_comparison()
-    assert (kept.kept, kept.comparison) == (START.case, EARLIER)
-    assert (kept.loaded(Scene()).kept, kept.loaded(Scene()).comparison) == (None, "nothing")
-    case = START.changed("gamma", 3.0).case
-    assert START.changed("gamma", 3.0).keep().kept == case
+    for state, expected in (
+        (kept, (START.case, EARLIER)),
+        (kept.loaded(Scene()), (None, "nothing")),
+        (START.changed("comparison", "mass").keep_for_comparison(), (None, "mass")),
+    ):
+        assert (state.kept, state.comparison) == expected
+    case = START.changed("gamma", 3.0).keep().kept
     assert case == Case.of(Scene(PAPER.replace(gamma=3), {"strain": "green"}))
     assert case.changed("unknown", 1.0) is case
     assert case.beam() == PAPER.replace(gamma=3)
@@ -89,22 +81,16 @@ def test_undo_and_redo_go_by_steps():
     value, or after a pause, is another; an edit discards what could be redone. Theme and pause are
     no steps."""
     history, mass = History(), START.keep_for_comparison()
-    drag = [(0.1 * k, mass.changed("beta", 0.5 + 0.01 * k)) for k in range(5)]
-    faster = drag[-1][1].changed("gamma", 3.0)
-    rested = faster.changed("gamma", 4.0)
-    other = rested.loaded(Scene(Beam(gamma=2)))
-    later = [(0.6, rested), (0.7, other), (0.8, other.changed("gamma", 5.0))]
-    later = [(time + PAUSE, state) for time, state in later]
-    last = START
-    for time, state in [*drag, (0.5, faster), *later]:
-        history.record(last, state, time)
-        last = state
-    back = [last := history.undo(last) for _ in range(2)]
-    assert back == [other, rested]
-    back = [last := history.undo(last) for _ in range(3)]
-    assert back == [faster, drag[-1][1], START]
+    *_, dragged = drag = [mass.changed("beta", 0.5 + 0.01 * k) for k in range(5)]
+    rested = (faster := dragged.changed("gamma", 3.0)).changed("gamma", 4.0)
+    last = (other := rested.loaded(Scene(Beam(gamma=2)))).changed("gamma", 5.0)
+    states = [START, *drag, faster, rested, other, last]
+    for k, (before, after) in enumerate(pairwise(states)):
+        history.record(before, after, 0.1 * k + PAUSE * (after in (rested, other, last)))
+    back = [last := history.undo(last) for _ in range(5)]
+    assert back == [other, rested, faster, dragged, START]
     assert history.undo(START) is START
-    assert [history.redo(START), history.redo(back[1])] == [drag[-1][1], faster]
+    assert [history.redo(START), history.redo(dragged)] == [dragged, faster]
     history.record(faster, other := faster.only(0), 9.0)
     assert history.redo(other) is other
     history, still = History(), START.changed("dark", True).changed("playing", False)

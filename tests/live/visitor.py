@@ -55,17 +55,19 @@ class Visitor:
         """Send one message."""
         self.socket.send(encoded(**message))
 
-    def do(self, action: str, value: Any = None) -> None:
-        """Send an action, as the page does."""
+    def do(self, action: str, value: Any = None, says: str = "") -> None:
+        """Send an action, as the page does, and wait for words on the page."""
         self.wait(lambda _: "bridge" in self.parts)
         self.actions += 1
         text = json.dumps([self.actions, action, value])
         self.send(type="GuiUpdateMessage", uuid=self.parts["bridge"], updates={"value": text})
+        if says:
+            self.says(says)
 
-    def choose(self, key: str, value: Any) -> None:
-        """Set the controls with a key, as soon as they exist."""
+    def choose(self, key: str, value: Any, says: str = "") -> None:
+        """Set the controls with a key, as soon as they exist, and wait for words on the page."""
         self.wait(lambda _: key in self.values)
-        self.do(key, value)
+        self.do(key, value, says)
 
     def set(self, **values: Any) -> None:
         """Set several controls."""

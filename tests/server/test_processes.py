@@ -55,7 +55,7 @@ def test_an_explorer_leaves_no_thread():
 
     with explorer(Scene(PAPER)) as url, visitor(url):
         assert "opener" in new_threads()
-    wait_until(lambda: not {"opener", "solver", "chart"} & new_threads())
+    wait_until(lambda: not {"opener", "solver", "solver batch", "chart"} & new_threads())
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "999.1.1.1", "192.0.2.1", "no such host"])
