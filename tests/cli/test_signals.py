@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 from helpers import contents, slow
-from live.server import ServeProcess, free_port, handles_sigterm, python, wait_until
+from live.server import ServeProcess, handles_sigterm, python, wait_until
 
 from beamviz.server.processes import Worker
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
@@ -53,7 +53,7 @@ def endings(number: int) -> list[tuple[int, str]]:
 )
 def test_the_server_ends_at_any_moment(tmp_path, number, processes, after):
     """While it loads, while it starts, while it serves; in one process or several."""
-    server = ServeProcess(tmp_path, "--port", str(free_port()), processes=processes).process
+    server = ServeProcess(tmp_path, processes=processes).process
     begun = partial(handles_sigterm, server.pid)
     assert ended(server, begun, after, number) in endings(number)
     assert list(tmp_path.iterdir()) == []

@@ -91,9 +91,8 @@ def test_the_scene_has_half_of_the_page(shown, size):
 
 
 def test_no_tab_and_no_table_is_cut_off(shown):
-    """All tabs are in the window of a phone, the buttons of the per-rev lines in one row, and the
-    controls of a chart, however wide its lists; on a wide page the lists beside a chart are as wide
-    as their tables, also with a lesson."""
+    """All tabs are in the window of a phone, the per-rev buttons in one row, and the controls of a
+    chart, however wide its lists; on a wide page these fit their tables, also with a lesson."""
     shown.resize(*PHONE)
     shown.open_tab("frequencies")
     tabs = "[...document.querySelectorAll('#dock [role=tab]')]"
@@ -162,11 +161,8 @@ def test_every_control_is_reached_by_keyboard(shown):
     """Tab goes through all of them; an arrow key moves a slider."""
     shown.resize(*DESK)
     shown.evaluate(f"{OPEN_ALL}; document.activeElement.blur(); document.body.focus()")
-    count = shown.evaluate(
-        f"{SEEN}.filter(e => e.matches('button:not([role=tab], :disabled), select, input,"
-        " summary')).forEach(e => e.dataset.unseen = '')"
-        "; document.querySelectorAll('[data-unseen]').length"
-    )
+    count = shown.evaluate(f"""(all => (all.forEach(e => e.dataset.unseen = ''), all.length))({SEEN}
+      .filter(e => e.matches('button:not([role=tab], :disabled), select, input, summary')))""")
     assert count > 40
     for _ in range(2 * count):
         shown.key("Tab")
@@ -185,8 +181,7 @@ def test_arrow_keys_change_the_tab(shown):
     shown.click(tab("Frequencies"))
     shown.key("ArrowLeft")
     shown.wait(f"document.activeElement.id === 'to-export' && !{by_id('tab-export')}.hidden")
-    shown.key("ArrowRight")
-    shown.wait("document.activeElement.id === 'to-frequencies'")
+    shown.key("ArrowRight", until="document.activeElement.id === 'to-frequencies'")
     stops = "[...document.querySelectorAll('#dock [role=tab]')].filter(e => e.tabIndex === 0)"
     assert shown.evaluate(f"{stops}.map(e => e.id)") == ["to-frequencies"]
 
@@ -199,24 +194,20 @@ def test_letters_do_not_move_the_camera_and_can_be_switched_off(shown):
     for letter in "waqe":
         shown.key(letter, frames=5)
     assert shown.evaluate(camera) == before
-    shown.key("p")
-    shown.wait(f"{PLAY}.ariaPressed === 'true'")
+    shown.key("p", until=f"{PLAY}.ariaPressed === 'true'")
     shown.evaluate(f"{LETTERS}.click()")
     shown.key("p")
     shown.next_frame(5)
     assert shown.evaluate(f"{PLAY}.ariaPressed") == "true"
     shown.evaluate(f"{LETTERS}.click()")
-    shown.key("p")
-    shown.wait(f"{PLAY}.ariaPressed === 'false'")
+    shown.key("p", until=f"{PLAY}.ariaPressed === 'false'")
 
 
 def test_every_slider_has_a_name_and_a_spoken_value_and_viser_shows_no_controls(shown):
     """No address field, no developer settings, no scene tree, no notice over the scene."""
-    unnamed = shown.evaluate(
-        "[...document.querySelectorAll('input[type=range]')].filter(e =>"
-        " !(e.labels.length || e.ariaLabel) || !e.getAttribute('aria-valuetext')).map(e => e.id)"
-    )
-    assert unnamed == []
+    sliders = "[...document.querySelectorAll('input[type=range]')]"
+    unnamed = "!(e.labels.length || e.ariaLabel) || !e.getAttribute('aria-valuetext')"
+    assert shown.evaluate(f"{sliders}.filter(e => {unnamed}).map(e => e.id)") == []
     for words in ("Dev Settings", "Scene tree", "ws://", "Software WebGL", "Connected"):
         assert not shown.evaluate(says(words))
     assert shown.evaluate("document.title") == "beamviz"

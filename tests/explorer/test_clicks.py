@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from live.browser import Page, button, by_id, page, says, tab
 from live.server import wait_until
+from live.visitor import frequency_text
 from PIL import Image
 
 from beamviz.beam import Beam
@@ -113,26 +114,23 @@ def test_modes_are_shown_by_a_click_a_drag_or_a_command(opened):
         opened.drag_along(by_id("share-2"), 0.1, 0.7)
         opened.wait(f"{SHOWN}.join() === 'B2,B3'")
         opened.evaluate(f"{focus}.focus()")
-        opened.key("k", modifiers=2)
-        opened.wait("!!document.activeElement.closest('[role=dialog]')")
+        opened.key("k", modifiers=2, until="!!document.activeElement.closest('[role=dialog]')")
         opened.call("Input.insertText", text="mode 3")
         opened.wait(says("Show mode 3 alone"))
-        opened.key("Enter")
-        opened.wait(f"{SHOWN}.join() === 'B3'")
+        opened.key("Enter", until=f"{SHOWN}.join() === 'B3'")
 
 
 @pytest.mark.slow
 def test_a_lost_connection_is_shown_and_restored():
     """The scene stays visible; a server that starts again shows the visitor's choices."""
     offline, beam = by_id("offline"), START.beam.replace(gamma=7.5)
-    lost, frequency = f"{offline}.open", solve(beam, **START.solver_options).frequencies[0]
-    chosen = f"{by_id('mode-rows')}.innerText.includes('{frequency:.4f}'.slice(0, -1))"
+    lost, frequency = f"{offline}.open", frequency_text(beam, **START.solver_options)
+    chosen = f"{by_id('mode-rows')}.innerText.includes('{frequency}')"
     with contextlib.ExitStack() as first:
         url = first.enter_context(explorer(START))
         with page(url, 1440, 900) as shown:
             shown.wait(f"{says('S1')} && !{lost}")
-            shown.send("gamma", 7.5)
-            shown.wait(f"location.search.includes('gamma=7.5') && {chosen}")
+            shown.send("gamma", 7.5, until=f"location.search.includes('gamma=7.5') && {chosen}")
             first.close()
             shown.wait(f"{lost} && {SEEN}({offline})")
             assert "No connection" in shown.evaluate(f"{offline}.innerText")

@@ -126,8 +126,7 @@ def test_each_row_shows_one_mode(guest, session, beam):
         assert np.ptp(hub, axis=0) == pytest.approx([2 * MIN_HUB, 2 * MIN_HUB, HUB_HEIGHT])
         centre = beam.delta - (beam.delta != 0) * MIN_HUB
         assert hub.mean(axis=0) == pytest.approx([centre, 0, 0], abs=1e-6)
-    guest.do("only", 1)
-    guest.wait(lambda _: guest.nodes["/scene"]["visible"])
+    guest.do("only", 1, until=lambda _: guest.nodes["/scene"]["visible"])
     assert not any(guest.nodes[f"/mode {k}"]["visible"] for k in range(1, 6))
 
 
@@ -142,9 +141,8 @@ def overlay_is(guest: Visitor, *, visible: bool) -> None:
 
 
 def test_an_overlay_is_visible_while_a_slider_moves(guest):
-    """The last one is drawn until the answer for the new speed; it may be a second scene instead,
-    and ends with the comparison."""
-    guest.choose("comparison", "coriolis", says=frequency(PAPER, coriolis=True))
+    """The last one is drawn until the next answer; it may be a scene, and ends with the choice."""
+    guest.choose("comparison", "coriolis", until=frequency(PAPER, coriolis=True))
     overlay_is(guest, visible=True)
     for gamma in (6.0, 7.0, 8.0):
         guest.choose("gamma", gamma)
@@ -152,8 +150,7 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
         while expected not in guest.text:
             guest.receive(TIMEOUT)
             assert guest.nodes[OVERLAY]["visible"]
-    guest.choose("stacked", True)
-    guest.wait(lambda _: "/other/rotor/beam" in guest.nodes)
+    guest.choose("stacked", True, until=lambda _: "/other/rotor/beam" in guest.nodes)
     overlay_is(guest, visible=False)
     guest.choose("stacked", False)
     overlay_is(guest, visible=True)
@@ -173,7 +170,7 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
 
 def test_a_kept_beam_stays_while_the_other_changes(guest):
     """The button keeps it; the change is relative to it. Another scene ends the comparison."""
-    guest.do("keep", says=">before, ")
+    guest.do("keep", until=">before, ")
     guest.edit(gamma=20.0)
     guest.says(frequency(PAPER.replace(gamma=20)))
     guest.says(frequency(PAPER))

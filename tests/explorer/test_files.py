@@ -18,6 +18,7 @@ from beamviz.scene import Camera, Scene
 FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)
 )
+SLOW = Scene.of(method="linear", elements=1000).to_toml()  # which the command line takes
 
 
 def small_film(path: Path, scene: Scene, **options: Any) -> Loop:
@@ -45,12 +46,10 @@ def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, An
 
 
 def test_a_loaded_scene_is_shown(guest):
-    """Another beam, with its units, model and view; saved again it is equal, with its camera, and
-    later with the present values."""
+    """With its units, model, view and camera; saved it is equal, and later has present values."""
     beam = Beam(alpha=2, gamma=5, units=Units(length=1.0, time=0.01))
-    wanted = Scene(beam, camera=Camera((1.0, 2.0, 3.0))).changed(
-        coriolis=True, shares=[0.5, *5 * [0.0], 1.0], over="delta", per_rev=(2, 3)
-    )
+    changes = {"coriolis": True, "shares": [0.5, *5 * [0.0], 1.0], "over": "delta"}
+    wanted = Scene(beam, camera=Camera((1.0, 2.0, 3.0))).changed(**changes, per_rev=(2, 3))
     upload(guest, wanted.to_toml())
     guest.shows(wanted.beam, **wanted.options)
     assert saved(guest) == wanted
@@ -77,8 +76,7 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
 
 @pytest.mark.slow
 def test_a_film_has_the_length_chosen_and_needs_motion(guest, monkeypatch):
-    """Two periods have more frames than one, in the format of the button. The message on a film
-    without motion says what is missing."""
+    """Two periods have more frames than one. The message on a film without motion says so."""
     monkeypatch.setattr(sharing, "animate", small_film)
     frames = []
     for length in ("1 period", "2 periods"):
@@ -102,19 +100,15 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
         return (animate if path.suffix == ".gif" else small_film)(path, scene, **options)
 
     monkeypatch.setattr(sharing, "animate", film)
-    guest.do("export", ".gif")
-    guest.wait(lambda _: guest.props["export-progress"].get("value"))
+    guest.do("export", ".gif", until=lambda _: guest.props["export-progress"].get("value"))
     assert " s left" in guest.texts["export-state"]
     assert guest.props["export-work"]["hidden"] is False
     with visitor(url) as second, visitor(url) as third:
-        second.do("export", ".webp", says="waits for 1 other")
+        second.do("export", ".webp", until="waits for 1 other")
         third.do("export", ".csv")
-        (part,) = heard(third, "FileTransferPart")
-        assert part["content"].startswith(b"mode,label")
-        guest.do("cancel_export")
-        guest.wait(lambda _: guest.props["export-work"]["hidden"])
-        (part,) = heard(second, "FileTransferPart")
-        assert part["content"][8:12] == b"WEBP"
+        assert heard(third, "FileTransferPart")[0]["content"].startswith(b"mode,label")
+        guest.do("cancel_export", until=lambda _: guest.props["export-work"]["hidden"])
+        assert heard(second, "FileTransferPart")[0]["content"][8:12] == b"WEBP"
         second.wait(lambda _: second.said)
         assert second.props["export-progress"]["value"] > 0.5
     assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
@@ -126,10 +120,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
     [
         ("[beam]\nalpha = -1\n", "scene.toml: alpha = -1: must lie in 0 .. 100"),
         ('"' * (MAX_TOML_BYTES + 1), "scene.toml: larger than 64000 bytes"),
-        (
-            Scene.of(method="linear", elements=1000).to_toml(),  # which the command line takes
-            "elements = 1000: a page solves with at most 200",
-        ),
+        (SLOW, "elements = 1000: a page solves with at most 200"),
     ],
     ids=["no beam", "too large", "too slow"],
 )

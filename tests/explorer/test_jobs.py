@@ -116,8 +116,7 @@ def test_a_job_computes_the_latest_request():
 )
 def test_a_cancelled_job_frees_its_worker(crowd, compute):
     """After the present beam, or batch of beams."""
-    pool = crowd.background
-    ended = threading.Event()
+    pool, ended = crowd.background, threading.Event()
 
     def cancelled(slow: Case) -> None:
         with pytest.raises(Cancelled):

@@ -14,15 +14,9 @@ from beamviz.lessons import LESSONS, lesson
 from beamviz.solver import solve
 
 
-def reads(guest: Visitor, words: str) -> None:
-    """Wait until the open lesson contains a text."""
-    guest.wait(lambda _: words in guest.texts.get("lesson-text", ""))
-
-
 def begin(guest: Visitor, name: str) -> None:
     """Choose a lesson."""
-    guest.do("lesson", name)
-    reads(guest, formatted(lesson(name).question))
+    guest.do("lesson", name, until=formatted(lesson(name).question))
 
 
 def test_every_lesson_has_a_card(guest):
@@ -47,11 +41,9 @@ def test_next_and_back_go_through_the_steps_and_lessons(guest):
     challenge; then the next lesson, after the last none."""
     for one in LESSONS:
         for words in (one.question, one.proof, one.task):
-            guest.do("lesson_turn", 1)
-            reads(guest, formatted(words))
+            guest.do("lesson_turn", 1, until=formatted(words))
         guest.shows(one.scene.beam, **one.scene.options)
-    guest.do("lesson_turn", -1)
-    reads(guest, formatted(LESSONS[-1].proof))
+    guest.do("lesson_turn", -1, until=formatted(LESSONS[-1].proof))
     for _ in range(2):
         guest.do("lesson_turn", 1)
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
@@ -59,8 +51,7 @@ def test_next_and_back_go_through_the_steps_and_lessons(guest):
 
 def test_with_reduced_motion_a_lesson_moves_only_if_the_scene_before_it_did(guest):
     """Paused at first; after a press of P the next lesson moves."""
-    guest.do("preferences", "still")
-    guest.wait(lambda _: guest.values.get("playing") is False)
+    guest.do("preferences", "still", until=lambda _: guest.values.get("playing") is False)
     begin(guest, "nodes")
     assert guest.values["playing"] is False
     guest.press("P")
@@ -92,7 +83,7 @@ def test_a_step_of_a_lesson_keeps_the_beam_and_a_reset_restores_that_of_the_less
     guest.shows(lesson("moving-mass").scene.beam)
     for again in (partial(guest.do, "lesson_restart"), partial(guest.press, "R")):
         guest.edit(beta=0.3)
-        guest.do("lesson_turn", 1, says="proves it")
+        guest.do("lesson_turn", 1, until="proves it")
         assert frequency_text(Beam(alpha=1, beta=0.3)) in guest.text
         again()
         guest.shows(lesson("moving-mass").scene.beam)
@@ -110,11 +101,11 @@ def test_a_step_of_a_lesson_keeps_the_beam_and_a_reset_restores_that_of_the_less
 )
 def test_without_a_lesson_reset_returns_to_the_opened_scene(guest, action, value, opened):
     """That of the server, a link or a file; also after a lesson."""
-    guest.do(action, value, says=frequency_text(opened))
+    guest.do(action, value, until=frequency_text(opened))
     begin(guest, "moving-mass")
     guest.do("lesson", "")
-    guest.choose("gamma", 20.0, says=frequency_text(Beam(alpha=1, gamma=20)))
-    guest.do("lesson_restart", says=frequency_text(opened))
+    guest.choose("gamma", 20.0, until=frequency_text(Beam(alpha=1, gamma=20)))
+    guest.do("lesson_restart", until=frequency_text(opened))
 
 
 RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."
@@ -136,14 +127,13 @@ CHALLENGES = {
 def test_the_challenge_is_checked_continuously(guest, name):
     """Not yet, with the value or a change to undo, also without equilibrium; then right, a tick."""
     begin(guest, name)
-    guest.do("lesson_step", 2)
-    reads(guest, formatted(lesson(name).task))
+    guest.do("lesson_step", 2, until=formatted(lesson(name).task))
     guest.says("Not yet.")
-    guest.wait(lambda _: "Now: " in guest.texts["verdict"])
+    guest.says("Now: ")
     for key, value, words in CHALLENGES[name]:
-        guest.choose(key, value, says=words)
+        guest.choose(key, value, until=words)
     assert f"{lesson(name).answer:.5g}" in guest.text
-    guest.do("lesson", "", says=f"Challenges met: 1 of {len(LESSONS)}")
+    guest.do("lesson", "", until=f"Challenges met: 1 of {len(LESSONS)}")
 
 
 def test_keys_and_commands_work(guest):
@@ -151,8 +141,7 @@ def test_keys_and_commands_work(guest):
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
     assert set("12345prvhscd") <= keys
     guest.press("C")
-    with_coriolis = frequency_text(PAPER, coriolis=True)
-    guest.says(with_coriolis)
+    guest.says(frequency_text(PAPER, coriolis=True))
     for key, name, value in (("P", "playing", False), ("D", "dark", True), ("R", "playing", True)):
         guest.press(key)
         guest.wait(lambda _, name=name, value=value: guest.values.get(name) is value)

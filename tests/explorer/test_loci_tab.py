@@ -57,8 +57,8 @@ def test_the_tab_veering_magnifies_the_nearest_event_until_one_is_chosen(guest):
     chart_shown(guest, TIP)
     pause(guest)
     assert "veering-chart" not in guest.charts
-    guest.do("tab", "veering", says="they cross at γ 4.464")
-    guest.choose("gamma", 15.0, says="they cross at γ 16.3")
+    guest.do("tab", "veering", until="they cross at γ 4.464")
+    guest.choose("gamma", 15.0, until="they cross at γ 16.3")
     guest.do("go_to_event", EVENT)
     guest.shows(TIP.replace(gamma=chart_of(TIP).events[EVENT].at))
     guest.says("at γ 4.650 (gap 0.241)")
@@ -75,7 +75,7 @@ def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
     monkeypatch.setattr(VeeringRequest, "pairs", lambda self: (release.wait(60), pairs(self))[1])
     with visitor(url) as guest:
         chart_shown(guest, TIP)
-        guest.do("tab", "veering", says='data-set="go_to_event"')
+        guest.do("tab", "veering", until='data-set="go_to_event"')
         pause(guest)
         assert INVITATION not in guest.text
         release.set()
@@ -104,8 +104,7 @@ def desk(shown) -> Page:
 
 def set_speed(shown: Page, speed: float) -> None:
     """Set the speed, and wait for the line."""
-    shown.send("gamma", speed)
-    wait_until(lambda: value(shown) == speed)
+    shown.send("gamma", speed, until=lambda: value(shown) == speed)
 
 
 def value(shown: Page) -> float:
@@ -129,10 +128,8 @@ def test_the_line_of_the_beam_is_dragged(desk):
     assert desk.evaluate(f"Math.max(...{RANGE})") <= 20
     desk.mouse("mouseReleased", left + width - 45, y)
     desk.wait(f"Math.max(...{RANGE}) > 30")
-    desk.evaluate(
-        "[5, 6].forEach((speed) => beamviz.sendOften('gamma', speed)); beamviz.send('gamma', 3);"
-        "new Promise((done) => setTimeout(done, 500))"
-    )
+    desk.evaluate("""[5, 6].forEach(speed => beamviz.sendOften('gamma', speed));
+      beamviz.send('gamma', 3); new Promise(done => setTimeout(done, 500))""")
     wait_until(lambda: desk.number("gamma") == 3.0)
     desk.wait(f"Math.max(...{RANGE}) <= 20")
 
@@ -147,22 +144,18 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
 
     desk.evaluate(f"{LINE}.focus()")
     assert focused("aria-label") == "speed γ: line of this beam in the Campbell diagram"
-    desk.key("ArrowRight")
-    wait_until(lambda: 3.0 < desk.number("gamma") == value(desk) < 3.2)
+    desk.key("ArrowRight", until=lambda: 3.0 < desk.number("gamma") == value(desk) < 3.2)
     step = desk.number("gamma") - 3.0
     desk.key("PageUp")
     wait_until(lambda: desk.number("gamma") == value(desk) == pytest.approx(3.0 + 11 * step))
     assert focused("aria-valuetext").startswith("γ = ")
-    desk.key("Home")
-    wait_until(lambda: desk.number("gamma") == 0)
+    desk.key("Home", until=lambda: desk.number("gamma") == 0)
     desk.key("Tab")
     assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"
     assert not desk.evaluate(f"{READOUT}.hidden")
-    desk.key("Enter")
-    wait_until(lambda: desk.number("gamma") == crossing(TIP))
+    desk.key("Enter", until=lambda: desk.number("gamma") == crossing(TIP))
     set_speed(desk, 3.0)
-    desk.click(f"{MARKS}[0]")
-    wait_until(lambda: desk.number("gamma") == crossing(TIP))
+    desk.click(f"{MARKS}[0]", until=lambda: desk.number("gamma") == crossing(TIP))
     desk.wait(f"{MARKS}[0].getAttribute('aria-pressed') === 'true'")
 
 
@@ -201,10 +194,8 @@ def test_a_resonance_is_zoomed_in_on_each_time_that_it_is_chosen(desk):
         x, y = desk.middle(mark)
         assert 0.3 < (x - left) / width < 0.7
         assert 0.2 < (y - top) / height < 0.8
-        desk.click(RESET)
-        desk.wait(f"Math.max(...{RANGE}) === 20")
-    desk.click("document.querySelector('[data-set=per_rev_2]')")
-    desk.wait(f"{MARKS}.length === 2")
+        desk.click(RESET, until=f"Math.max(...{RANGE}) === 20")
+    desk.click("document.querySelector('[data-set=per_rev_2]')", until=f"{MARKS}.length === 2")
 
 
 @pytest.mark.slow

@@ -45,9 +45,8 @@ def test_the_values_are_those_of_solve(guest, coriolis):
     guest.edit(coriolis=coriolis)
     guest.do("tab", "map")
     guest.choose("across", "delta")
-    for mapped in ("gap", "3"):
+    for mapped, words, head in (("gap", "smallest frequency gap", "gap"), ("3", "of mode 3", "ω")):
         guest.choose("mapped", mapped)
-        words = "smallest frequency gap" if mapped == "gap" else "frequency of mode 3"
         x, y, values = grid(map_shown(guest, name=words, y="hub"))
         assert values.shape == (41, 81)
         for row, column in ((0, 0), (7, 60), (40, 31)):
@@ -55,8 +54,7 @@ def test_the_values_are_those_of_solve(guest, coriolis):
             exact = solve(beam, coriolis=coriolis).frequencies
             expected = np.diff(exact).min() if mapped == "gap" else exact[2]
             assert values[row, column] == pytest.approx(expected, abs=1e-4 * exact[-1])
-        quantity = "gap" if mapped == "gap" else "ω"
-        guest.wait(lambda _, head=f">{quantity} [1/T*]</th>": head in guest.texts["map-text"])
+        guest.says(f">{head} [1/T*]</th>")
     row, column = np.unravel_index(values.argmax(), values.shape)
     assert f"{values.max():.3g}" in guest.texts["map-text"]
     assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
@@ -70,11 +68,9 @@ def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest
     assert (place(guest), data["x"]["range"]) == ([5, 1], [0, 20])
     pause(guest)
     data.pop("values")
-    guest.do("move_beam", "19 0.25")
-    guest.wait(lambda _: place(guest) == [19, 0.25])
+    guest.do("move_beam", "19 0.25", until=lambda _: place(guest) == [19, 0.25])
     assert (guest.values["gamma"], guest.values["alpha"]) == (19, 0.25)
-    guest.do("undo", None)
-    guest.wait(lambda _: place(guest) == [5, 1])
+    guest.do("undo", until=lambda _: place(guest) == [5, 1])
     pause(guest, 0.6)
     assert "values" not in guest.charts["map-chart"]
     guest.choose("gamma", 25.0)  # beyond the axis
@@ -109,8 +105,7 @@ def test_a_slow_map_is_cancelled_and_restarted(guest):
     for action in ("cancel_jobs", "cancel_jobs", None):
         guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
         if action:
-            guest.do(action, None)
-            guest.wait(lambda _: "cancelled: map" in guest.texts["work"])
+            guest.do(action, until=lambda _: "cancelled: map" in guest.texts["work"])
             assert guest.charts["map-chart"]["columns"] == 81
             for part in ("map-chart", "map-text"):
                 assert guest.props[part]["data-outdated"] == ""

@@ -14,8 +14,6 @@ from beamviz.explorer.features import method_timing
 from beamviz.explorer.features.method_timing import RESOLUTIONS, cost, frequency_error
 from beamviz.solver import METHODS, Solution, solve
 
-COARSE = {option: values[:1] for option, values in RESOLUTIONS.items()}
-
 
 @pytest.fixture(scope="module", autouse=True)
 def once() -> Iterator[None]:
@@ -54,10 +52,8 @@ def test_every_method_is_timed_at_each_of_its_resolutions(timings):
     [
         (Beam(alpha=1, gamma=4.5), False, 40, 1e-9, 1e-4),
         (Beam(gamma=4, delta=-1), False, 40, 1e-9, 1e-2),  # buckled: growth rates
-        # S1 and B3 are mixed, and labelled B3 and B4
-        (Beam(alpha=1, gamma=4.65), True, 40, 1e-9, 1e-4),
-        # and here S1 and B3: 0.06 %, not 89 %
-        (Beam(alpha=1, gamma=4.65), True, 10, 1e-9, 1e-3),
+        (Beam(alpha=1, gamma=4.65), True, 40, 1e-9, 1e-4),  # S1 and B3 mixed, named B3 and B4
+        (Beam(alpha=1, gamma=4.65), True, 10, 1e-9, 1e-3),  # and S1 and B3: 0.06 %, not 89 %
         # S1 is above B3, and below it in the exact solution: by order of frequency 0.05 %
         (PAPER.replace(gamma=9.39), False, 20, 9.2e-4, 9.5e-4),
     ],
@@ -69,8 +65,7 @@ def test_modes_are_matched_by_shape(beam, coriolis, count, least, most):
 
 
 def test_the_chart_has_a_line_for_each_method_and_a_ring_for_the_scene(timings):
-    """Time [ms] and error; the ring names elements, order, unknowns, time, error; the table has a
-    button for each method, with its best result."""
+    """Time [ms] and error; the ring names the resolution and the cost; a button for each method."""
     solution = solve(PAPER)
     data = method_timing.timing_data(timings, solution)
     assert [line["label"] for line in data["lines"]] == [m for m in METHODS if m != "zoac"]
@@ -100,29 +95,25 @@ def test_methods_are_timed_on_request_while_their_tab_is_open(guest, monkeypatch
         return solve(*args, **options)
 
     monkeypatch.setattr(method_timing, "solve", slow_solve)
-    monkeypatch.setattr(method_timing, "RESOLUTIONS", COARSE)
+    monkeypatch.setattr(method_timing, "RESOLUTIONS", {o: v[:1] for o, v in RESOLUTIONS.items()})
     pause(guest)
-    guest.do("tab", "methods", says="relative error")
+    guest.do("tab", "methods", until="relative error")
     final_text(guest)
     assert not solves
-    guest.do("time_methods", True)
-    guest.wait(lambda _: "computing: method timing" in guest.texts.get("work", ""))
+    guest.do("time_methods", True, until="computing: method timing")
     guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] == "")
     if cancelled:
-        guest.do("cancel_jobs")
-        guest.wait(lambda _: "cancelled: method timing" in guest.texts["work"])
+        guest.do("cancel_jobs", until=lambda _: "cancelled: method timing" in guest.texts["work"])
         guest.wait(lambda _: "was cancelled" in guest.texts["timings"])
-    guest.do("tab", "map")
-    guest.wait(lambda _: guest.texts["work"] == "")
+    guest.do("tab", "map", until=lambda _: guest.texts["work"] == "")
     release.set()
     guest.edit(gamma=3.0)
     final_text(guest)
     assert len(solves) == 1  # of the reference; no method is tried
-    guest.do("tab", "methods")
-    guest.wait(lambda _: "<table" in guest.texts["timings"])
+    guest.do("tab", "methods", until=lambda _: "<table" in guest.texts["timings"])
     guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] is None)
     assert {beam.gamma for (beam,) in solves[1:]} == {3.0}
     count = len(solves)
-    guest.choose("method", "foac", says="foac</b>: ")
+    guest.choose("method", "foac", until="foac</b>: ")
     final_text(guest)
     assert len(solves) == count

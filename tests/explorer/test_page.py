@@ -59,17 +59,16 @@ def pieces(shown: Page) -> np.ndarray:
     return np.array(shown.wait(PIECES)).reshape(-1, 16)[:, 12:15]
 
 
-def crossings(shown: Page) -> np.ndarray:
-    """The x at which the drawn beam crosses its line at rest, but for its root."""
-    places = pieces(shown)
-    k = np.flatnonzero(np.diff(np.sign(places[:, 1])))
-    (x, y), (dx, dy) = places[k, :2].T, (places[k + 1, :2] - places[k, :2]).T
-    return x - y * dx / dy
-
-
 def test_mode_2_shows_its_node(shown):
     """Marked at 0.783, where the drawn beam crosses its line at rest."""
-    wait_until(lambda: crossings(shown) == pytest.approx([0.7834], abs=1e-3))
+
+    def crossings() -> np.ndarray:
+        places = pieces(shown)
+        k = np.flatnonzero(np.diff(np.sign(places[:, 1])))
+        (x, y), (dx, dy) = places[k, :2].T, (places[k + 1, :2] - places[k, :2]).T
+        return x - y * dx / dy
+
+    wait_until(lambda: crossings() == pytest.approx([0.7834], abs=1e-3))
     wait_until(lambda: np.abs(pieces(shown)[:, 1]).max() == pytest.approx(0.15, rel=0.05))
     assert shown.wait(COLLARS)[12] == pytest.approx(0.78344, abs=1e-4)
 
@@ -102,8 +101,7 @@ def same(places: np.ndarray, others: np.ndarray) -> bool:
 def test_playing_moves_the_beam_and_pausing_stops_it(shown):
     """By the button over the scene."""
     before = pieces(shown)
-    shown.click("document.getElementById('play')")
-    wait_until(lambda: not same(pieces(shown), before))
+    shown.click("document.getElementById('play')", until=lambda: not same(pieces(shown), before))
     shown.click("document.getElementById('play')")
 
     def at_rest() -> bool:
@@ -114,18 +112,17 @@ def test_playing_moves_the_beam_and_pausing_stops_it(shown):
     wait_until(at_rest)
 
 
-def colours(shown: Page) -> int:
-    """How many colours the pieces of the beam have."""
-    return len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0))
-
-
 def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown):
     """biot beyond its limit: the page names the limit, and all pieces are grey."""
-    assert colours(shown) > 20
+
+    def colours() -> int:
+        return len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0))
+
+    assert colours() > 20
     for key, value in {"strain": "biot", "alpha": 0, "mu": 10, "gamma": 20}.items():
         shown.send(key, value)
     shown.wait(says("No equilibrium above γ = 15.71"))
-    wait_until(lambda: colours(shown) == 1)
+    wait_until(lambda: colours() == 1)
     assert shown.problems == []
 
 
@@ -161,8 +158,7 @@ def test_a_caption_that_changes_stays_at_its_place(shown):
         "#caption-layer > span:not([hidden])")].map(e => e.style.transform)))
         .observe(document.getElementById("caption-layer"), {childList: true})""")
     for speed in (3, 4):
-        shown.send("gamma", speed)
-        shown.wait(f"{BOXES}.some(box => box.text === 'speed γ = {speed}')")
+        shown.send("gamma", speed, until=f"{BOXES}.some(box => box.text === 'speed γ = {speed}')")
     places = shown.evaluate("places")
     assert places
     assert all(places)
@@ -181,16 +177,6 @@ def test_no_point_without_a_line_of_sight():
 
 # What viser's own page complains about when a body of the scene is dragged.
 KNOWN = "Unable to preventDefault inside passive event listener invocation."
-
-
-def on_screen(shown: Page, x: float, y: float) -> list[float]:
-    """Where a point of the plane of rotation, in the frame of the hub, is on the page."""
-    return shown.evaluate(f"""(() => {{
-      const {{ camera, canvas }} = window.__viserMutable, wheel = {NODES}['/scene/rotor'];
-      const place = wheel.position.clone().set({x}, {y}, 0);
-      const at = wheel.localToWorld(place).project(camera), r = canvas.getBoundingClientRect();
-      return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
-    }})()""")
 
 
 @pytest.mark.parametrize(
@@ -214,9 +200,15 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
         shown.send("playing", False)
 
     def place(x: float) -> list[float]:
+        """Where the mass at x is on the page."""
         solution = solve(beam.replace(beta=x), state=state)
         along, across = solution.equilibrium.position([x])[0]
-        return on_screen(shown, beam.delta + along, across)
+        return shown.evaluate(f"""(() => {{
+          const {{ camera, canvas }} = window.__viserMutable, wheel = {NODES}['/scene/rotor'];
+          const place = wheel.position.clone().set({beam.delta + along}, {across}, 0);
+          const at = wheel.localToWorld(place).project(camera), r = canvas.getBoundingClientRect();
+          return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
+        }})()""")
 
     position = f"parseFloat({by_id('beta-field')}.value)"
 
@@ -225,8 +217,7 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
         return f"{there} && new Promise(done => setTimeout(() => done({there}), 1000))"
 
     for _ in range(4):  # a busy machine may see the pointer go by, or let go on the way
-        shown.send("beta", beam.beta)
-        shown.wait(stays(beam.beta))
+        shown.send("beta", beam.beta, until=stays(beam.beta))
         shown.drag(place(beam.beta), place(end))
         with contextlib.suppress(TimeoutError):
             shown.wait(stays(end), timeout=10)
@@ -245,9 +236,8 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
 SIZED = f"{shown_bodies('/scene/rotor/beam')}.map(node => node.instancesCount)"
 RECORD = f"""window.seen = [];
   (function frame() {{ window.seen.push({SIZED}.join('+')); requestAnimationFrame(frame); }})()"""
-HIDE = "document.head.append(Object.assign(document.createElement('style'), {textContent: " + (
-    "'#scene > :not(#root, #caption-layer) { visibility: hidden !important }'}))"
-)
+HIDE = """document.head.append(Object.assign(document.createElement('style'), {textContent:
+  '#scene > :not(#root, #caption-layer) { visibility: hidden !important }'}))"""
 HIDE_CAPTIONS = "document.querySelector('#caption-layer').style.visibility = 'hidden'"
 BLOCK = 16  # [pixels] to average over: letters drawn in two ways differ at their edges
 
@@ -267,8 +257,7 @@ def drawn() -> Iterator[Page]:
 def press(shown: Page, key: str) -> None:
     """Press a key, and wait until the beam is in another number of pieces."""
     before = shown.evaluate(f"{SIZED}.join()")
-    shown.key(key)
-    shown.wait(f"{SIZED}.join() !== '{before}'")
+    shown.key(key, until=f"{SIZED}.join() !== '{before}'")
     shown.next_frame()
 
 
@@ -286,12 +275,11 @@ def seen(shown: Page) -> np.ndarray:
 
 def saved(shown: Page) -> np.ndarray:
     """The scene in the file that the page saves."""
-    return pixels(
-        shown.evaluate("""new Promise(done => beamvizCaptions.picture(png => {
+    png = shown.evaluate("""new Promise(done => beamvizCaptions.picture(png => {
       const reader = new FileReader();
       reader.onload = () => done(reader.result.split(',')[1]);
       reader.readAsDataURL(png); }))""")
-    )
+    return pixels(png)
 
 
 def picture(shown: Page) -> np.ndarray:
@@ -330,8 +318,7 @@ def test_the_beam_stays_whole_while_its_pieces_change(drawn):
 @pytest.mark.slow
 def test_a_saved_picture_equals_the_scene(drawn):
     """The moment, the viewpoint, the background of the page, and captions where they are on it."""
-    drawn.send("playing", False)
-    drawn.wait("document.getElementById('play').ariaPressed === 'false'")
+    drawn.send("playing", False, until="document.getElementById('play').ariaPressed === 'false'")
     drawn.next_frame(10)
     pixels = saved(drawn)
     assert np.ptp(pixels, axis=2).max() > 0.25
@@ -341,7 +328,6 @@ def test_a_saved_picture_equals_the_scene(drawn):
     drawn.wait("document.querySelectorAll('#caption-layer > span').length === 3")
     drawn.evaluate("document.querySelector('#caption-layer').style.visibility = 'visible'")
     drawn.next_frame(10)
-    means = [
-        ndimage.uniform_filter(each.mean(axis=2), BLOCK) for each in (saved(drawn), seen(drawn))
-    ]
-    assert np.abs(means[0] - means[1]).max() < 0.08
+    grey = (each.mean(axis=2) for each in (saved(drawn), seen(drawn)))
+    one, other = (ndimage.uniform_filter(each, BLOCK) for each in grey)
+    assert np.abs(one - other).max() < 0.08

@@ -15,7 +15,6 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features import real_beam
 from beamviz.solver import CHOICES, solve
 
-CANTILEVER = 3.5160153  # omega_1 of a clamped beam at rest
 SIZES = {size for section in real_beam.SECTIONS.values() for size in section.sizes}
 
 
@@ -31,7 +30,6 @@ def test_the_arm_has_the_stiffness_and_mass_of_its_source():
     assert it["youngs_modulus"] * it["area"] == pytest.approx(2.8e7)
     assert it["density"] * it["area"] == pytest.approx(1.2)
     assert (it["length"], it["rotation_speed"]) == (10, 6)
-    assert real_beam.ARM.beam.mu == pytest.approx(10 * math.sqrt(2.8e7 / 1.4e4))
 
 
 def test_the_blade_has_mass_and_frequency_of_its_source():
@@ -48,7 +46,7 @@ def test_the_blade_has_mass_and_frequency_of_its_source():
 def test_the_ruler_is_a_rectangle_of_steel():
     """Without its clip f = 3.516 / (2 pi) sqrt(E / 12 rho) h / L^2, with h = 1 mm."""
     at_rest = Beam.from_si(**{**real_beam.RULER.values, "mass": 0.0, "rotation_speed": 0.0})
-    thick = CANTILEVER / (2 * math.pi) * math.sqrt(210e9 / 12 / 7850) * 1e-3 / 0.3**2
+    thick = 3.5160153 / (2 * math.pi) * math.sqrt(210e9 / 12 / 7850) * 1e-3 / 0.3**2
     assert first(at_rest) == pytest.approx(thick, rel=1e-6)
     assert at_rest.mu == pytest.approx(math.sqrt(12) * 300)
 
@@ -121,10 +119,9 @@ def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     guest.wait(lambda _: guest.values["real.area"] == pytest.approx(1e6 * area, rel=1e-6))
     for field, value in (("section", "triangle"), ("preset", "a broomstick"), ("colour", 3)):
         guest.do(f"real.{field}", value)
-    guest.choose("real.wall", 11, says="wall t [mm] = 11: the wall is at most half the diameter")
-    guest.choose("real.length", 0, says="length L [mm] = 0: must be above 0")
-    guest.choose("real.length", 900)
-    guest.wait(lambda _: guest.texts["real-error"] == "")
+    guest.choose("real.wall", 11, until="wall t [mm] = 11: the wall is at most half the diameter")
+    guest.choose("real.length", 0, until="length L [mm] = 0: must be above 0")
+    guest.choose("real.length", 900, until=lambda _: guest.texts["real-error"] == "")
     guest.wait(lambda _: guest.values["real.length"] == 900)
     assert guest.values["real.wall"] == pytest.approx(2)
 

@@ -21,8 +21,7 @@ from beamviz.solver import solve
 
 def run_of(beam: Beam) -> RunUp:
     """The run-up of a beam, with a force twice per revolution."""
-    state = replace(State.of(Scene(beam)), force_per_rev=2)
-    return RunUpRequest.of(state).run_up()
+    return RunUpRequest.of(replace(State.of(Scene(beam)), force_per_rev=2)).run_up()
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +38,9 @@ def speeds_shown(run: RunUp, seconds: float) -> list[float]:
     return shown
 
 
-def test_the_speed_increases_to_the_last_one(run):
-    """From rest, never back, so many speeds a second, and by far less near a resonance."""
+def test_the_speed_increases_to_the_last_stable_one(run):
+    """From rest, never back, so many speeds a second, and by far less near a resonance. An inward
+    beam buckles near gamma 3."""
     first, _ = run.resonances
     gammas = np.array(speeds_shown(run, 0.1))
     assert len(gammas) - 1 == math.ceil((len(run.speeds) - 1) / (0.1 * run_up.PER_SECOND))
@@ -50,10 +50,6 @@ def test_the_speed_increases_to_the_last_one(run):
     assert steps.min() > 0
     assert len(near) >= 5
     assert max(near) < 0.2 * max(steps)
-
-
-def test_it_ends_where_the_beam_becomes_unstable():
-    """An inward beam buckles near gamma 3: the last speed is a stable one."""
     last = speeds_shown(run_of(Beam(delta=-1, gamma=1)), 1.0)[-1]
     assert 2.7 < last < 3.0
     assert solve(Beam(delta=-1, gamma=last)).equilibrium.status == "stable"
@@ -64,8 +60,7 @@ def test_the_scene_shows_the_scaled_response(guest, session):
     pause(guest)
     guest.edit(coriolis=True)
     guest.do("force_per_rev", 2)
-    guest.do("run_up")
-    guest.wait(lambda _: session.run_up.running)
+    guest.do("run_up", until=lambda _: session.run_up.running)
     run, amplitude = session.run_up.run, session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
@@ -99,21 +94,18 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     discards it. The damping is clamped to 20 %; an invalid one, or a force, changes nothing."""
 
     def speed() -> float:
-        return guest.charts.get("run-up-chart", {"cursor": {"x": -1}})["cursor"]["x"]
+        return guest.charts["run-up-chart"].get("cursor", {"x": -1})["x"]
 
     def button_is(text: str) -> bool:
         return guest.texts["run-up-button"] == text
 
     guest.do("force_per_rev", "2")
-    guest.do("run_up")
-    guest.wait(lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
+    guest.do("run_up", until=lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
     guest.wait(lambda _: 0 < speed() < 1)
     guest.wait(lambda _: 1 < speed() < 5)
     assert guest.values["gamma"] == PAPER.gamma
-    guest.do("run_up")
-    guest.wait(lambda _: button_is("Run up from rest") and speed() == PAPER.gamma)
-    guest.do("run_up")
-    guest.wait(lambda _: button_is("Stop"))
+    guest.do("run_up", until=lambda _: button_is("Run up from rest") and speed() == PAPER.gamma)
+    guest.do("run_up", until=lambda _: button_is("Stop"))
     guest.do("gamma", 4.0)
     speeds: list[float] = []
     guest.wait(lambda _: speeds.append(speed()) or button_is("Run up from rest"))
@@ -126,8 +118,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
         assert not session.visitor.state.forced_response
         with monkeypatch.context() as faster:
             faster.setattr(run_up, "PER_SECOND", 300.0)
-            guest.do("run_up")
-            guest.wait(lambda _: speed() not in (0.0, 4.0))
+            guest.do("run_up", until=lambda _: speed() not in (0.0, 4.0))
             guest.wait(lambda _: button_is("Run up from rest") and speed() == 4.0)
         assert "resonances of the run-up" in guest.texts["run-up-list"]
     guest.do("damping", 90.0)
@@ -144,24 +135,19 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
         masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]
         return any(abs(one["position"][1]) > 1e-6 for one in masses if "position" in one)
 
-    guest.choose("comparison", "coriolis")
-    guest.wait(is_moving)
-    guest.do("run_up")
-    guest.wait(lambda _: "Forced response" in guest.texts["scene-caption"])
+    guest.choose("comparison", "coriolis", until=is_moving)
+    guest.do("run_up", until=lambda _: "Forced response" in guest.texts["scene-caption"])
     frames = [messages for _ in range(30) if beam_moved(messages := guest.receive(TIMEOUT))]
     assert len(frames) > 10
     assert not any(map(is_moving, frames))
-    guest.do("gamma", 4.0)
-    guest.wait(lambda _: guest.charts["run-up-chart"]["cursor"]["x"] == 4.0)
+    guest.do("gamma", 4.0, until=lambda _: guest.charts["run-up-chart"]["cursor"]["x"] == 4.0)
     assert "Forced response" in guest.texts["scene-caption"]
-    guest.do("only", 1)
-    guest.wait(is_moving)
+    guest.do("only", 1, until=is_moving)
     guest.wait(lambda _: guest.texts["scene-caption"] == "")
 
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
     """The scene is grey until the first stable speed."""
     with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
-        guest.do("run_up")
-        guest.wait(lambda _: guest.texts["run-up-button"] == "Stop")
+        guest.do("run_up", until=lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")

@@ -64,7 +64,7 @@ def test_a_term_is_switched_and_back(guest, option):
     """The frequencies are those of `solve` with that option; the case before is compared with."""
     usual = option != "coriolis"
     if option == "stiffening":  # without it the beam is unstable
-        guest.choose(option, False, says="Unstable in bending")
+        guest.choose(option, False, until="Unstable in bending")
         assert guest.props["playing"]["disabled"]  # nothing moves
     else:
         guest.edit(**{option: not usual})
@@ -102,8 +102,7 @@ def test_moving_a_slider_starts_no_thread(guest, monkeypatch):
     pause(guest)
     monkeypatch.setattr(threading.Thread, "start", lambda one: (started.append(one), start(one)))
     for k in range(100):
-        guest.choose("gamma", 11.0 + 0.1 * k)
-        guest.wait(beam_moved)
+        guest.choose("gamma", 11.0 + 0.1 * k, until=beam_moved)
     assert started == []
 
 
@@ -141,8 +140,7 @@ def test_only_changes_are_sent_and_an_invalid_value_is_corrected(guest):
     guest.wait(lambda _: "loci-chart" in guest.charts)
     pause(guest)
     guest.values.clear()
-    guest.do("playing", "no")
-    guest.wait(lambda _: "playing" in guest.values)
+    guest.do("playing", "no", until=lambda _: "playing" in guest.values)
     assert guest.values == {"playing": True}
 
 
@@ -162,11 +160,11 @@ def test_invalid_actions_are_ignored(guest, caplog):
 def test_a_number_out_of_range_is_named(guest):
     """With value and range; the next valid one is solved. What is no number is refused too."""
     for k, bad in enumerate((math.nan, 1e9, -1.0, math.inf)):
-        guest.choose("alpha", bad, says=f"alpha = {bad:.10g}: must lie in 0 .. 100")
+        guest.choose("alpha", bad, until=f"alpha = {bad:.10g}: must lie in 0 .. 100")
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
     for k, bad in enumerate(("fast", None, 10**40)):
-        guest.choose("gamma", bad, says="out of range")
+        guest.choose("gamma", bad, until="out of range")
         guest.edit(gamma=12.0 + k)
         guest.wait(lambda _: "out of range" not in guest.text)
 
@@ -174,13 +172,12 @@ def test_a_number_out_of_range_is_named(guest):
 def test_an_unstable_state_is_shown_with_its_growth(guest):
     """An inward beam has buckled: its modes are listed, the last stable state is drawn."""
     guest.edit(alpha=0.0, gamma=5.0)
-    guest.choose("delta", -1.0, says="Unstable in bending")
+    guest.choose("delta", -1.0, until="Unstable in bending")
     rate = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
     guest.says(growth(rate, None))
     post = guest.nodes["/scene/rotor/post"]  # below a drum, not below a ring
     guest.wait(lambda _: post.get("visible", True))
-    guest.choose("gamma", 1.0)
-    guest.wait(lambda _: not post.get("visible", True))
+    guest.choose("gamma", 1.0, until=lambda _: not post.get("visible", True))
 
 
 def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(frame_loops):
@@ -202,18 +199,18 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         assert one.view.shapes.labels == ()
         assert one.view.shapes.beam == scene.beam
         assert np.ptp(one.view.shapes.centreline[:, 0]) == 1.0
-        guest.choose("gamma", 20.0, says=stable)
+        guest.choose("gamma", 20.0, until=stable)
         guest.shows(Beam(gamma=20, delta=1), strain="hencky")
         guest.wait(lambda _: "displacement" in guest.texts["legend"])
-        guest.choose("gamma", 39.0, says="No equilibrium")
+        guest.choose("gamma", 39.0, until="No equilibrium")
         pause(guest)
         last = frequency_text(guest.beam, **guest.options)
         assert last in guest.text  # of this scene
         assert guest.props["mode-rows"]["class"] == "faded"
         assert guest.parts["captions"] == []  # neither its speed nor the reason, which is above
         guest.set(comparison="effects", time_methods=True)
-        for action, value in (("tab", "methods"), ("export", ".csv")):
-            guest.do(action, value)
+        guest.do("tab", "methods")
+        guest.do("export", ".csv")
         known = "No equilibrium above γ = 31.49"
         for tab in ("comparison", "timings"):
             guest.wait(lambda _, tab=tab: known in guest.texts.get(tab, ""))
@@ -240,12 +237,10 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops, monkeypat
         monkeypatch.setattr(
             jobs, "solve", lambda *a, **o: (solved.append(a[0].gamma), solve(*a, **o))[1]
         )
-        lead.choose("gamma", 21.0)
+        lead.set(gamma=21.0, colouring="axial strain")
         for guest in (one, other):
             guest.shows(PAPER.replace(gamma=21))
             guest.wait(lambda _, guest=guest: guest.values.get("gamma") == 21.0)
-        lead.choose("colouring", "axial strain")
-        for guest in (one, other):
             guest.says("axial strain, as drawn")
         assert solved.count(21.0) == 1  # that of a page which opens may still come
         lead.do("comparison", "mass")
@@ -259,7 +254,7 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops, monkeypat
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
         wait_until(lambda: len({session.visitor.clock.angle for session in sessions}) == 1)
-        lead.do("lesson", "nodes", says=lesson("nodes").question)
+        lead.do("lesson", "nodes", until=lesson("nodes").question)
         lead.do("lesson_step", 1)
         for guest in (one, other):
             guest.says(lesson("nodes").proof)
@@ -290,8 +285,7 @@ def test_a_visitor_cannot_present(hall):
     """Without the presenter's key: another one, though drawn again, stays at the first scene."""
     with visitor(f"{hall}/?token=guessed") as one, visitor(hall) as other:
         one.edit(gamma=21.0)
-        other.choose("dark", True)
-        other.wait(lambda _: other.values["dark"] is True)
+        other.choose("dark", True, until=lambda _: other.values["dark"] is True)
         assert other.values["gamma"] == PAPER.gamma
         assert "following" in one.values
 

@@ -64,12 +64,9 @@ def test_a_kept_case_belongs_to_its_scene():
     """Another scene drops it; keeping a case does not replace another comparison. A case has all
     options, so that cases with equal solutions are equal."""
     kept = START.keep_for_comparison()
-    for state, expected in (
-        (kept, (START.case, EARLIER)),
-        (kept.loaded(Scene()), (None, "nothing")),
-        (START.changed("comparison", "mass").keep_for_comparison(), (None, "mass")),
-    ):
-        assert (state.kept, state.comparison) == expected
+    assert (kept.kept, kept.comparison) == (START.case, EARLIER)
+    assert (kept.loaded(Scene()).kept, kept.loaded(Scene()).comparison) == (None, "nothing")
+    assert START.changed("comparison", "mass").keep_for_comparison().comparison == "mass"
     case = START.changed("gamma", 3.0).keep().kept
     assert case == Case.of(Scene(PAPER.replace(gamma=3), {"strain": "green"}))
     assert case.changed("unknown", 1.0) is case
@@ -77,9 +74,8 @@ def test_a_kept_case_belongs_to_its_scene():
 
 
 def test_undo_and_redo_go_by_steps():
-    """A drag of one slider is one step, also if it keeps the beam for comparison; a drag of another
-    value, or after a pause, is another; an edit discards what could be redone. Theme and pause are
-    no steps."""
+    """A drag of one slider is one step, also if it keeps the beam for comparison; another value, or
+    a pause, begins another; an edit discards what could be redone. Theme and pause are no steps."""
     history, mass = History(), START.keep_for_comparison()
     *_, dragged = drag = [mass.changed("beta", 0.5 + 0.01 * k) for k in range(5)]
     rested = (faster := dragged.changed("gamma", 3.0)).changed("gamma", 4.0)

@@ -8,7 +8,7 @@ import contextlib
 import itertools
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the 
 KEY_CODES = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}  # that it acts on
 CONNECTION: dict[str, Any] = {"max_size": None, "close_timeout": 1}
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
+Until = str | Callable[[], Any]  # an expression in the page, or a function
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
 READY = "!!document.querySelector('#scene[data-ready] canvas')"
 # Without a graphics card a frame of the scene takes a second of a processor.
@@ -42,7 +43,7 @@ class Page:
             self.call(f"{domain}.enable")
 
     def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """The result of one DevTools command; events that arrive before it are noted."""
+        """The result of one DevTools command; errors of the page that arrive before are noted."""
         number = next(self.numbers)
         self.socket.send(json.dumps({"id": number, "method": method, "params": params}))
         while True:
@@ -51,47 +52,45 @@ class Page:
                 if "error" in message:
                     raise RuntimeError(f"{method}: {message['error']['message']}")
                 return message["result"]
-            self.handle_event(message)
-
-    def handle_event(self, message: dict[str, Any]) -> None:
-        """Collect the errors of the page."""
-        kind, params = message.get("method"), message.get("params", {})
-        if kind == "Runtime.exceptionThrown":
-            self.problems.append(params["exceptionDetails"]["text"])
-        elif kind == "Runtime.consoleAPICalled" and params["type"] in ("error", "assert"):
-            self.problems.append(" ".join(str(a.get("value", a)) for a in params["args"]))
-        elif kind == "Log.entryAdded" and params["entry"]["level"] == "error":
-            self.problems.append(f"{params['entry']['text']} {params['entry'].get('url', '')}")
+            kind, event = message.get("method"), message.get("params", {})
+            if kind == "Runtime.exceptionThrown":
+                self.problems.append(event["exceptionDetails"]["text"])
+            elif kind == "Runtime.consoleAPICalled" and event["type"] in ("error", "assert"):
+                self.problems.append(" ".join(str(a.get("value", a)) for a in event["args"]))
+            elif kind == "Log.entryAdded" and event["entry"]["level"] == "error":
+                self.problems.append(f"{event['entry']['text']} {event['entry'].get('url', '')}")
 
     def evaluate(self, script: str) -> Any:
         """The value of an expression in the page."""
-        result = self.call(
-            "Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True
-        )
+        options = {"expression": script, "returnByValue": True, "awaitPromise": True}
+        result = self.call("Runtime.evaluate", **options)
         if "exceptionDetails" in result:
             raise RuntimeError(result["exceptionDetails"]["exception"]["description"])
         return result["result"].get("value")
 
-    def wait(self, script: str, timeout: float = 60.0) -> Any:
-        """The value of an expression as soon as it is true in the page."""
-        return wait_until(lambda: self.evaluate(script), timeout, f": {script}")
+    def wait(self, until: Until, timeout: float = 60.0) -> Any:
+        """The value of an expression in the page, or of a function, as soon as it is true."""
+        done = until if callable(until) else lambda: self.evaluate(until)
+        return wait_until(done, timeout, f": {until}")
 
     def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
         """A mouse event at a point of the page."""
         self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, buttons=buttons, **LEFT)
 
-    def click(self, script: str) -> None:
-        """Click in the middle of an element, given as an expression."""
+    def click(self, script: str, until: Until = "true") -> None:
+        """Click in the middle of an element, given as an expression, and wait."""
         self.click_at(*self.middle(script))
+        self.wait(until)
 
     def click_at(self, x: float, y: float) -> None:
         """Click at a point of the page."""
         self.mouse("mousePressed", x, y, 1)
         self.mouse("mouseReleased", x, y)
 
-    def send(self, action: str, value: Any = None) -> None:
-        """Send an action of the page."""
+    def send(self, action: str, value: Any = None, until: Until = "true") -> None:
+        """Send an action of the page, and wait."""
         self.evaluate(f"beamviz.send({json.dumps(action)}, {json.dumps(value)})")
+        self.wait(until)
 
     def number(self, name: str) -> float:
         """A number of the beam in its field: what the server says."""
@@ -117,14 +116,15 @@ class Page:
         left, top, width, height = self.box(script)
         self.drag(*((left + width * part, top + height / 2) for part in parts))
 
-    def key(self, name: str, modifiers: int = 0, frames: int = 0) -> None:
-        """A key, held down for some frames of the page, and up; modifiers = 2: with Ctrl."""
+    def key(self, name: str, until: Until = "true", *, modifiers: int = 0, frames: int = 0) -> None:
+        """A key, held down for some frames of the page, and up, and wait; modifiers = 2: Ctrl."""
         code = f"{'Digit' if name.isdigit() else 'Key'}{name.upper()}" if len(name) == 1 else name
         text, number = "\r" if name == "Enter" else "", KEY_CODES.get(name, 0)
         key = {"key": name, "code": code, "text": text, "windowsVirtualKeyCode": number}
         for kind in ("keyDown", "keyUp"):
             self.call("Input.dispatchKeyEvent", type=kind, modifiers=modifiers, **key)
             self.next_frame(frames)
+        self.wait(until)
 
     def resize(self, width: int, height: int) -> None:
         """Another size of the window; a touch screen where it is narrow."""
@@ -137,15 +137,13 @@ class Page:
 
     def box(self, script: str, frames: int = 8) -> list[float]:
         """Left, top, width and height of an element in view, once at rest for some frames."""
-        return self.wait(
-            f"(async () => {{ const e = {script}, boxes = []; if (!e) return null;"
-            " e.scrollIntoView({block: 'center'});"
-            f" for (let k = 0; k < {frames}; k++) {{"
-            "   await new Promise(requestAnimationFrame);"
-            "   const r = e.getBoundingClientRect();"
-            "   boxes.push([r.left, r.top, r.width, r.height]); }"
-            " return boxes.every(box => `${box}` === `${boxes[0]}`) && boxes[0]; })()"
-        )
+        return self.wait(f"""(async () => {{
+          const e = {script}, boxes = []; if (!e) return null;
+          e.scrollIntoView({{block: 'center'}});
+          for (let k = 0; k < {frames}; k++) {{
+            await new Promise(requestAnimationFrame);
+            const r = e.getBoundingClientRect(); boxes.push([r.left, r.top, r.width, r.height]); }}
+          return boxes.every(box => `${{box}}` === `${{boxes[0]}}`) && boxes[0]; }})()""")
 
     def middle(self, script: str) -> tuple[float, float]:
         """The middle of an element."""
@@ -154,10 +152,8 @@ class Page:
 
     def next_frame(self, frames: int = 2) -> None:
         """Wait until the page has been drawn, `frames` times."""
-        self.evaluate(
-            f"new Promise(done => {{ let left = {frames};"
-            " (function next() { left-- ? requestAnimationFrame(next) : done(1) })() })"
-        )
+        self.evaluate(f"""new Promise(done => {{ let left = {frames};
+          (function next() {{ left-- ? requestAnimationFrame(next) : done(1) }})() }})""")
 
 
 def says(words: str) -> str:
@@ -196,14 +192,6 @@ def start_browser() -> None:
     atexit.register(stack.close)
 
 
-def browser_address() -> str:
-    """The DevTools address of the running browser."""
-    file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
-    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2, 30)
-    port, path = file.read_text().splitlines()
-    return f"ws://127.0.0.1:{port}{path}"
-
-
 @contextlib.contextmanager
 def page(
     url: str, width: int = 1280, height: int = 720, *, is_drawn: bool = False
@@ -211,12 +199,14 @@ def page(
     """A page of this size that has started to load `url`, watched from its first moment. Only if
     `is_drawn` the scene is seen; else it is there and moves, but its canvas stays empty."""
     start_browser()
-    address = browser_address()
-    with connect(address, **CONNECTION) as socket:
+    file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
+    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2, 30)
+    port, path = file.read_text().splitlines()
+    root = f"ws://127.0.0.1:{port}"
+    with connect(root + path, **CONNECTION) as socket:
         browser = Page(socket)
         context = browser.call("Target.createBrowserContext", disposeOnDetach=True)
         made = browser.call("Target.createTarget", url="about:blank", newWindow=True, **context)
-        root = address.partition("/devtools/")[0]
         with connect(f"{root}/devtools/page/{made['targetId']}", **CONNECTION) as socket_of_page:
             shown = Page(socket_of_page, "Runtime", "Log", "Page")
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}

@@ -38,14 +38,10 @@ def find_browser() -> str | None:
 def open_browser(browser: str, url: str) -> Iterator[Path]:
     """`browser` showing `url` without a window, ended at last; yields its profile folder."""
     with tempfile.TemporaryDirectory(prefix="beamviz-", ignore_cleanup_errors=True) as profile:
-        process = subprocess.Popen(
-            [browser, *FLAGS, f"--user-data-dir={profile}", url],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "TMPDIR": profile},  # what it leaves, killed, is removed too
-            start_new_session=True,  # a process group of its own
-        )
+        command = [browser, *FLAGS, f"--user-data-dir={profile}", url]
+        quiet = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+        own = {**os.environ, "TMPDIR": profile}  # what it leaves, killed, is removed too
+        process = subprocess.Popen(command, env=own, start_new_session=True, **quiet)
         try:
             yield Path(profile)
         finally:

@@ -21,18 +21,10 @@ from websockets.sync.connection import Connection
 
 ROOT = Path(__file__).resolve().parents[2]
 PROTOCOL = f"viser-v{viser.__version__}"
-CAMERA_MESSAGE = {
-    "type": "ViewerCameraMessage",
-    "wxyz": (1.0, 0.0, 0.0, 0.0),
-    "position": (0.0, -3.0, 2.0),
-    "fov": 0.4,
-    "near": 0.01,
-    "far": 1000.0,
-    "image_height": 720,
-    "image_width": 1280,
-    "look_at": (0.0, 0.0, 0.0),
-    "up_direction": (0.0, 0.0, 1.0),
-}
+CAMERA_MESSAGE: dict[str, Any] = {"type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0)}
+CAMERA_MESSAGE |= {"position": (0.0, -3.0, 2.0), "look_at": (0.0, 0.0, 0.0)}
+CAMERA_MESSAGE |= {"up_direction": (0.0, 0.0, 1.0), "fov": 0.4, "near": 0.01, "far": 1000.0}
+CAMERA_MESSAGE |= {"image_height": 720, "image_width": 1280}
 
 
 def free_port(host: str = "127.0.0.1") -> int:
@@ -107,16 +99,13 @@ def wait_until(done: Callable[[], Any], timeout: float = 60.0, about: str = "") 
 def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of a GET request; a Host header replaces the usual one."""
     place = url.removeprefix("http://").split("/")[0]
-    caller = http.client.HTTPConnection(place, timeout=10)
-    try:
+    with contextlib.closing(http.client.HTTPConnection(place, timeout=10)) as caller:
         caller.putrequest("GET", path, skip_host="Host" in headers, skip_accept_encoding=True)
         for name, value in headers.items():
             caller.putheader(name, value)
         caller.endheaders()
         reply = caller.getresponse()
         return reply.status, dict(reply.getheaders()), reply.read()
-    finally:
-        caller.close()
 
 
 def missing_headers(headers: dict[str, str]) -> set[str]:
@@ -132,22 +121,19 @@ def missing_headers(headers: dict[str, str]) -> set[str]:
 
 def python(folder: Path, *arguments: str, **settings: Any) -> subprocess.Popen:
     """A Python process with a folder of its own for temporary files, which may hold modules."""
-    return subprocess.Popen(
-        [sys.executable, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": f"{ROOT}:{folder}", "TMPDIR": str(folder)},
-        **settings,
-    )
+    settings |= {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    env = {**os.environ, "PYTHONPATH": f"{ROOT}:{folder}", "TMPDIR": str(folder)}
+    return subprocess.Popen([sys.executable, *arguments], env=env, **settings)
 
 
 class ServeProcess:
     """A running `beamviz serve`, with its own folder for temporary files."""
 
     def __init__(self, folder: Path, *options: str, processes: int = 2):
+        self.port = free_port()
         command = ["-m", "beamviz", "serve", "--alpha", "1", "--beta", "0.5", "--gamma", "10"]
-        self.process = python(folder, *command, *options, "--processes", str(processes))
+        options += ("--port", str(self.port), "--processes", str(processes))
+        self.process = python(folder, *command, *options)
 
     def __enter__(self) -> "ServeProcess":
         assert self.process.stdout

@@ -22,6 +22,8 @@ PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
 BEAM = "/scene/rotor/beam"
 TIMEOUT = 60.0  # [s], on a busy machine
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
+Condition = Callable[[list[dict[str, Any]]], Any]  # of the latest messages
+Until = str | Condition
 
 
 class Visitor:
@@ -36,38 +38,33 @@ class Visitor:
     def __init__(self, socket: Connection):
         self.socket = socket
         self.beam, self.options = PAPER, dict[str, Any]()
-        self.controls: dict[str, str] = {}
-        self.commands: dict[str, str] = {}
+        self.controls, self.commands = dict[str, str](), dict[str, str]()
         self.texts = {"page": PAGE.read_text()}
-        self.updated: dict[str, Any] = {}
-        self.values: dict[str, Any] = {}
-        self.props: dict[str, dict[str, Any]] = defaultdict(dict)
-        self.charts: dict[str, dict[str, Any]] = defaultdict(dict)
-        self.parts: dict[str, Any] = {}
+        self.updated, self.values, self.parts = (dict[str, Any]() for _ in range(3))
+        properties = (defaultdict[str, dict[str, Any]](dict) for _ in range(3))
+        self.props, self.charts, self.nodes = properties
         self.said: list[dict[str, Any]] = []
-        self.actions = 0
-        self.nodes: dict[str, dict[str, Any]] = defaultdict(dict)
+        self.actions = self.received = 0
         self.camera: tuple[float, ...] = ()  # the position last sent
-        self.received = 0
         self.send(**CAMERA_MESSAGE)
 
     def send(self, **message: Any) -> None:
         """Send one message."""
         self.socket.send(encoded(**message))
 
-    def do(self, action: str, value: Any = None, says: str = "") -> None:
-        """Send an action, as the page does, and wait for words on the page."""
+    def do(self, action: str, value: Any = None, until: Until = "") -> None:
+        """Send an action, as the page does, and wait for words on the page, or a condition."""
         self.wait(lambda _: "bridge" in self.parts)
         self.actions += 1
         text = json.dumps([self.actions, action, value])
         self.send(type="GuiUpdateMessage", uuid=self.parts["bridge"], updates={"value": text})
-        if says:
-            self.says(says)
+        if until:
+            self.wait(until if callable(until) else lambda _: until in self.text)
 
-    def choose(self, key: str, value: Any, says: str = "") -> None:
-        """Set the controls with a key, as soon as they exist, and wait for words on the page."""
+    def choose(self, key: str, value: Any, until: Until = "") -> None:
+        """Set the controls with a key, as soon as they exist, and wait as `do`."""
         self.wait(lambda _: key in self.values)
-        self.do(key, value, says)
+        self.do(key, value, until)
 
     def set(self, **values: Any) -> None:
         """Set several controls."""
@@ -97,7 +94,7 @@ class Visitor:
             value = not self.values[name] if value is None else value
         self.do(name or values["data-do"], value)
 
-    def wait(self, done: Callable[[list[dict[str, Any]]], Any], timeout: float = TIMEOUT) -> Any:
+    def wait(self, done: Condition, timeout: float = TIMEOUT) -> Any:
         """Receive messages until `done` of the latest ones is true; its value."""
         end = time.monotonic() + timeout
         latest: list[dict[str, Any]] = []

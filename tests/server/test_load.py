@@ -17,9 +17,8 @@ SCRIPT.SETTLING = 1.0  # [s]: this test compares no times
 @pytest.mark.slow
 @pytest.mark.parametrize(("drag", "count"), [(SCRIPT.STRAIGHT, 8), (SCRIPT.BENT, 1)])
 def test_every_visitor_is_served_evenly_and_edits_are_not_queued(drag, count):
-    """However slow the machine, no visitor gets half the frames of another, and each gets answers;
-    of the edits sent while the solver was busy only the latest is solved. The rows of the script
-    are complete and plausible."""
+    """No visitor gets half the frames of another, and each gets answers; of edits during a solve
+    only the latest is solved. The rows of the script are complete and plausible."""
     visitors = [SCRIPT.Visitor(speeds=drag.speeds) for _ in range(count)]
     with explorer(Scene(drag.beam, {"state": drag.state})) as url:
         measuring = SCRIPT.measure(url, drag, visitors, SECONDS, os.getpid(), resolves=4 * count)
@@ -33,5 +32,4 @@ def test_every_visitor_is_served_evenly_and_edits_are_not_queued(drag, count):
     assert rows["visitors"] == count
     assert 0 < rows["fewest frames"] <= rows["median frames"] <= rows["most frames"]
     assert 0 < rows["every edit to update, median"] <= rows["every edit to update, 95 %"]
-    assert rows["server CPU"] > 0
-    assert rows["memory"] > 0
+    assert min(rows["server CPU"], rows["memory"]) > 0

@@ -24,8 +24,6 @@ from beamviz.server import connection, run_server
 from beamviz.server.connection import MAX_BYTES, POLICY_VIOLATION
 from beamviz.server.log import INTERVAL, MAX_KINDS, RateLimitedLog
 
-TOO_BIG = 1009
-
 
 @pytest.fixture
 def plain() -> Iterator[viser.ViserServer]:
@@ -83,7 +81,7 @@ def test_a_visitor_cannot_set_attributes_fill_the_memory_or_reach_others(plain, 
         (form, POLICY_VIOLATION, lambda: len(stored) > before),
         (upload, POLICY_VIOLATION, lambda: plain.gui._current_file_upload_states),
         (removal, POLICY_VIOLATION, lambda: control.removed),
-        (huge, TOO_BIG, lambda: line.ping().wait(5)),
+        (huge, 1009, lambda: line.ping().wait(5)),  # too big
     ):
         line.send(message)
         wait_until(succeeds)
@@ -117,13 +115,11 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
             assert close_code(url, message) == POLICY_VIOLATION, message[:80]
         (line,) = [record.message for record in caplog.records if "closed" in record.message]
         assert "127.0.0.1: closed for an invalid message" in line
-        other.choose("gamma", 11.0)
-        other.wait(beam_moved)
+        other.choose("gamma", 11.0, until=beam_moved)
 
 
 def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, line, slider, url):
-    """viser shares controls: one visitor changes them for all, who receive each edit. Here nobody
-    shares a control, a text or a scene."""
+    """viser shares controls, whose edits all receive. Here nobody shares control, text or scene."""
     with raw_socket(url_of(plain)) as other:
         other.send(update(slider._impl.uuid, value=1.0))
         eavesdropper = Visitor(line)
