@@ -1,6 +1,5 @@
 """The beam in a viser scene: alone, with a second beam overlaid, or with each mode in a row."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,8 +24,7 @@ from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import frequencies
 from beamviz.server.viser_private import set_orientation, set_position, set_properties
 
-INSET = 0.95  # relative size of an overlaid beam, so that no faces coincide
-TITLE_OFFSET = np.array([0.0, 0.0, 0.1])  # of an overlaid beam, from its mass or tip
+INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
 TITLE_PLACE = np.array([-0.2, 0.0, 0.12])  # of a title, from the clamp
 OPPOSITE = np.array([0.5, 0.0, 0.12])  # the same, where a bent beam is there
@@ -36,24 +34,32 @@ OVERLAY = "/scene/rotor/overlay"
 class BeamView:
     """One beam in a scene: `show` draws another beam or view, `move` another moment.
 
-    root: name of its node; alone: the only beam of the scene, with lights, floor and post; height:
-    [beam lengths] of its middle; fixed: `frame` keeps its position when the shape of the beam
-    changes, as during a drag of the mass.
+    root: name of its node; alone: the only beam of the scene, with lights, floor and post; overlay:
+    translucent, without a hub, drawn over another beam in the frame of its hub; height: [beam
+    lengths] of its middle; fixed: `frame` keeps its position when the shape of the beam changes, as
+    during a drag of the mass.
     """
 
-    def __init__(self, api: SceneApi, root: str = "/scene", *, alone: bool = True):
-        self.height, self.fixed = 0.0, False
+    def __init__(
+        self, api: SceneApi, root: str = "/scene", *, alone: bool = True, overlay: bool = False
+    ):
+        self.height, self.fixed, self.overlay = 0.0, overlay, overlay
         self.frame = api.add_frame(root, show_axes=False)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
+        self.surroundings.hub.visible = not overlay  # nor are its bolts
         box = trimesh.creation.box()
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
+        pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
+        # In one piece: the edges of translucent ones would be seen.
+        self.body = add_mesh(api, f"{root}/rotor/body", **pale) if overlay else None
         self.beam = add_instances(api, f"{root}/rotor/beam", tube)
         self.ends = add_instances(api, f"{root}/rotor/ends", box)
-        self.mass = add_instances(api, f"{root}/rotor/mass", collar())
+        opacity = OPACITY if overlay else None
+        self.mass = add_instances(api, f"{root}/rotor/mass", collar(), opacity=opacity)
         self.reference = ReferenceShapes(api, root)
-        self.nodes = Nodes(api, root)
+        self.nodes = Nodes(api, root, colours.BEFORE if overlay else colours.NODE)
         self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
         self.title = Caption(api, f"{root}/title", "bottom")
 
@@ -61,22 +67,30 @@ class BeamView:
         """Draw a beam and the nodes of the mode that it moves in."""
         self.drawn, view, beam = drawn, drawn.view, drawn.shapes.beam
         self.shapes = shapes = subdivide(drawn)
-        self.section = section_size(beam, view.thicken)
+        inset = INSET if self.overlay else 1.0
+        thickness, breadth = section_size(beam, view.thicken)
+        self.section = inset * thickness, inset * breadth
         self.choose_frame(float(view.rotating_frame))
         self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
-        self.reference.show(shapes, self.section, visible=view.ghosts)
-        alone = len(drawn.shown) == 1 and not drawn.warning
-        marked = drawn.shown if view.nodes and alone else []
-        self.nodes.show(shapes, self.section, marked, labels=not view.all_modes)
-        length, radius = mass_size(beam, view.thicken)
+        self.reference.show(shapes, self.section, visible=view.ghosts and not self.overlay)
+        one = len(drawn.shown) == 1 and not drawn.warning
+        marked = drawn.shown if view.nodes and one else []
+        labels = not (view.all_modes or self.overlay)
+        self.nodes.show(shapes, self.section, marked, labels=labels)
+        length, radius = (inset * size for size in mass_size(beam, view.thicken))
         self.mass.visible = beam.alpha > 0
         self.mass.batched_scales = np.array([[length, radius, radius]])
         colour = colours.GREYED if drawn.warning else colours.MASS
-        self.mass.batched_colors = colours.instanced([colour])
+        self.mass.batched_colors = colours.instanced([colours.BEFORE if self.overlay else colour])
         self.warning.show(drawn.warning, (beam.delta + 0.5, 0.0, 0.12))
-        clamp = np.array([beam.delta if view.rotating_frame else 0.0, 0.0, 0.0])
-        folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
-        self.title.show(drawn.title, clamp + (OPPOSITE if folded else TITLE_PLACE))
+        points, _ = to_hub_frame(shapes, shapes.centreline)
+        if self.overlay:  # not at the clamp, which is that of the other beam
+            top = points[shapes.mass if beam.alpha > 0 else -1]
+            self.title.show(drawn.title, top + [0.0, 0.0, 0.1 + radius])
+        else:
+            clamp = points[0] if view.rotating_frame else np.zeros(3)
+            folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
+            self.title.show(drawn.title, clamp + (OPPOSITE if folded else TITLE_PLACE))
         self.frame.visible = True
 
     @property
@@ -89,8 +103,9 @@ class BeamView:
         self.frame.visible = False
 
     def choose_frame(self, share: float) -> None:
-        """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between."""
-        self.share = share
+        """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between. An overlay
+        is in that of the other beam."""
+        self.share = 1.0 if self.overlay else share
         if not self.fixed:
             middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
             set_position(self.frame, [0.0, 0.0, self.height] - middle)
@@ -102,65 +117,22 @@ class BeamView:
         moved = displacement(shapes, phases, self.drawn.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
-        if self.drawn.warning:
-            paint = colours.instanced(np.tile(colours.GREYED, (len(points) - 1, 1)))
+        if self.body:
+            set_surface(self.body, *beam_mesh.swept(points, normal, self.section))
         else:
             paint = colours.painted(shapes, self.drawn.view.colouring, moved, self.drawn.largest)
-        placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
-        placed["batched_colors"] = paint
-        set_properties(self.beam, **placed)
-        ends = {name: values[[0, -1]] for name, values in placed.items()}  # caps: pieces are open
-        set_properties(self.ends, **ends)
+            if self.drawn.warning:
+                paint[:] = colours.instanced(colours.GREYED)
+            placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
+            placed["batched_colors"] = paint
+            set_properties(self.beam, **placed)
+            caps = {name: values[[0, -1]] for name, values in placed.items()}  # pieces are open
+            set_properties(self.ends, **caps)
         self.nodes.move(points, wxyz)
-        along = wxyz[[min(shapes.mass, len(paint) - 1)]]
+        along = wxyz[[min(shapes.mass, len(wxyz) - 1)]]
         set_properties(self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along)
         self.surroundings.rotate(angle, self.share)
         set_orientation(self.rotor, axis_rotation((1 - self.share) * angle))
-
-
-class OverlayBeam:
-    """A second beam with its mass and nodes, translucent, in the hub's frame of the first."""
-
-    def __init__(self, api: SceneApi):
-        self.root = api.add_frame(OVERLAY, show_axes=False)
-        pale: Any = {"color": colours.BEFORE, "opacity": 0.3}
-        self.body = add_mesh(api, f"{OVERLAY}/beam", **pale)
-        ring = collar()
-        self.mass = add_mesh(api, f"{OVERLAY}/mass", ring.vertices, ring.faces, **pale)
-        self.nodes = Nodes(api, OVERLAY, colours.BEFORE)
-        self.title = Caption(api, f"{OVERLAY}/title", "bottom")
-
-    def show(self, drawn: DrawnBeam) -> None:
-        """Draw a beam and the nodes of the modes that it moves in."""
-        self.drawn, view = drawn, drawn.view
-        shapes = subdivide(replace(drawn, largest=np.inf))
-        thickness, breadth = section_size(shapes.beam, view.thicken)
-        self.shapes, self.section = shapes, (INSET * thickness, INSET * breadth)
-        self.root.visible = True
-        self.mass.visible = shapes.beam.alpha > 0
-        length, radius = mass_size(shapes.beam, view.thicken)
-        self.mass.scale = (INSET * length, INSET * radius, INSET * radius)
-        self.nodes.show(shapes, self.section, drawn.shown if view.nodes else [], labels=False)
-        points, _ = to_hub_frame(shapes, shapes.centreline)
-        top = points[shapes.mass if shapes.beam.alpha > 0 else -1] + TITLE_OFFSET
-        self.title.show(drawn.title, top + [0.0, 0.0, radius])
-
-    @property
-    def captions(self) -> list[Caption]:
-        return [self.title] if self.root.visible else []
-
-    def hide(self) -> None:
-        self.root.visible = False
-
-    def move(self, phases: np.ndarray, angle: float) -> None:
-        shapes = self.shapes
-        moved = displacement(shapes, phases, self.drawn.amplitudes)
-        points, normal = to_hub_frame(shapes, shapes.centreline + moved)
-        set_surface(self.body, *beam_mesh.swept(points, normal, self.section))
-        wxyz = beam_mesh.segments(points, normal, self.section)[1]
-        self.nodes.move(points, wxyz)
-        set_position(self.mass, points[shapes.mass])
-        set_orientation(self.mass, wxyz[min(shapes.mass, len(wxyz) - 1)])
 
 
 def stacked_heights(count: int) -> list[float]:

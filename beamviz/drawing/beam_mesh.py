@@ -92,8 +92,8 @@ class DrawnBeam:
     """All that the drawing of a beam depends on.
 
     amplitudes: (m,) of its modes, at most their limits; scale: [pixels per beam length]; largest:
-    the value at the end of the colour map (infinite: one colour); warning: a text above the beam,
-    which is grey then; title: a text beside the clamp.
+    the value at the end of the colour map; warning: a text above the beam, which is grey then;
+    title: a text beside the clamp.
     """
 
     shapes: SampledModes

@@ -50,7 +50,7 @@ def collar() -> trimesh.Trimesh:
 
 
 def add_instances(
-    api: SceneApi, name: str, mesh: trimesh.Trimesh, count: int = 1
+    api: SceneApi, name: str, mesh: trimesh.Trimesh, count: int = 1, opacity: float | None = None
 ) -> BatchedMeshHandle:
     """Add a node of instances of a mesh, each with position, orientation, size and colour; all four
     set in one message change their number. Browsers draw such nodes one frame late: all objects
@@ -67,6 +67,8 @@ def add_instances(
         lod="off",
         flat_shading=True,
         receive_shadow=False,
+        cast_shadow=opacity is None,
+        opacity=opacity,
     )
 
 

@@ -70,7 +70,7 @@ class Surroundings:
         self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
         self.hub = add_mesh(api, f"{root}/rotor/hub", cast_shadow=True, **hub)
         head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
-        self.bolts = add_instances(api, f"{root}/rotor/bolts", head, BOLTS)
+        self.bolts = add_instances(api, f"{root}/rotor/hub/bolts", head, BOLTS)
         self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)))
         self.floor = api.add_frame(f"{root}/floor", show_axes=False, visible=alone)
         round_: Any = {"radial_segments": 160, "cast_shadow": False, "receive_shadow": 0.4}

@@ -14,7 +14,7 @@ from strategies import beams
 from viser.transforms import SO3
 
 from beamviz.beam import Beam
-from beamviz.drawing import OverlayBeam, beam_mesh, camera, colours
+from beamviz.drawing import BeamView, beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam, segments, subdivide, to_hub_frame
 from beamviz.drawing.modes import CLOSE, LAYER, STATIONS, SampledModes, displacement
 from beamviz.scene import COLOURINGS, ViewOptions
@@ -144,7 +144,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
 
 def test_an_overlay_has_faces_for_its_vertices():
     """When the number of pieces changes, both ways."""
-    shapes, overlay = sampled(PAPER), OverlayBeam(offline_scene())
+    shapes, overlay = sampled(PAPER), BeamView(offline_scene(), overlay=True)
     for mode in (0, 4, 0, 1):
         overlay.show(DrawnBeam.of(shapes, ViewOptions().only(mode)))
         overlay.move(np.full(5, math.pi / 2), 0.0)

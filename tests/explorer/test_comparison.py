@@ -102,7 +102,8 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
     else:
         rings = view.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)
         assert np.allclose(rings, centreline, atol=1e-6)
-        assert np.allclose(view.mass.position, centreline[shapes.mass])
+        assert np.allclose(view.mass.batched_positions, centreline[shapes.mass])
+        assert view.surroundings.hub.visible is False
 
 
 @pytest.mark.parametrize("beam", [PAPER, *(Beam(delta=delta, gamma=1) for delta in (-1, 0, 2))])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.drawing import BeamView, OverlayBeam
+from beamviz.drawing import OVERLAY, BeamView
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.camera import ViewChange
 from beamviz.drawing.modes import Clock, SampledModes
@@ -86,8 +86,8 @@ class Comparison:
         self.choices: tuple[object, ...] = ()
         self.clock = Clock()
         self.shapes: SampledModes | None = None
-        self.views: dict[bool, BeamView | OverlayBeam] = {}
-        self.view: BeamView | OverlayBeam | None = None
+        self.views: dict[bool, BeamView] = {}
+        self.view: BeamView | None = None
 
     @property
     def answer(self) -> SolverAnswer | None:
@@ -128,12 +128,11 @@ class Comparison:
             self.clock.angle = clock.angle
         sizes = 0.0 * partner if driven else np.array([*main.amplitudes, 0.0])[partner]
         if state.stacked not in self.views:
-            api = self.visitor.client.scene
-            made = BeamView(api, "/other", alone=False) if state.stacked else OverlayBeam(api)
-            self.views[state.stacked] = made
+            root, overlay = ("/other", False) if state.stacked else (OVERLAY, True)
+            view = BeamView(self.visitor.client.scene, root, alone=False, overlay=overlay)
+            self.views[state.stacked] = view
         self.view = view = self.views[state.stacked]
-        if isinstance(view, BeamView):
-            view.height = self.heights[1]
+        view.height = self.heights[-1]
         title = self.case.title
         view.show(DrawnBeam.of(self.shapes, state.view, main.scale, sizes, title=title))
 
@@ -149,7 +148,7 @@ class Comparison:
             return
         self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
         angle = self.clock.angle
-        if change and isinstance(view, BeamView):
+        if change:
             angle = change.continued(angle)
             view.choose_frame(change.rotating_share)
         view.move(self.clock.phases, angle)
