@@ -22,7 +22,7 @@ from beamviz.drawing.objects import (
 )
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import frequencies
-from beamviz.server.viser_private import set_orientation, set_position, set_properties
+from beamviz.server.viser_private import set_pose, set_properties
 
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
@@ -108,7 +108,7 @@ class BeamView:
         self.share = 1.0 if self.overlay else share
         if not self.fixed:
             middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
-            set_position(self.frame, [0.0, 0.0, self.height] - middle)
+            set_pose(self.frame, position=[0.0, 0.0, self.height] - middle)
 
     def move(self, phases: np.ndarray, angle: float) -> None:
         """Draw the beam at phases (m,) [rad] of its modes, the hub rotated by angle [rad]; in the
@@ -132,7 +132,7 @@ class BeamView:
         along = wxyz[[min(shapes.mass, len(wxyz) - 1)]]
         set_properties(self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along)
         self.surroundings.rotate(angle, self.share)
-        set_orientation(self.rotor, axis_rotation((1 - self.share) * angle))
+        set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
 
 
 def stacked_heights(count: int) -> list[float]:

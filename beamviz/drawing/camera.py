@@ -134,10 +134,6 @@ def initial(scene: Scene) -> Camera:
     return scene.camera or fitted(rest, scene.view.rotating_frame, aspect=1.0)
 
 
-def near(point: Sequence[float] | np.ndarray, other: Sequence[float]) -> bool:
-    return math.dist(point, other) < TOLERANCE
-
-
 def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
     view.position, view.look_at = camera.position, camera.look_at
     view.fov = FIELD_OF_VIEW
@@ -252,9 +248,11 @@ class PageCamera:
             return self.given
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
 
-    def is_at(self, camera: Camera) -> bool:
-        at_position = near(self.view.position, camera.position)
-        return at_position and near(self.view.look_at, camera.look_at)
+    def is_at(self, *cameras: Camera) -> bool:
+        """Whether the page has the position of one of these cameras, and the target of one."""
+        known = np.array([(camera.position, camera.look_at) for camera in cameras])
+        away = np.linalg.norm(known - [self.view.position, self.view.look_at], axis=2)
+        return bool((away.min(axis=0) < TOLERANCE).all())
 
     @property
     def scale(self) -> float:
@@ -270,7 +268,5 @@ class PageCamera:
         """Whether the page has an earlier camera that no visitor chose: its message crossed the
         last one, which viser does not send again, or a busy page has set the initial one after
         that; or it has parts of two, as position and target arrive one after the other."""
-        own = (DEFAULT, self.initial, self.before, self.placed)
-        crossed = any(near(self.view.position, one.position) for one in own)
-        crossed = crossed and any(near(self.view.look_at, one.look_at) for one in own)
+        crossed = self.is_at(DEFAULT, self.initial, self.before, self.placed)
         return crossed and not (self.change or self.is_at(self.placed))

@@ -56,7 +56,7 @@ class SampledModes:
         modes = rotated(local, equilibrium.angle(x))
         along = local[:, :, 0]
         larger = local[range(len(modes)), :, solution.larger_component]
-        stretching = np.abs((along[:, 1:] - along[:, :-1]) / (x[1:] - x[:-1])).max(axis=1)
+        stretching = np.abs(np.diff(along) / np.diff(x)).max(axis=1)
         return cls(
             beam=solution.beam,
             plane=solution.problem.plane,

@@ -13,7 +13,7 @@ from beamviz.drawing import beam_mesh, colours
 from beamviz.drawing.beam_mesh import EDGES, NORMALS, Section, extents, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import measure
-from beamviz.server.viser_private import set_position, set_properties
+from beamviz.server.viser_private import set_pose, set_properties
 
 VISIBLE_THICKNESS = 0.04
 COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
@@ -106,7 +106,7 @@ class Caption:
         """Show a text at a point (3,) in the parent frame; "" hides it."""
         self.text = text
         if text:
-            set_position(self.point, position)
+            set_pose(self.point, position=position)
 
     @property
     def data(self) -> dict[str, str]:

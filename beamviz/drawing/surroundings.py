@@ -11,7 +11,7 @@ from beamviz.beam import Beam
 from beamviz.drawing import colours
 from beamviz.drawing.objects import Caption, add_instances, add_mesh, mass_size, set_surface
 from beamviz.drawing.text import measure
-from beamviz.server.viser_private import set_orientation, set_position, set_properties
+from beamviz.server.viser_private import set_pose, set_properties
 
 MIN_HUB = 0.05
 HUB_HEIGHT = 0.14
@@ -97,7 +97,7 @@ class Surroundings:
             radius = floor_radius(beam)
             self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
             self.scale.points = scale_lines(radius)
-            set_position(self.floor, (0.0, 0.0, ground - FLOOR_THICKNESS / 2))
+            set_pose(self.floor, position=(0.0, 0.0, ground - FLOOR_THICKNESS / 2))
             self.arrow.visible = turning
             if turning:
                 self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
@@ -136,11 +136,11 @@ class Surroundings:
     def rotate(self, angle: float, share: float) -> None:
         """Show the hub at `angle` [rad]; share: of the rotating frame in the view, 0 .. 1. While
         the beam passes the point of the speed, that is on the other side of the hub."""
-        set_orientation(self.floor, axis_rotation(-share * angle))
+        set_pose(self.floor, wxyz=axis_rotation(-share * angle))
         if self.speed.text:
             distance = math.remainder((1 - share) * angle - self.speed_angle, 2 * math.pi)
             side = -1 if abs(distance) < self.speed_gap else 1
-            set_position(self.speed.point, side * self.speed_place)
+            set_pose(self.speed.point, position=side * self.speed_place)
 
 
 def floor_radius(beam: Beam) -> float:

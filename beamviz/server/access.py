@@ -106,9 +106,7 @@ class Access:
             return False
         if self.host in LOOPBACK:
             return name in LOOPBACK
-        if self.host in ANY_ADDRESS:
-            return is_address(name) or name in machine_names()
-        return name == self.host.lower()
+        return names_this_machine(name) if self.host in ANY_ADDRESS else name == self.host.lower()
 
     def scheme(self, host: str) -> str:
         """The scheme of the page's URL: http, or that of the reverse proxy."""
@@ -169,12 +167,6 @@ def split_host(host: str) -> tuple[str, int | None]:
     return "", None
 
 
-def is_address(name: str) -> bool:
-    with contextlib.suppress(ValueError):
-        return bool(ipaddress.ip_address(name))
-    return False
-
-
 def network_address() -> str:
     """The address of this machine on its network, found without sending anything."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
@@ -185,9 +177,12 @@ def network_address() -> str:
         return str(probe.getsockname()[0])
 
 
-def machine_names() -> set[str]:
-    name = socket.gethostname().lower()
-    return {"localhost", name, f"{name}.local", name.partition(".")[0]}
+def names_this_machine(name: str) -> bool:
+    """Whether a name, in lower case, is a name of this machine or any address."""
+    with contextlib.suppress(ValueError):
+        return bool(ipaddress.ip_address(name))
+    own = socket.gethostname().lower()
+    return name in ("localhost", own, f"{own}.local", own.partition(".")[0])
 
 
 def public_url(text: str) -> str:

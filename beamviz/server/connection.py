@@ -176,12 +176,9 @@ class Connection(ServerConnection):
     def has_credit(self) -> bool:
         """Take a token from the token bucket; False if it is empty."""
         now = time.monotonic()
-        self.credit = min(self.credit + (now - self.updated) * RATE, BURST)
-        self.updated = now
-        if self.credit < 1:
-            return False
-        self.credit -= 1
-        return True
+        credit = min(self.credit + (now - self.updated) * RATE, BURST)
+        self.credit, self.updated = credit - (credit >= 1), now
+        return credit >= 1
 
 
 # Requests
@@ -219,16 +216,15 @@ class Guard:
         self, connection: ServerConnection, request: Request, page: Callable[..., Response | None]
     ) -> Response | None:
         """Refuse a request, or pass it on to viser's `page` (None: the WebSocket may open)."""
+        upgrade = header(request, "Upgrade").lower() == "websocket"
         if refusal := self.access.refused(request):
             title = refusal.title.lower()
             log.warn(peer(connection), title, f"refused: {title}")
-            return refusal_page(refusal)
-        upgrade = header(request, "Upgrade").lower() == "websocket"
-        if upgrade and header(request, "Sec-WebSocket-Protocol") != PROTOCOL:
-            return refusal_page(Refusal(400, "An old page", "Reload it."))
-        if not self.access.presents(request) and (
-            refusal := self.access.full(self.access.visitor_count.total)
-        ):
+        elif upgrade and header(request, "Sec-WebSocket-Protocol") != PROTOCOL:
+            refusal = Refusal(400, "An old page", "Reload it.")
+        elif not self.access.presents(request):
+            refusal = self.access.full(self.access.visitor_count.total)
+        if refusal:
             return refusal_page(refusal)
         if not upgrade and (cookie := self.access.key_cookie(request)):
             headers = {"Location": without_key(request.path), "Set-Cookie": cookie}

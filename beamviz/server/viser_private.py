@@ -43,26 +43,17 @@ MESSAGES = (  # that the page sends
     "SceneNodeDragMessage",
 )
 ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
-    "websockets.asyncio.server:serve": (
-        "create_connection",
-        "process_request",
-        "process_response",
-        "server_header",
-    ),
-    "viser:ViserServer": ("request_share_url",),
-    "viser.infra._async_message_buffer:AsyncMessageBuffer": ("event_loop", "window_duration_sec"),
-    "viser.infra:WebsockServer": ("get_message_buffer", "queue_message"),
-    "viser._assignable_props_api": ("get_type_hints",),
-    "viser._gui_handles:_GuiHandleState": ("gui_api", "props", "sync_cb", "uuid", "value"),
-    "viser._scene_api:SceneApi": ("_queue_scene_message",),
-    "viser._scene_handles:_SceneNodeHandleState": ("api", "position", "props", "wxyz"),
-    "viser._messages": (
-        *MESSAGES,
-        "RunJavascriptMessage",
-        "SceneNodeUpdateMessage",
-        "SetOrientationMessage",
-        "SetPositionMessage",
-    ),
+    "websockets.asyncio.server:serve": "create_connection process_request process_response"
+    " server_header",
+    "viser:ViserServer": "request_share_url",
+    "viser.infra._async_message_buffer:AsyncMessageBuffer": "event_loop window_duration_sec",
+    "viser.infra:WebsockServer": "get_message_buffer queue_message",
+    "viser._assignable_props_api": "get_type_hints",
+    "viser._gui_handles:_GuiHandleState": "gui_api props sync_cb uuid value",
+    "viser._scene_api:SceneApi": "_queue_scene_message",
+    "viser._scene_handles:_SceneNodeHandleState": "api position props wxyz",
+    "viser._messages": "RunJavascriptMessage SceneNodeUpdateMessage SetOrientationMessage"
+    f" SetPositionMessage {' '.join(MESSAGES)}",
 }
 INSTANCE_ATTRIBUTES = ("_websock_server._live_connections", "gui._websock_interface")
 
@@ -87,7 +78,7 @@ def check_attributes() -> None:
         except (ImportError, AttributeError):
             raise unsupported(owner) from None
         known = {*dir(found), *(inspect.signature(found).parameters if callable(found) else ())}
-        for name in names:
+        for name in names.split():
             if name not in known:
                 raise unsupported(f"{owner}.{name}")
 
@@ -108,10 +99,6 @@ class TunnelFreeServer(viser.ViserServer):
 
     def request_share_url(self, verbose: bool = True) -> None:
         """Do nothing."""
-
-
-def opens_tunnel(server: viser.ViserServer) -> bool:
-    return type(server).request_share_url is viser.ViserServer.request_share_url
 
 
 @contextlib.contextmanager
@@ -292,19 +279,11 @@ def set_properties(node: viser.SceneNodeHandle, **properties: np.ndarray) -> Non
     node._impl.api._queue_scene_message(NodeUpdate(node.name, properties))
 
 
-def set_orientation(node: viser.SceneNodeHandle, wxyz: Iterable[float]) -> None:
-    set_pose(node, node._impl.wxyz, wxyz, messages.SetOrientationMessage)
-
-
-def set_position(node: viser.SceneNodeHandle, position: Iterable[float]) -> None:
-    set_pose(node, node._impl.position, position, messages.SetPositionMessage)
-
-
-def set_pose(
-    node: viser.SceneNodeHandle, state: np.ndarray, value: Iterable[float], message: Callable
-) -> None:
-    """Store a position or quaternion in `state` and send it, if it has changed."""
-    numbers = tuple(map(float, value))
-    if tuple(state.tolist()) != numbers:
-        state[:] = numbers
-        node._impl.api._queue_scene_message(message(node.name, numbers))
+def set_pose(node: viser.SceneNodeHandle, **pose: Iterable[float]) -> None:
+    """Set the position (3,) of a node, its orientation wxyz (4,) or both, where they change."""
+    changes = {"position": messages.SetPositionMessage, "wxyz": messages.SetOrientationMessage}
+    for name, value in pose.items():
+        state, numbers = getattr(node._impl, name), tuple(map(float, value))
+        if tuple(state.tolist()) != numbers:
+            state[:] = numbers
+            node._impl.api._queue_scene_message(changes[name](node.name, numbers))
