@@ -172,7 +172,7 @@ class BeamScene:
             title = f"{shapes.labels[k]}   {frequency.text(shapes.frequencies[k], 5)}"
             alone = view.amplitude * np.eye(count)[k]
             row.height = height
-            row.show(DrawnBeam.of(shapes, view, drawn.scale, alone, title=title))
+            row.show(DrawnBeam(shapes, view, drawn.scale, alone, title=title))
 
     @property
     def captions(self) -> list[Caption]:

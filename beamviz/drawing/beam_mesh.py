@@ -2,13 +2,12 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Self
+from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from beamviz.drawing import colours
-from beamviz.drawing.modes import SampledModes, amplitudes
+from beamviz.drawing.modes import SampledModes
 from beamviz.scene import ViewOptions
 
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
@@ -91,33 +90,32 @@ DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 class DrawnBeam:
     """All that the drawing of a beam depends on.
 
-    amplitudes: (m,) of its modes, at most their limits; scale: [pixels per beam length]; largest:
-    the value at the end of the colour map; warning: a text above the beam, which is grey then;
-    title: a text beside the clamp.
+    scale: [pixels per beam length]; sizes: (m,) amplitudes of its modes, None for those of `view`;
+    warning: a text above the beam, which is grey then; title: a text beside the clamp.
     """
 
     shapes: SampledModes
     view: ViewOptions
-    amplitudes: np.ndarray
-    scale: float
-    largest: float
+    scale: float = DEFAULT_SCALE
+    sizes: np.ndarray | None = None
     warning: str = ""
     title: str = ""
 
-    @classmethod
-    def of(
-        cls,
-        shapes: SampledModes,
-        view: ViewOptions,
-        scale: float = DEFAULT_SCALE,
-        sizes: np.ndarray | None = None,
-        **texts: str,
-    ) -> Self:
-        """A beam that moves in modes with amplitudes `sizes` (m,), by default those of `view`."""
-        sizes = amplitudes(view, len(shapes.modes)) if sizes is None else sizes
-        sizes = np.minimum(sizes, shapes.limits)
-        largest = colours.colour_range(shapes, view.colouring, sizes)
-        return cls(shapes, view, sizes, scale, largest, **texts)
+    @cached_property
+    def amplitudes(self) -> np.ndarray:
+        """Amplitudes (m,) of the modes [beam lengths], at most their limits."""
+        shares = [*self.view.shares, *[0.0] * len(self.shapes.modes)][: len(self.shapes.modes)]
+        sizes = self.view.amplitude * np.array(shares) if self.sizes is None else self.sizes
+        return np.minimum(sizes, self.shapes.limits)
+
+    @cached_property
+    def largest(self) -> float:
+        """The value at the end of the colour map (never 0): a bound of the displacement, or of
+        |axial strain|, over time."""
+        largest = self.amplitudes.sum()
+        if self.view.colouring == "axial strain":
+            largest = (np.abs(self.shapes.strain) + self.amplitudes @ self.shapes.strains).max()
+        return max(float(largest), 1e-9)
 
     @property
     def shown(self) -> list[int]:

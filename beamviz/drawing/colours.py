@@ -71,15 +71,6 @@ def scaled(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -
     return np.hypot(middle[:, 0], middle[:, 1]) / (2 * largest)
 
 
-def colour_range(shapes: SampledModes, name: str, amplitudes: np.ndarray) -> float:
-    """The value at the end of the colour map (never 0), for amplitudes (m,): a bound of the
-    displacement, or of |axial strain|, over time."""
-    largest = amplitudes.sum()
-    if name == "axial strain":
-        largest = (np.abs(shapes.strain) + amplitudes @ shapes.strains).max()
-    return max(float(largest), 1e-9)
-
-
 # The colour maps as bytes (STEPS, 3) of linear light.
 PALETTES = {
     name: instanced(mapped(np.linspace(0.0, 1.0, STEPS), anchors)) for name, anchors in MAPS.items()

@@ -11,7 +11,6 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.scene import ViewOptions
 from beamviz.solver import Solution
 
 STATIONS = 601
@@ -145,11 +144,6 @@ def align_signs(
         if abs(overlap) > 1e-6:
             new *= np.conj(overlap) / abs(overlap)
     return aligned
-
-
-def amplitudes(view: ViewOptions, count: int) -> np.ndarray:
-    """Amplitudes (count,) of the modes [beam lengths]."""
-    return view.amplitude * np.array([*view.shares, *[0.0] * count][:count])
 
 
 def displacement(shapes: SampledModes, phases: np.ndarray, amplitudes: np.ndarray) -> np.ndarray:

@@ -55,20 +55,12 @@ def add_instances(
     """Add a node of instances of a mesh, each with position, orientation, size and colour; all four
     set in one message change their number. Browsers draw such nodes one frame late: all objects
     that move with the beam are of this kind."""
+    wxyz, zeros = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)), np.zeros((count, 3))
+    sizes: Any = {"batched_scales": zeros, "batched_colors": zeros.astype(np.uint8)}
+    look: Any = {"side": "double", "lod": "off", "flat_shading": True, "receive_shadow": False}
+    look |= {"opacity": opacity, "cast_shadow": opacity is None}
     return api.add_batched_meshes_simple(
-        name,
-        mesh.vertices,
-        mesh.faces,
-        batched_wxyzs=np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
-        batched_positions=np.zeros((count, 3)),
-        batched_scales=np.zeros((count, 3)),
-        batched_colors=np.zeros((count, 3), np.uint8),
-        side="double",
-        lod="off",
-        flat_shading=True,
-        receive_shadow=False,
-        cast_shadow=opacity is None,
-        opacity=opacity,
+        name, mesh.vertices, mesh.faces, wxyz, zeros, **sizes, **look
     )
 
 
@@ -125,15 +117,11 @@ class ReferenceShapes:
     """The outline of the undeformed beam, and a translucent body of the equilibrium."""
 
     def __init__(self, api: SceneApi, root: str):
-        self.outline = api.add_line_segments(
-            f"{root}/rotor/undeformed",
-            np.zeros((12, 2, 3)),
-            colours.GHOST,
-            thickness=1.2,
-            thickness_units="screen",
-        )
-        name = f"{root}/rotor/equilibrium"
-        self.equilibrium = add_mesh(api, name, color=colours.GHOST, opacity=0.1)
+        name, edges = f"{root}/rotor/undeformed", np.zeros((12, 2, 3))
+        thin: Any = {"thickness": 1.2, "thickness_units": "screen"}
+        self.outline = api.add_line_segments(name, edges, colours.GHOST, **thin)
+        ghost: Any = {"color": colours.GHOST, "opacity": 0.1}
+        self.equilibrium = add_mesh(api, f"{root}/rotor/equilibrium", **ghost)
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
         self.outline.visible = self.equilibrium.visible = visible
@@ -178,10 +166,6 @@ class Nodes:
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Move the rings onto the line through `points` (n, 3), its pieces oriented by wxyz."""
         if count := len(self.piece):
-            set_properties(
-                self.rings,
-                batched_positions=self.on_beam(points),
-                batched_wxyzs=wxyz[self.piece],
-                batched_scales=np.tile(self.size, (count, 1)),
-                batched_colors=np.tile(self.colour, (count, 1)),
-            )
+            sizes, paint = np.tile(self.size, (count, 1)), np.tile(self.colour, (count, 1))
+            placed = {"batched_positions": self.on_beam(points), "batched_wxyzs": wxyz[self.piece]}
+            set_properties(self.rings, **placed, batched_scales=sizes, batched_colors=paint)

@@ -63,7 +63,7 @@ class SceneView(Feature):
         self.open(visitor.state.scene)
         plane = visitor.state.case.options["plane"]
         self.shapes = SampledModes.at_rest(visitor.state.scene.beam, plane)
-        self.drawn = DrawnBeam.of(self.shapes, visitor.state.view)
+        self.drawn = DrawnBeam(self.shapes, visitor.state.view)
 
     def open(self, scene: Scene) -> None:
         """Begin with a scene that was loaded, which is not solved yet."""
@@ -117,7 +117,7 @@ class SceneView(Feature):
         frequencies in the picture."""
         view, shapes, scale = self.state.view, self.shapes, self.camera.scale
         response = self.run_up.drawn(shapes, scale)
-        self.drawn, self.shown_modes = response or DrawnBeam.of(shapes, view, scale), []
+        self.drawn, self.shown_modes = response or DrawnBeam(shapes, view, scale), []
         self.driven = response is not None
         if self.driven:
             return np.array([self.state.force_per_rev * shapes.beam.gamma])

@@ -49,7 +49,7 @@ class SolvedScene:
         self.solution = solve(scene.beam, **scene.solver_options)
         self.shapes = SampledModes.sampled(self.solution)
         self.warning = stability_warning(self.solution)
-        self.drawn = DrawnBeam.of(self.shapes, scene.view, warning=self.warning)
+        self.drawn = DrawnBeam(self.shapes, scene.view, warning=self.warning)
         rows = range(len(self.shapes.modes)) if self.drawn.in_rows else []
         self.heights = stacked_heights(len(rows) or 1)
         self.shown = [*rows] or self.drawn.shown

@@ -148,27 +148,9 @@ def labelled(solution: Solution, label: str) -> float:
     return float(frequencies.get(label, np.nan))
 
 
-def ratio_to_rest(solution: Solution) -> float:
-    """Lowest frequency over that of the same beam at rest."""
-    rest = frequency(solution.beam.replace(gamma=0), plane=solution.problem.plane)
-    return float(solution.frequencies[0]) / rest
-
-
-def ratio_of_planes(solution: Solution) -> float:
-    """Flapwise B1 over chordwise B1 of the same beam."""
-    beam = solution.beam
-    return frequency(beam, plane="flapwise") / frequency(beam, plane="chordwise")
-
-
 def ratio_to_bare(solution: Solution, label: str = "B1") -> float:
     """Frequency of a mode over that of the beam without its mass."""
     return labelled(solution, label) / frequency(solution.beam.replace(alpha=0), label)
-
-
-def node() -> float:
-    """The only vibration node of B2 of the bare beam."""
-    (x,) = solve(BARE).nodes[1]
-    return float(x)
 
 
 def difference(solution: Solution) -> float:

@@ -38,7 +38,7 @@ class Drawn:
         self.shapes = SampledModes.sampled(self.solution)
         distance = float(np.linalg.norm(camera.viewpoint(self.shapes, True, 16 / 9)))
         view, scale = ViewOptions(colouring=colouring), camera.scale(distance, HEIGHT)
-        self.seen = DrawnBeam.of(self.shapes, view, scale, amplitude * np.array(shares))
+        self.seen = DrawnBeam(self.shapes, view, scale, amplitude * np.array(shares))
         self.pieces = subdivide(self.seen)
 
     def moved(self, shapes: SampledModes, phase: float) -> np.ndarray:
@@ -111,7 +111,7 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
 def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT_SCALE) -> int:
     """Pieces of one mode (0: none)."""
     sizes = amplitude * np.eye(6)[mode][1:]
-    return len(subdivide(DrawnBeam.of(sampled(beam), ViewOptions(), scale, sizes)).strain)
+    return len(subdivide(DrawnBeam(sampled(beam), ViewOptions(), scale, sizes)).strain)
 
 
 def test_the_count_is_small():
@@ -146,7 +146,7 @@ def test_an_overlay_has_faces_for_its_vertices():
     """When the number of pieces changes, both ways."""
     shapes, overlay = sampled(PAPER), BeamView(offline_scene(), overlay=True)
     for mode in (0, 4, 0, 1):
-        overlay.show(DrawnBeam.of(shapes, ViewOptions().only(mode)))
+        overlay.show(DrawnBeam(shapes, ViewOptions().only(mode)))
         overlay.move(np.full(5, math.pi / 2), 0.0)
         assert len(overlay.body.vertices) == 4 * len(overlay.shapes.x)
         assert overlay.body.faces.max() + 1 == len(overlay.body.vertices)

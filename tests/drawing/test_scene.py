@@ -67,7 +67,7 @@ def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspec
 def test_the_title_of_a_row_is_beside_its_beam(scene, beam):
     """Not over one that is bent back past its clamp."""
     shapes = sampled(beam, state="stable")
-    scene.show(DrawnBeam.of(shapes, ViewOptions(all_modes=True), title="B1"))
+    scene.show(DrawnBeam(shapes, ViewOptions(all_modes=True), title="B1"))
     points, _ = to_hub_frame(shapes, shapes.centreline)
     assert np.abs(points[:, 0] - scene.title.point.position[0]).min() > 0.15
 
@@ -94,7 +94,7 @@ def test_all_that_the_beam_sweeps_and_a_bent_beam_are_in_the_picture():
 def test_the_floor_turns_in_the_rotating_frame_and_the_speed_is_never_near_the_beam(scene):
     """The floor turns backwards. From outside, the text of the speed changes its side instead."""
     around, rest = scene.surroundings, np.zeros(5)
-    scene.show(DrawnBeam.of(sampled(Beam(gamma=3)), ViewOptions()))
+    scene.show(DrawnBeam(sampled(Beam(gamma=3)), ViewOptions()))
     for share in (1.0, 0.0):
         scene.choose_frame(share)
         for hub in np.linspace(0, 2 * np.pi, 50):
@@ -138,7 +138,7 @@ def test_a_change_of_view_is_eased(scene, back):
     page_camera.eased = True
     page_camera.look_at(shapes, False, [0.0], settled=True)
     outside = np.array(view.position)
-    scene.show(DrawnBeam.of(shapes, ViewOptions()))
+    scene.show(DrawnBeam(shapes, ViewOptions()))
     view.position, view.look_at = np.array(view.position), np.array(view.look_at)
     page_camera.look_at(shapes, True, [0.0], settled=True)
     assert np.allclose(view.position, outside)
@@ -233,7 +233,7 @@ def test_stretching_modes_never_fold_the_beam():
     shapes = sampled(Beam(mu=12), modes=8)
     assert sum(label.startswith("S") for label in shapes.labels) >= 3
     for k in range(8):
-        sizes = DrawnBeam.of(shapes, ViewOptions(amplitude=MAX_AMPLITUDE).only(k)).amplitudes
+        sizes = DrawnBeam(shapes, ViewOptions(amplitude=MAX_AMPLITUDE).only(k)).amplitudes
         moved = displacement(shapes, np.full(8, 1.5 * math.pi), sizes)
         assert (np.diff((shapes.centreline + moved)[:, 0]) > 0).all()
 

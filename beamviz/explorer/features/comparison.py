@@ -134,7 +134,7 @@ class Comparison:
         self.view = view = self.views[state.stacked]
         view.height = self.heights[-1]
         title = self.case.title
-        view.show(DrawnBeam.of(self.shapes, state.view, main.scale, sizes, title=title))
+        view.show(DrawnBeam(self.shapes, state.view, main.scale, sizes, title=title))
 
     @property
     def captions(self) -> list[Caption]:

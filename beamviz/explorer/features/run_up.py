@@ -109,7 +109,7 @@ class RunUpPlayback:
         size, unlimited = max(PEAK * state.view.amplitude, 1e-9), np.full(1, np.inf)
         modes, nodes = 1j * self.field[None] / size, [np.zeros(0)]
         moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes)
-        return DrawnBeam.of(moved, state.view, scale, np.full(1, size))
+        return DrawnBeam(moved, state.view, scale, np.full(1, size))
 
 
 def started(state: State) -> State:
