@@ -128,18 +128,18 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     assert (guest.values["damping"], guest.values["force_per_rev"]) == (20, 3)
 
 
-def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest):
+def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
     """The force drives the first beam only; the scene says so until a mode is chosen."""
 
-    def is_moving(messages: list[dict[str, Any]]) -> bool:
-        masses = [one for one in messages if one.get("name") == "/scene/rotor/overlay/mass"]
-        return any(abs(one["position"][1]) > 1e-6 for one in masses if "position" in one)
+    def is_moving(_: Any = None) -> bool:
+        second = session.comparison.view
+        return second is not None and abs(second.mass.batched_positions[0, 1]) > 1e-6
 
     guest.choose("comparison", "coriolis", until=is_moving)
     guest.do("run_up", until=lambda _: "Forced response" in guest.texts["scene-caption"])
-    frames = [messages for _ in range(30) if beam_moved(messages := guest.receive(TIMEOUT))]
+    frames = [is_moving() for _ in range(30) if beam_moved(guest.receive(TIMEOUT))]
     assert len(frames) > 10
-    assert not any(map(is_moving, frames))
+    assert not any(frames)
     guest.do("gamma", 4.0, until=lambda _: guest.charts["run-up-chart"]["cursor"]["x"] == 4.0)
     assert "Forced response" in guest.texts["scene-caption"]
     guest.do("only", 1, until=is_moving)
