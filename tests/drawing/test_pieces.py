@@ -146,7 +146,7 @@ def test_an_overlay_has_faces_for_its_vertices():
     """When the number of pieces changes, both ways. It turns with the hub of the other beam."""
     shapes, overlay = sampled(PAPER), BeamView(offline_scene(), overlay=True)
     for mode in (0, 4, 0, 1):
-        overlay.show(DrawnBeam(shapes, ViewOptions(rotating_frame=False).only(mode)))
+        overlay.show(DrawnBeam(shapes, ViewOptions(rotating_frame=mode == 0).only(mode)))
         overlay.move(np.full(5, math.pi / 2), 1.0)
         assert np.allclose([*overlay.rotor.wxyz, *overlay.frame.position], [1, *[0] * 6])
         assert len(overlay.body.vertices) == 4 * len(overlay.shapes.x)
