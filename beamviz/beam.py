@@ -232,8 +232,7 @@ class Beam:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """A beam from a TOML file with the keywords of `from_si`; InvalidInput names the file and
-        the mistake."""
+        """A beam from a TOML file of `from_si` keywords; InvalidInput names file and mistake."""
         return cls.from_si(**check_si_keys(parse_toml(read_small(path), str(path)), str(path)))
 
 

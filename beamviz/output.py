@@ -307,8 +307,7 @@ def frequency_lines(loci: "Loci") -> list[str]:
 
 
 def branch_cells(branch: "Branch", rows: list[int]) -> Iterator[str]:
-    """The frequencies of a branch with their significant decimals; a letter marks a family other
-    than the label's."""
+    """Frequencies of a branch, significant decimals; a letter marks a family unlike the label's."""
     errors = [branch.error[i] for i in rows if branch.mode_index[i] >= 0]
     decimals = min([5, *map(significant_decimals, errors)])
     for i in rows:

@@ -118,8 +118,7 @@ def paper_laws(mu: float) -> dict[str, Any]:
 
 
 def element_masses(beam: Beam, elements: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Mass matrices (8, 8) of each element and of the concentrated mass in it, for r1, r2, r1',
-    r2' of both its nodes."""
+    """Mass matrices (8, 8) of each element and the mass in it, for r1, r2, r1', r2' of its ends."""
     h = 1 / elements
     scale = np.array([1, h, 1, h])
     distributed = np.kron(h / 420 * HERMITE * np.outer(scale, scale), np.eye(2))

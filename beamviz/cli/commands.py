@@ -37,6 +37,18 @@ Name = Literal["gamma", "alpha", "beta", "delta", "mu", "spin_up"]
 FROM_HELP = "Look from this direction, 0,0,1 being above and 0,-1,0 beside the beam."
 DIRECTION = option(FROM_HELP, "--from", parser=parse_triple, metavar="X,Y,Z")
 ZOOM = number("Zoom factor; 1: the beam fills the picture.")
+FOLLOW_HELP = "Lecture: every page follows that of a presenter, who has a second link."
+PROCESSES_HELP = (
+    "Processes that share the visitors (default: one for each core if --host admits other machines,"
+    " else 1; with --follow, and on other systems than Linux, 1)."
+)
+PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
+EXPORT_HELP = (
+    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv,"
+    " npz: frequencies, shapes and equilibrium; png, svg, pdf: with --sweep, a map of the frequency"
+    " of --mode over two parameters."
+)
+PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
 KEPT = "interrupted; what is written is kept: run the same command again to resume"
 EVERY = 10.0  # [s] between lines of progress where stderr is no terminal
 
@@ -203,19 +215,8 @@ def serve(
     public_url: Annotated[
         str, option("Its address behind a reverse proxy.", metavar="https://NAME")
     ] = "",
-    follow: Annotated[
-        bool,
-        option(
-            "Lecture: every page follows that of a presenter, who has a second link.", "--follow"
-        ),
-    ] = False,
-    processes: Annotated[
-        int | None,
-        number(
-            "Processes that share the visitors (default: one for each core if --host admits other"
-            " machines, else 1; with --follow, and on other systems than Linux, 1)."
-        ),
-    ] = None,
+    follow: Annotated[bool, option(FOLLOW_HELP, "--follow")] = False,
+    processes: Annotated[int | None, number(PROCESSES_HELP)] = None,
 ) -> None:
     """The explorer in a browser; Ctrl-C ends it. Without a beam, a model or a scene it opens on a
     beam with a mass in rotation, two modes superimposed."""
@@ -257,10 +258,7 @@ def animate(
     width: Annotated[int, number("Width in pixels.")] = 640,
     height: Annotated[int, number("Height in pixels.")] = 360,
     fps: Annotated[float, number("Frames per second, 5 .. 50.")] = 25.0,
-    periods: Annotated[
-        int | None,
-        number("Periods of the first mode shown (default: as few as make a seamless loop)."),
-    ] = None,
+    periods: Annotated[int | None, number(PERIODS_HELP)] = None,
 ) -> None:
     """The 3D scene as a seamlessly looping film, without a display."""
     options = dict(locals())
@@ -284,13 +282,7 @@ def export(
     scene: Any,
     context: typer.Context,
     path: Annotated[
-        Path,
-        typer.Argument(
-            help="html: a page with film, chart and table, without a network; glb: an animated"
-            " 3D model; csv, npz: frequencies, shapes and equilibrium; png, svg, pdf: with --sweep,"
-            " a map of the frequency of --mode over two parameters.",
-            metavar="OUT.html|glb|csv|npz|png|svg|pdf",
-        ),
+        Path, typer.Argument(help=EXPORT_HELP, metavar="OUT.html|glb|csv|npz|png|svg|pdf")
     ],
     sweep: Annotated[Path | None, SWEEP_STORE] = None,
     over: Annotated[
@@ -336,12 +328,7 @@ def lessons(
 def reproduce(
     out: Folder,
     names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all.",
-            metavar="NAME",
-            show_default="all",
-        ),
+        list[str] | None, typer.Argument(help=PAPER_HELP, metavar="NAME", show_default="all")
     ] = None,
 ) -> None:
     """The paper's tables and figures, beside the numbers its text prints."""

@@ -82,8 +82,7 @@ MODELS |= {"rigid": {"method": "foac"}, "unstiffened": {"method": "zoac"}}
 
 
 class Method(NamedTuple):
-    """A method with its options of `solve`, its model, and a larger number of terms where it has
-    terms."""
+    """A method with its options of `solve`, its model, and a larger number of terms, if any."""
 
     name: str
     options: dict[str, Any]

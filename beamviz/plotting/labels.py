@@ -113,7 +113,6 @@ def label_line_ends(axes: Axes, ends: Sequence[EndLabel]) -> None:
 
 
 def draw_legend(figure: Figure, lines: Mapping[str, Any], left: float, middle: float) -> None:
-    """A legend in one row, from a place given in fractions of the figure; lines: styles of lines
-    and markers by their meaning."""
+    """A legend in one row at a place in fractions of the figure; lines: styles by their meaning."""
     handles = [Line2D([], [], label=label, **style) for label, style in lines.items()]
     figure.legend(handles=handles, bbox_to_anchor=(left, middle), ncols=len(lines), **LEGEND)

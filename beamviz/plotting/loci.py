@@ -160,8 +160,7 @@ class Chart:
         axes.text(*middle, text, rotation=rotation, **ON_LIMIT)
 
     def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:
-        """The per-rev lines, labelled where they leave the frame at its top; labels of those that
-        leave it on the right."""
+        """Per-rev lines, labelled where they leave the frame at its top; the labels of others."""
         top, (first, last) = self.axes.get_ylim()[1], self.loci.values[[0, -1]]
         ends = []
         for k in multiples:

@@ -85,11 +85,8 @@ def draw_map(
     length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
     units = Units(length, time) if length and time else None
     (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
-    x, y, values = (
-        to_x(axes[over[0]]),
-        to_y(axes[over[1]]),
-        units.hertz(values) if units else values,
-    )
+    x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
+    values = units.hertz(values) if units else values
     draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
     draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
