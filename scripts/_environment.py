@@ -50,31 +50,23 @@ def python_of(venv: Path) -> Path:
 
 def ensure(extra: str = "", root: Path = ROOT, venv: Path = VENV) -> Path:
     """The interpreter of an environment holding beamviz and one of its extras; made if needed."""
-    wanted = fingerprint(root)
-    if not any(is_current(venv, done, wanted) for done in {extra, "test"}):
+    python, wanted = python_of(venv), fingerprint(root)
+    # Written last: the installation came to its end. That for the tests holds all the others.
+    stamps = [venv / f"beamviz-{name}.stamp" for name in (extra or "plain", "test")]
+    done = [stamp for stamp in stamps if stamp.exists() and stamp.read_text() == wanted]
+    if not (python.exists() and done):
         create(venv)
         for old in venv.glob("beamviz-*.stamp"):
             old.unlink()
         install(venv, root, extra)
-        stamp(venv, extra).write_text(wanted)
-    return python_of(venv)
+        stamps[0].write_text(wanted)
+    return python
 
 
 def fingerprint(root: Path) -> str:
     """What an installation depends on: the project file, where it lies, and the Python."""
     text = f"{root}\n{sys.version_info[:2]}\n".encode() + (root / "pyproject.toml").read_bytes()
     return hashlib.sha256(text).hexdigest()
-
-
-def stamp(venv: Path, extra: str) -> Path:
-    """The file that says, written last, that an installation came to its end."""
-    return venv / f"beamviz-{extra or 'plain'}.stamp"
-
-
-def is_current(venv: Path, extra: str, wanted: str) -> bool:
-    """Whether the environment holds this extra of exactly this project."""
-    file = stamp(venv, extra)
-    return python_of(venv).exists() and file.exists() and file.read_text() == wanted
 
 
 def create(venv: Path) -> None:

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from typing import Any
 
 from _browser import find_or_fetch
 from _environment import ROOT, ensure, say
@@ -35,7 +36,8 @@ def main(options: list[str]) -> int:
     python = ensure("test")
     browser = find_or_fetch(python)
     say(f"browser: {browser}" if browser else "no browser: the tests of the page are skipped")
-    failed = ["browser"] if not browser and browser_is_required() else []
+    required = os.environ.get("CI") and os.environ.get("BEAMVIZ_BROWSER") != "none"
+    failed = ["browser"] if required and not browser else []
     environment = {**os.environ, "BEAMVIZ_BROWSER": browser or "none"}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)  # each process would compile all modules again
     background = []
@@ -48,11 +50,6 @@ def main(options: list[str]) -> int:
     failed += [check.name for check in background if not check.passed()]
     say(f"FAILED: {', '.join(failed)}" if failed else "all checks passed")
     return 1 if failed else 0
-
-
-def browser_is_required() -> bool:
-    """Whether the tests of the page must not be skipped."""
-    return bool(os.environ.get("CI")) and os.environ.get("BEAMVIZ_BROWSER") != "none"
 
 
 def pytest_options(options: list[str]) -> list[str]:
@@ -68,14 +65,8 @@ class Check:
         self.name, self.began = name, time.monotonic()
         self.output = tempfile.TemporaryFile() if name in IN_BACKGROUND else None  # noqa: SIM115
         say(f"{name}: {' '.join(command[2:])}")
-        self.process = subprocess.Popen(
-            command,
-            cwd=ROOT,
-            env=environment,
-            stdin=subprocess.DEVNULL,
-            stdout=self.output,
-            stderr=self.output,
-        )
+        streams: Any = {"stdin": subprocess.DEVNULL, "stdout": self.output, "stderr": self.output}
+        self.process = subprocess.Popen(command, cwd=ROOT, env=environment, **streams)
 
     def passed(self) -> bool:
         """Wait for the end, show the output that was kept; whether the check passed."""
