@@ -4,11 +4,10 @@ Starts the explorer with all its processes, connects WebSocket clients to it (a 
 its own drawing), and prints rows of (key, value, unit): frames per second of the visitor with the
 fewest, time from an edit to the frame with its table, cost of the server and of the clients on the
 same machine, and growth of the server's memory. With `--visitors 1` it measures the delay of one
-visitor, with `--paused` while the beam does not move, with `--bent` on a beam past buckling. Run it
-on a machine that does nothing else:
+visitor, with `--bent` on a beam past buckling. Run it on a machine that does nothing else:
 
     python scripts/load.py [--visitors 60] [--seconds 60] [--processes 2] [--resolves 20000]
-                           [--paused] [--bent]
+                           [--bent]
 """
 
 import asyncio
@@ -74,7 +73,6 @@ class Visitor:
     An edit is answered by its own table or that of a later edit."""
 
     pace: float = 1 / EDITS  # [s] between two edits
-    paused: bool = False
     speeds: list[float] = field(default_factory=list)
     bridge: str = ""  # the control that takes actions
     actions: int = 0
@@ -103,21 +101,15 @@ class Visitor:
         """Move the slider up, again and again, from a random value on."""
         while not self.bridge:
             await asyncio.sleep(self.pace)
-        if self.paused:
-            await self.act(line, "playing", "false")
         k = random.randrange(len(self.speeds))
         while True:
             await asyncio.sleep(self.pace)
             k = (k + 1) % len(self.speeds)
             self.waiting.append((k, time.perf_counter()))
-            await self.act(line, "gamma", str(self.speeds[k]))
-
-    async def act(self, line: ClientConnection, action: str, value: str) -> None:
-        """Send an action of the page."""
-        self.actions += 1
-        updates = {"value": f'[{self.actions}, "{action}", {value}]'}
-        message = {"type": "GuiUpdateMessage", "uuid": self.bridge, "updates": updates}
-        await line.send(msgspec.msgpack.encode(message))
+            self.actions += 1
+            updates = {"value": f'[{self.actions}, "gamma", {self.speeds[k]}]'}
+            message = {"type": "GuiUpdateMessage", "uuid": self.bridge, "updates": updates}
+            await line.send(msgspec.msgpack.encode(message))
 
     def receive(self, data: bytes, texts: dict[str, int]) -> None:
         """Count frames, and find the edit that a new table answers. Messages are searched, not
@@ -230,7 +222,6 @@ def main() -> None:
     parser.add_argument("--seconds", type=_script.count, default=60)
     parser.add_argument("--processes", type=_script.count, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--resolves", type=_script.count, default=0, help="answers, at least")
-    parser.add_argument("--paused", action="store_true", help="measure without animation")
     parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()
     drag = BENT if options.bent else STRAIGHT
@@ -240,8 +231,7 @@ def main() -> None:
         try:
             assert process.stdout
             url = next(w for w in process.stdout.readline().split() if w.startswith("http"))
-            count = range(options.visitors)
-            visitors = [Visitor(paused=options.paused, speeds=drag.speeds) for _ in count]
+            visitors = [Visitor(speeds=drag.speeds) for _ in range(options.visitors)]
             measured = measure(url, drag, visitors, options.seconds, process.pid, options.resolves)
             for key, value, unit in asyncio.run(measured):
                 _script.print_row(key, float(value), unit)
