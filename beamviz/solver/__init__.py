@@ -100,13 +100,13 @@ def __getattr__(name: str) -> Any:
 def parse_keywords(**options: Any) -> Problem:
     """The problem with these options by name, the others by default; raises InvalidInput. Valid
     combinations are cached: a slider or a sweep repeats them."""
-    for name in options.keys() - DEFAULTS.keys():
+    values = DEFAULTS | options
+    for name in list(values)[len(DEFAULTS) :]:
         raise unknown_keyword("option", name, OPTIONS)
-    values = (DEFAULTS | options).values()
     try:
-        return _validated(*values)
+        return _validated(*values.values())
     except TypeError:  # an unhashable option
-        return _validated.__wrapped__(*values)
+        return _validated.__wrapped__(*values.values())
 
 
 @lru_cache(maxsize=256, typed=True)
@@ -134,12 +134,9 @@ def _validated(*options: Any) -> Problem:
 
 
 def _solve(
-    beams: list[Beam],
-    problem: Problem,
-    extra_modes: int = 0,
-    common_mesh: CommonMesh | None = None,
+    beams: list[Beam], problem: Problem, extra_modes: int = 0, common_mesh: CommonMesh | None = None
 ) -> list[Answer]:
-    """Dispatch to the package of the method; those other than `hp` are imported on first use."""
+    """Dispatch to the method; those other than `hp` are imported on first use."""
     start, package = time.perf_counter(), METHODS[problem.method].package
     answers: list[Answer]
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
@@ -148,7 +145,8 @@ def _solve(
         interruption.get()()
         answers = solve_hp(beams, problem, extra_modes, common_mesh)
     else:
-        solve_one = import_module(f"beamviz.solver.{package}").solve
+        module, function = package.split(".")
+        solve_one = getattr(import_module(f"beamviz.solver.{module}"), function)
         more = replace(problem, modes=problem.modes + extra_modes)
         answers = [_attempt(solve_one, beam, more) for beam in beams]
     seconds = time.perf_counter() - start

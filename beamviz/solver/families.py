@@ -95,21 +95,15 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
     return np.append(np.concatenate(x), beam.beta), np.append(np.concatenate(w), beam.alpha)
 
 
-def unstretched(x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The curve of the straight, unstretched beam."""
-    return straight(x, np.ones_like(x))
-
-
 def build_solution(
     beam: Beam,
     problem: Problem,
     modes: Modes,
     size: tuple[int, int, int],
-    curve: Curve = unstretched,
+    curve: Curve = straight,
     iterations: int = 0,
 ) -> Solution:
-    """The Solution. size: unknowns, elements, order. curve,
-    iterations: of the equilibrium."""
+    """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
     equilibrium = Equilibrium(bool(omega_squared[0] >= 0), iterations, curve)
     stats = Stats(dof, problem.method, elements, order)

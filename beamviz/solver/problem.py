@@ -50,13 +50,10 @@ class Problem:
     @property
     def described(self) -> str:
         """The terms of the theory in words."""
-        terms = {
-            "Coriolis": self.gyroscopic, "stiffening": self.stiffens, "softening": self.softening
-        }  # fmt: skip
-        absent = [name for name, present in terms.items() if not present]
         parts = [f"{self.strain} strain", f"{self.curvature} curvature", self.plane]
-        parts += ["with Coriolis"] * self.gyroscopic + [f"without {name}" for name in absent]
-        return ", ".join(parts)
+        parts.append("with Coriolis" if self.gyroscopic else "without Coriolis")
+        parts += ["without stiffening"] * (not self.stiffens)
+        return ", ".join(parts + ["without softening"] * (not self.softening))
 
     @cached_property
     def strain_law(self) -> StrainLaw:
@@ -124,9 +121,9 @@ class Resolution(NamedTuple):
 
 
 class Method(NamedTuple):
-    """A row of the table of methods. package: or module, under beamviz/solver, imported on first
-    use. source: publication. choose: when to use it. rigid_tension: whether the tension is that of
-    the unstretched beam (first-order coupling)."""
+    """A row of the table of methods. package: "hp", or module and function under beamviz/solver,
+    imported on first use. source: publication. choose: when to use it. rigid_tension: whether the
+    tension is that of the unstretched beam (first-order coupling)."""
 
     package: str
     unsupported: tuple[str, ...]  # options
@@ -137,7 +134,7 @@ class Method(NamedTuple):
 
 
 HP = "hp", ("elements", "terms"), None
-FEM = "fem", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: as in the paper
+FEM = "fem.solve", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)
 METHODS = {
     "auto": Method(
         *HP,
@@ -173,7 +170,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "assumed-modes": Method(
-        "series",
+        "series.assumed_modes",
         ("elements", *SWITCHES),
         Resolution("terms", 10, 1, 100),  # cosh overflows soon after
         "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
@@ -181,7 +178,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "power-series": Method(
-        "series",
+        "series.power_series",
         ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 80, 6, 1000, math.inf),
         "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
@@ -189,7 +186,7 @@ METHODS = {
         rigid_tension=True,
     ),
     "chebyshev": Method(
-        "series",
+        "series.chebyshev_collocation",
         ("elements", "coriolis", *SWITCHES),
         Resolution("terms", 32, 2, 200),
         "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",

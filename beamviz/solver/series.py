@@ -40,6 +40,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.polynomial.polynomial import polyder, polyval
+from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
@@ -59,15 +60,10 @@ SAMPLES = 200
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 
-Function = Callable[[np.ndarray], np.ndarray]
+Function = Callable[[NDArray], NDArray]
 
 
-def solve(beam: Beam, problem: Problem) -> Solution:
-    """The modes by the series of the problem's method."""
-    return METHODS[problem.method](beam, problem)
-
-
-def _assumed_modes(beam: Beam, problem: Problem) -> Solution:
+def assumed_modes(beam: Beam, problem: Problem) -> Solution:
     """The modes on some functions across the beam and as many along it."""
     terms = problem.resolution
     x, masses = families.quadrature(beam, 2 * terms + 12)  # exact to rounding
@@ -82,9 +78,12 @@ def _assumed_modes(beam: Beam, problem: Problem) -> Solution:
     return families.build_solution(beam, problem, modes, (2 * terms, 1, terms))
 
 
-def clamped_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def clamped_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Bending modes of a cantilever at rest, of unit mass."""
-    b = wave_numbers(terms)
+    b = (np.arange(terms) + 0.5) * np.pi
+    b[0] = 1.875
+    for _ in range(NEWTON_ITERATIONS):  # the roots of cos b cosh b = -1
+        b = b - (np.cos(b) + 1 / np.cosh(b)) / (-np.sin(b) - np.tanh(b) / np.cosh(b))
     ratio = (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
     z = x[:, None] * b
     c, s, ch, sh = np.cos(z), np.sin(z), np.cosh(z), np.sinh(z)
@@ -92,24 +91,13 @@ def clamped_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.
     return ch - c - ratio * (sh - s), slope, curvature
 
 
-def wave_numbers(terms: int) -> np.ndarray:
-    """The roots of cos b cosh b = -1, by Newton's method."""
-    b = (np.arange(terms) + 0.5) * np.pi
-    b[0] = 1.875
-    for _ in range(NEWTON_ITERATIONS):
-        b = b - (np.cos(b) + 1 / np.cosh(b)) / (-np.sin(b) - np.tanh(b) / np.cosh(b))
-    return b
-
-
-def fixed_free(terms: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def fixed_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray]:
     """Stretching modes of a bar at rest, of unit mass."""
     z = (np.arange(terms) + 0.5) * np.pi
     return np.sqrt(2) * np.sin(x[:, None] * z), np.sqrt(2) * z * np.cos(x[:, None] * z)
 
 
-def _combined(
-    basis: Callable[[int, np.ndarray], tuple], coefficients: np.ndarray, x: np.ndarray
-) -> np.ndarray:
+def _combined(basis: Callable[[int, NDArray], tuple], coefficients: NDArray, x: NDArray) -> NDArray:
     """Combinations (len(x), modes) of basis functions, coefficients (terms, modes)."""
     return basis(len(coefficients), x)[0] @ coefficients
 
@@ -123,7 +111,7 @@ class Part(NamedTuple):
 
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
-def _power_series(beam: Beam, problem: Problem) -> Solution:
+def power_series(beam: Beam, problem: Problem) -> Solution:
     """The modes, w with as many powers as terms on each part of the beam. Raises
     NotConverged where the determinant is rounding, and for too few roots."""
     terms, modes = problem.resolution, problem.modes
@@ -145,16 +133,19 @@ def parts(beam: Beam) -> list[Part]:
     return found
 
 
-def series(
-    beam: Beam, terms: int, Lambda: np.ndarray
-) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
+def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDArray, NDArray]:
     """The two solutions that satisfy the clamp for each Lambda (k,): their coefficients (terms, 2,
-    k) on each part, and moment and shear (2, k) at the tip."""
+    k) in xi on each part, from w'''' = (N w')' + Lambda w power by power, and moment and shear (2,
+    k) at the tip."""
     start = np.zeros((4, 2, len(Lambda)))  # w, w', w''/2, w'''/6
     start[2, 0] = start[3, 1] = 1.0
     coefficients = []
     for part in parts(beam):
-        c = recurrence(part, start, terms, Lambda)
+        (n0, n1, n2), c = part.tension, np.zeros((terms, *start.shape[1:]))
+        c[:4] = start
+        for k in range(terms - 4):
+            tension = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
+            c[k + 4] = ((k + 1) * tension + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
         coefficients.append(c)
         at_end = (np.asarray(polyval(part.length, polyder(c, k))) for k in range(4))
         w, slope, moment, third = at_end
@@ -167,22 +158,11 @@ def series(
     return coefficients, moment, shear
 
 
-def recurrence(part: Part, start: np.ndarray, terms: int, Lambda: np.ndarray) -> np.ndarray:
-    """Coefficients (terms, 2, k) of w in xi: w'''' = (N w')' + Lambda w, power by power."""
-    n0, n1, n2 = part.tension
-    c = np.zeros((terms, *start.shape[1:]))
-    c[:4] = start
-    for k in range(terms - 4):
-        tension = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
-        c[k + 4] = ((k + 1) * tension + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
-    return c
-
-
 def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
     """The roots of the determinant of moment and shear at the tip, and their shapes."""
     from scipy.interpolate import PPoly  # loads much that assumed modes do not need
 
-    def determinant(s: np.ndarray) -> np.ndarray:
+    def determinant(s: NDArray) -> NDArray:
         """Relative to its two products."""
         _, moment, shear = series(beam, terms, s * abs(s))
         first, second = moment[0] * shear[1], moment[1] * shear[0]
@@ -201,7 +181,7 @@ def _stretching(beam: Beam, modes: int) -> Family:
     """u = sin zx up to the mass, and a second sine beyond it; Lambda = (mu z)^2."""
     alpha, beta = beam.alpha, beam.beta
 
-    def slope_at_tip(z: np.ndarray) -> np.ndarray:
+    def slope_at_tip(z: NDArray) -> NDArray:
         return np.cos(z) - alpha * z * np.sin(z * beta) * np.cos(z * (1 - beta))
 
     grid = np.linspace(0, np.pi * (modes + 1), 2 * SCAN_POINTS * (modes + 1))
@@ -210,7 +190,7 @@ def _stretching(beam: Beam, modes: int) -> Family:
     return Family((beam.mu * z) ** 2 - beam.gamma**2, partial(_sines, beam, z, scale))
 
 
-def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> np.ndarray:
+def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> NDArray:
     """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow but stay smaller than
     the distance of bending modes. Compression makes Lambda negative, by less than its square."""
     x = (np.arange(SAMPLES) + 0.5) / SAMPLES
@@ -234,23 +214,23 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
     raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
 
 
-def _refined_roots(function: Function, grid: np.ndarray) -> np.ndarray:
+def _refined_roots(function: Function, grid: NDArray) -> NDArray:
     """The roots between grid points where the function changes sign."""
     values = function(grid)
     k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
     return false_position(function, grid[k], grid[k + 1])
 
 
-def _sines(beam: Beam, z: np.ndarray, scale: np.ndarray | float, x: np.ndarray) -> np.ndarray:
+def _sines(beam: Beam, z: NDArray, scale: NDArray | float, x: NDArray) -> NDArray:
     """Stretching shapes of wave numbers z at x: (len(x), modes)."""
     beyond = np.maximum(x - beam.beta, 0.0)[:, None]
     kink = beam.alpha * z * np.sin(z * beam.beta) * np.sin(z * beyond)
     return scale * (np.sin(x[:, None] * z) - kink)
 
 
-def _unit_mass(beam: Beam, shapes: Shapes) -> np.ndarray:
-    """The factors (modes,) that give shapes unit modal mass."""
-    x, weights = families.quadrature(beam)
+def _unit_mass(beam: Beam, shapes: Shapes, points: int = 64) -> NDArray:
+    """The factors (modes,) that give shapes unit modal mass, by so many Gauss points on a part."""
+    x, weights = families.quadrature(beam, points)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
 
 
@@ -258,10 +238,10 @@ class ChebyshevGrid(NamedTuple):
     """Chebyshev points of each part of the beam, its ends included, and integrals between them."""
 
     ends: tuple[float, ...]  # of the parts
-    points: np.ndarray  # (n,)
-    from_clamp: np.ndarray  # (n, n): values -> integral from the clamp to each point
-    to_tip: np.ndarray  # (n, n): values -> integral from each point to the tip
-    to_series: np.ndarray  # (order + 1, order + 1): values on a part -> Chebyshev coefficients
+    points: NDArray  # (n,)
+    from_clamp: NDArray  # (n, n): values -> integral from the clamp to each point
+    to_tip: NDArray  # (n, n): values -> integral from each point to the tip
+    to_series: NDArray  # (order + 1, order + 1): values on a part -> Chebyshev coefficients
 
 
 @lru_cache(maxsize=32)
@@ -281,7 +261,7 @@ def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
     return ChebyshevGrid(ends, *map(read_only, (points, J, J[-1] - J, to_series)))
 
 
-def _chebyshev(beam: Beam, problem: Problem) -> Solution:
+def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
     """The modes with polynomials of an order, about the state of the same. Raises NoEquilibrium
     with the limit, NotConverged."""
     order = problem.resolution
@@ -308,15 +288,15 @@ def _chebyshev(beam: Beam, problem: Problem) -> Solution:
     return families.build_solution(beam, problem, modes, size, curve, root.iterations)
 
 
-def _equilibrium(on: ChebyshevGrid, R: np.ndarray, beam: Beam, law: StrainLaw) -> Root:
+def _equilibrium(on: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) -> Root:
     """The stretch (n,) in balance with its own centrifugal force, followed from rest."""
     RJ, pull = R @ on.from_clamp, beam.delta * R.sum(axis=1)
 
-    def increment(load: float, f: np.ndarray) -> np.ndarray:
+    def increment(load: float, f: NDArray) -> NDArray:
         tangent = np.diag(law.stiffness(f)) - load * RJ
         return -np.linalg.solve(tangent, law.force(f) - load * (RJ @ f + pull))
 
-    def margin(load: float, f: np.ndarray) -> float:
+    def margin(load: float, f: NDArray) -> float:
         """1 at rest, 0 where the branch ends: the law's slope, and the beam's along itself."""
         slope = law.stiffness(f)
         if f.min() <= law.min_stretch or slope.min() <= 0:
@@ -332,12 +312,7 @@ def _equilibrium(on: ChebyshevGrid, R: np.ndarray, beam: Beam, law: StrainLaw) -
 
 
 def _lowest(
-    on: ChebyshevGrid,
-    beam: Beam,
-    A: np.ndarray,
-    B: np.ndarray,
-    displacement: np.ndarray,
-    modes: int,
+    on: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
 ) -> Family:
     """The lowest real omega^2 of A y = omega^2 B y, through 1 / omega^2, and the polynomials
     through their displacements, from y to displacements at the points a matrix."""
@@ -352,14 +327,11 @@ def _lowest(
             " may help"
         )
     values = displacement @ y[:, kept[picks]].real
-    at_mass = np.argmin(abs(on.points - beam.beta))
-    mass = on.from_clamp[-1] @ values**2
-    if on.points[at_mass] == beam.beta:
-        mass = mass + beam.alpha * values[at_mass] ** 2
-    return Family(omega_squared[picks], partial(_values, on, values / np.sqrt(mass)))
+    scale = _unit_mass(beam, partial(_values, on, values), len(on.to_series))
+    return Family(omega_squared[picks], partial(_values, on, values * scale))
 
 
-def _values(on: ChebyshevGrid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _values(on: ChebyshevGrid, values: NDArray, x: NDArray) -> NDArray:
     """Polynomials through values (n, k) at the points, at x: (len(x), k)."""
     size = len(on.to_series)
     part = np.maximum(np.searchsorted(on.ends, x) - 1, 0)
@@ -370,15 +342,6 @@ def _values(on: ChebyshevGrid, values: np.ndarray, x: np.ndarray) -> np.ndarray:
     return found
 
 
-def _curve(
-    on: ChebyshevGrid, f: np.ndarray, x: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _curve(on: ChebyshevGrid, f: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Position, stretch and angle of the equilibrium."""
     return straight(*_values(on, np.column_stack((on.from_clamp @ f, f)), x).T)
-
-
-METHODS = {
-    "assumed-modes": _assumed_modes,
-    "power-series": _power_series,
-    "chebyshev": _chebyshev,
-}

@@ -162,10 +162,9 @@ class Solution:
         energy) is real and positive at the tip. Raises IndexError for a mode that was not solved
         for, ValueError for x outside [0, 1].
         """
-        if not 0 <= k < len(self.omega_squared):
-            raise IndexError(
-                f"mode {k}: this solution has modes 0 .. {len(self.omega_squared) - 1}"
-            )
+        last = len(self.omega_squared) - 1
+        if not 0 <= k <= last:
+            raise IndexError(f"mode {k}: this solution has modes 0 .. {last}")
         return self.displacement(x)[:, :, k]
 
     def displacement(self, x: np.ndarray) -> np.ndarray:
@@ -188,7 +187,6 @@ class Solution:
     @cached_property
     def nodes(self) -> tuple[np.ndarray, ...]:
         """Vibration nodes x of each mode: where its larger component is zero at all times."""
-        modes = len(self.omega_squared)
         # Dense where boundary layers may be thin: at the clamp, the mass and the tip.
         near = np.geomspace(1e-5, 0.01, 40)
         near = np.add.outer((0.0, self.beam.beta, 1.0), np.append(near, -near))
@@ -201,7 +199,7 @@ class Solution:
         roots = false_position(
             lambda x: self._larger_components(x)[each, mode], x[before], x[before + 1]
         )
-        return tuple(read_only(roots[mode == k]) for k in range(modes))
+        return tuple(read_only(roots[mode == k]) for k in range(len(self.omega_squared)))
 
     def _larger_components(self, x: np.ndarray) -> np.ndarray:
         """The larger component (len(x), modes) of each mode at x."""
@@ -240,10 +238,12 @@ def false_position(
     return b
 
 
-def straight(along: np.ndarray, stretch: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def straight(
+    along: np.ndarray, stretch: np.ndarray | float = 1.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The curve of a straight beam."""
     zero = np.zeros_like(along)
-    return np.column_stack((along, zero)), stretch, zero
+    return np.column_stack((along, zero)), zero + stretch, zero
 
 
 def _points(x: np.ndarray) -> np.ndarray:

@@ -19,12 +19,7 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
 from beamviz.solver.hp.equilibrium import axial_problem, single
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.mesh_design import (
-    Span,
-    distances,
-    find_spans,
-    unstretched_positions,
-)
+from beamviz.solver.hp.mesh_design import Span, distances, find_spans, unstretched_positions
 from beamviz.solver.hp.refinement import design
 from beamviz.solver.problem import Problem
 

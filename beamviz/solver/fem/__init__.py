@@ -52,7 +52,8 @@ def _ancf(model: PlanarBeam) -> Assembled:
     """Stiffness by parts, along and across the beam, about the equilibrium of the full residual."""
     root = straight_equilibrium(model)
     q = root.state[::2]
-    Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q))
+    tension = model.beam.mu**2 * model.law.force(gradient(model, q))
+    Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q, tension))
     return q, root.iterations, Ka[1:, 1:], Kb[2:, 2:]
 
 
@@ -70,7 +71,8 @@ def _linear(model: PlanarBeam) -> Assembled:
     arm = rest + model.beam.delta * np.tile([1.0, 0.0], len(model.nodes))
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
-    return rest + u, 1, K[1:, 1:], _dense(prestressed(model, u))[2:, 2:]
+    tension = model.beam.mu**2 * gradient(model, u)
+    return rest + u, 1, K[1:, 1:], _dense(bending(model, rest, tension))[2:, 2:]
 
 
 ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
@@ -189,21 +191,14 @@ def axial(model: PlanarBeam, q: NDArray) -> NDArray:
     return _form(model.dS, model.weights * stiffness)
 
 
-def bending(model: PlanarBeam, q: NDArray) -> NDArray:
-    """Stiffness of each element across the beam at r1 = q: (n, 4, 4)."""
+def bending(model: PlanarBeam, q: NDArray, tension: NDArray) -> NDArray:
+    """Stiffness (n, 4, 4) of each element across the beam at r1 = q under a tension (n, p)."""
     f = gradient(model, q)
     df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
     angle = model.dS / f[..., None]  # theta = w'/f
     slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
     stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature_power)
-    tension = model.weights * model.beam.mu**2 * model.law.force(f) * f  # N f
-    return _form(slope, stiffness) + _form(angle, tension)
-
-
-def prestressed(model: PlanarBeam, u: NDArray) -> NDArray:
-    """Stiffness of each element under a linear bar's tension mu^2 u', unstretched: (n, 4, 4)."""
-    tension = model.weights * model.beam.mu**2 * gradient(model, u)
-    return _form(model.ddS, model.weights) + _form(model.dS, tension)
+    return _form(slope, stiffness) + _form(angle, model.weights * tension * f)
 
 
 def _form(B: NDArray, density: NDArray) -> NDArray:

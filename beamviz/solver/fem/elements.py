@@ -32,6 +32,7 @@ MASS_DEGREE = 6  # S' S of cubics
 AXIAL_DEGREE = 8
 
 TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x; the paper's I~: r' x r'' = r' TURN' r''
+CROSS = np.fliplr(np.diag([1.0, -1.0, -1.0, 1.0]))  # r' x r'' = s' CROSS s / 2
 
 
 def gauss(degree: int) -> tuple[NDArray, NDArray]:
@@ -180,7 +181,7 @@ class PlanarBeam:
     def force(self, q_e: NDArray) -> NDArray:
         """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (n, 8)."""
         s = self.strain_state(q_e)
-        f = stretch(s)
+        f = np.hypot(s[..., 0], s[..., 1])
         kappa, dkappa = bending(s, f, self.curvature_power)
         g = kappa[..., None] * dkappa
         g[..., :2] += (self.beam.mu**2 * self.law.force(f) / f)[..., None] * s[..., :2]
@@ -189,7 +190,7 @@ class PlanarBeam:
     def stiffness(self, q_e: NDArray) -> NDArray:
         """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8)."""
         s = self.strain_state(q_e)
-        f = stretch(s)
+        f = np.hypot(s[..., 0], s[..., 1])
         H = self.beam.mu**2 * axial_hessian(s, f, self.law)
         return self._integral((H + bending_hessian(s, f, self.curvature_power)) @ self.B)
 
@@ -200,22 +201,13 @@ class PlanarBeam:
         return self.B.reshape(n, 4 * p, 8).transpose(0, 2, 1) @ weighted.reshape(n, 4 * p, k)
 
 
-def stretch(s: NDArray) -> NDArray:
-    """f = |r'|."""
-    return np.sqrt(s[..., 0] ** 2 + s[..., 1] ** 2)
-
-
 def bending(s: NDArray, f: NDArray, power: int) -> tuple[NDArray, NDArray]:
-    """kappa (...) and its derivative by s (..., 4)."""
+    """kappa (...) and its derivative by s (..., 4); s' CROSS is (Gamma q_e of the paper's eq. 17,
+    before S)."""
     kappa = (s[..., 0] * s[..., 3] - s[..., 1] * s[..., 2]) / f**power
-    dkappa = cross_gradient(s) / (f**power)[..., None]
+    dkappa = s @ CROSS / (f**power)[..., None]
     dkappa[..., :2] -= (power * kappa / f**2)[..., None] * s[..., :2]
     return kappa, dkappa
-
-
-def cross_gradient(s: NDArray) -> NDArray:
-    """The derivative of r' x r'' by s (..., 4): (Gamma q_e of the paper's eq. 17, before S)."""
-    return np.stack((s[..., 3], -s[..., 2], -s[..., 1], s[..., 0]), axis=-1)
 
 
 def axial_hessian(s: NDArray, f: NDArray, law: StrainLaw) -> NDArray:
@@ -236,10 +228,8 @@ def bending_hessian(s: NDArray, f: NDArray, power: int) -> NDArray:
     kappa, dkappa = bending(s, f, power)
     a = s[..., :2]
     kappa, scale, f2 = (field[..., None, None] for field in (kappa, f**-power, f**2))
-    mixed = (power * scale / f2) * cross_gradient(s)[..., :, None] * a[..., None, :]  # (..., 4, 2)
-    d2kappa = np.zeros((*s.shape, 4))
-    d2kappa[..., :2, 2:] = scale * TURN.T
-    d2kappa[..., 2:, :2] = scale * TURN
+    mixed = (power * scale / f2) * (s @ CROSS)[..., :, None] * a[..., None, :]  # (..., 4, 2)
+    d2kappa = scale * CROSS
     d2kappa[..., :, :2] -= mixed
     d2kappa[..., :2, :] -= mixed.swapaxes(-1, -2)
     d2kappa[..., :2, :2] -= power * kappa / f2 * np.eye(2)

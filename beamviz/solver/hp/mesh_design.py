@@ -16,6 +16,7 @@ of them.
 """
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -86,16 +87,12 @@ class Elements(NamedTuple):
     axial_orders: tuple[int, ...]  # of modes along it, at most as high
 
 
-WITHOUT_INNER_MASS = Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
-
-
 def unstretched_positions(beam: Beam) -> Positions:
     """The positions of a beam of small strain: u = x."""
     beta = beam.beta
     if not (beam.alpha > 0 and AT_END < beta < 1 - AT_END):
-        return WITHOUT_INNER_MASS
-    ends = (0.0, beta, 1.0)
-    return Positions(ends, ends, (beta / 2, (beta + 1) / 2))
+        return Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
+    return Positions((0.0, beta, 1.0), (0.0, beta, 1.0), (beta / 2, (beta + 1) / 2))
 
 
 def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
@@ -105,7 +102,7 @@ def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
     load, N = beam.gamma**2, 0.0
     for k in range(len(means), 0, -1):  # from the tip
         a, b, slope = ends[k - 1], ends[k], load * (u[k] + beam.delta)
-        if beam.alpha and abs(b - beam.beta) <= AT_END:
+        if abs(b - beam.beta) <= AT_END:
             N += beam.alpha * slope
         N_end, N = N, N + load * (b - a) * (means[k - 1] + beam.delta)
         n, n_end = N / beam.mu**2, N_end / beam.mu**2
@@ -113,10 +110,8 @@ def find_spans(beam: Beam, positions: Positions, law: StrainLaw) -> list[Span]:
         f_end = 1.0 if n_end < NEGLIGIBLE_FORCE else float(law.stretch(n_end))
         distance = math.inf
         if not a and N * beam.delta > 0:  # else |N| does not grow inboard of the clamp
-            least, most = law.force_limits
-            left = most * beam.mu**2 - N if N > 0 else N - least * beam.mu**2
-            slope_there = load * abs(beam.delta)  # |dN/dx| at the clamp
-            distance = max(left / slope_there, NEAREST) if left < slope_there else math.inf
+            limit = beam.mu**2 * law.force_limits[N > 0]
+            distance = max((limit - N) / (load * beam.delta), NEAREST)
         spans.insert(0, Span(a, b, b - a, (N, N_end), (f, f_end), slope, distance))
     return spans
 
@@ -133,15 +128,11 @@ def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: P
     more = DIGITS_PER_STRETCH * math.log10(f) - SPARE_DIGITS
     if beam.delta < 0 or not (problem.chordwise and problem.softening and problem.stiffens):
         return max(0.0, more)
-    inertia = moment = start = u_start = 0.0
-    for end, u, mean in zip(positions.ends[1:], positions.u[1:], positions.means, strict=True):
-        length = end - start
-        inertia += length * (mean**2 + (u - u_start) ** 2 / 12)
-        moment += length * mean
-        if beam.alpha and abs(end - beam.beta) <= AT_END:
-            inertia += beam.alpha * u**2
-            moment += beam.alpha * u
-        start, u_start = end, u
+    inertia = moment = 0.0
+    for span, (u, u_end), mean in zip(spans, pairwise(positions.u), positions.means, strict=True):
+        carried = beam.alpha if abs(span.end - beam.beta) <= AT_END else 0.0
+        inertia += span.length * (mean**2 + (u_end - u) ** 2 / 12) + carried * u_end**2
+        moment += span.length * mean + carried * u_end
     bending = 3 + math.sqrt(N * f ** (5 - 2 * problem.curvature_power))
     softening = beam.gamma**2
     left = (bending + softening * beam.delta * moment) / inertia
@@ -187,8 +178,7 @@ def choose_mesh(
         if layer.order > min(order_of_two, MAX_ORDER):
             thin.append(layer)
     ends = sorted(breaks.union(layer.end for layer in thin))
-    graded = len(ends) > len(spans) + 1
-    least = share * GRADED_ORDER if graded else 0.0
+    least = share * GRADED_ORDER if len(ends) > len(spans) + 1 else 0.0
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:
         element = ends.index(layer.x) - (layer.end < layer.x)
@@ -227,15 +217,13 @@ def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[
     own = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
     found = []
     for span in spans:
-        for x, N, f, side in (
-            (span.start, span.N[0], span.f[0], 1),
-            (span.end, span.N[1], span.f[1], -1),
-        ):
+        for x, N, f in (span.start, span.N[0], span.f[0]), (span.end, span.N[1], span.f[1]):
             pull = N * f**power
             if x < 1 and pull * span.length**2 > reach**2:  # the tip is free to rotate
                 width = 1 / math.sqrt(pull)
                 order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
-                found.append(Layer(x, x + side * reach * width, own, order, span.length))
+                inward = reach * width if x == span.start else -reach * width
+                found.append(Layer(x, x + inward, own, order, span.length))
     width = span.slope ** (-1 / 3) if span.slope > 0 else math.inf
     if TIP_REACH * width < span.length:
         own = share * (TIP_OFFSET + TIP_REACH)
@@ -257,10 +245,8 @@ def half_waves(mu: float, modes: int, coupled: bool) -> tuple[float, float]:
     return max(bending, stretching), math.inf if coupled else stretching
 
 
-def distances(first: float, ratio: float, longest: float) -> list[float]:
+def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
     """Distances of graded breaks from the end of a span, below `longest`."""
-    breaks = []
     while first < longest:
-        breaks.append(first)
+        yield first
         first *= ratio
-    return breaks

@@ -7,11 +7,10 @@ by one.
 
 import math
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,29 +18,10 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.continuation import LIMIT_MARGIN
-from beamviz.solver.hp.equilibrium import (
-    AxialState,
-    BeamStack,
-    State,
-    axial_problem,
-    coarse_equilibrium,
-    has_unique_equilibrium,
-    is_small_strain,
-    limit_error,
-    single,
-)
+from beamviz.solver.hp import equilibrium, mesh_design
+from beamviz.solver.hp.equilibrium import AxialState, BeamStack, State, is_small_strain
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
-from beamviz.solver.hp.mesh_design import (
-    AT_END,
-    MAX_UNKNOWNS,
-    Elements,
-    Span,
-    choose_mesh,
-    extra_digits,
-    find_spans,
-    half_waves,
-    unstretched_positions,
-)
+from beamviz.solver.hp.mesh_design import AT_END, MAX_UNKNOWNS, Elements, Span, half_waves
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
@@ -88,8 +68,8 @@ class Refinement:
 
     count: number of modes. answers: of each beam. waiting: the beams without one, and the digits
     that their attempts have added. alone: beams that are not stacked. in_common: beams solved on
-    the common mesh, if any. near_limit: the best attempt at beams near their limit of equilibrium
-    and its error ratio.
+    the common mesh, if any. near_limit: error ratios and modes of the attempts at beams near their
+    limit of equilibrium.
     """
 
     def __init__(
@@ -98,20 +78,26 @@ class Refinement:
         self.beams, self.problem, self.count, self.common = beams, problem, count, common
         self.answers: list[Any] = [None] * len(beams)
         self.designs: dict[int, Design] = {}
-        self.near_limit: dict[int, tuple[float, StraightModes]] = {}
+        self.near_limit: dict[int, list[tuple[float, Any]]] = {}
         self.waiting = dict.fromkeys(range(len(beams)), 0.0)
         self.alone = set(self.waiting)
         self.in_common: set[int] = set()
         self.attempt = 0
         if len(beams) > 1:
             self.numbers = np.array(list(map(attrgetter(*PARAMETERS), beams)))  # (beams, 5)
-            alpha, beta, gamma, delta, mu = self.numbers.T
-            stack = BeamStack(alpha, beta, gamma, delta, mu, len(beams), False)
-            stackable = is_small_strain(stack) | has_unique_equilibrium(stack, problem.strain_law)
+            stack, law = self._stack(list(self.waiting)), problem.strain_law
+            stackable = is_small_strain(stack) | equilibrium.has_unique_equilibrium(stack, law)
             if problem.gyroscopic:
-                stackable &= gamma > 0
+                stackable &= stack.gamma > 0
             if not problem.rigid_tension:
                 self.alone -= set(stackable.nonzero()[0].tolist())
+
+    def _stack(self, indices: list[int]) -> BeamStack:
+        """The parameters of some beams."""
+        if len(indices) == 1:
+            return equilibrium.single(self.beams[indices[0]])
+        alpha, beta, gamma, delta, mu = self.numbers[indices].T[:, :, None]
+        return BeamStack(alpha, beta, gamma, delta, mu, len(indices), bool((delta >= 0).all()))
 
     def next_stacks(self) -> list[tuple[list[int], Mesh]]:
         """The stacks of the next attempt at all waiting beams: indices of the beams, and their mesh
@@ -215,13 +201,13 @@ class Refinement:
             if index not in self.designs:
                 self.designs[index] = design(self.beams[index], problem)
         except (NoEquilibrium, NotConverged) as error:
-            self._answer(index, error)
+            self._fail(index, error)
             return None
         spans, extra, _ = self.designs[index]
         digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, indices))
         mu, power = self.beams[index].mu, problem.curvature_power
         waves = half_waves(mu, problem.modes, problem.gyroscopic)
-        found = choose_mesh(spans, mu, waves, power, digits)
+        found = mesh_design.choose_mesh(spans, mu, waves, power, digits)
         unknowns = sum(found.orders)
         if unknowns <= MAX_UNKNOWNS:
             return found
@@ -235,30 +221,21 @@ class Refinement:
         """Solve beams on a mesh or a stack of meshes: those within the tolerance have an answer
         then, the others more digits for the next attempt."""
         one, problem = len(indices) == 1, self.problem
-        if one:
-            beams = single(self.beams[indices[0]])
-            _, extra, start = self.designs.get(indices[0]) or self.designs[COMMON]
-        else:
-            alpha, beta, gamma, delta, mu = self.numbers[indices].T[:, :, None]
-            outward = bool((delta >= 0).all())
-            beams = BeamStack(alpha, beta, gamma, delta, mu, len(indices), outward)
-            designs = [self.designs[index] for index in indices if index in self.designs]
-            designs = designs or list(self.designs.values())  # for meshes that were interpolated
-            extra, start = max(design.extra_digits for design in designs), None
-        axial = axial_problem(mesh, beams, problem.strain_law)
+        designs = [self.designs[k] for k in indices if k in self.designs] or [self.designs[COMMON]]
+        _, extra, start = max(designs, key=attrgetter("extra_digits"))
+        axial = equilibrium.axial_problem(mesh, self._stack(indices), problem.strain_law)
         try:
             if problem.rigid_tension:
                 state = AxialState(np.ones((1, mesh.weights.shape[-1])), 0, 0.0)
             else:
-                state = axial.solve(start, STRETCH_SHARE * problem.tolerance / 10**extra)
+                accept_error = STRETCH_SHARE * problem.tolerance / 10**extra
+                state = axial.solve(start if one else None, accept_error)
             modes = lowest_modes(axial, state, self.count, problem)
         except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
             if not one:  # an unstable beam among them
                 self.alone.update(indices)
-            elif isinstance(error, NotConverged):
-                self._answer(indices[0], self._limit(self.beams[indices[0]]) or error)
             elif isinstance(error, BeamvizError):
-                self._answer(indices[0], error)
+                self._fail(indices[0], error)
             else:
                 raise
             return
@@ -279,38 +256,34 @@ class Refinement:
             if one:
                 if index in self.designs:
                     self.designs[index] = self.designs[index]._replace(start=(mesh, state.f))
-                best = self.near_limit[index][0] if index in self.near_limit else math.inf
-                if state.margin is not None and state.margin[0] < LIMIT_MARGIN and ratio < best:
-                    self.near_limit[index] = ratio, answer
+                if state.margin is not None and state.margin[0] < LIMIT_MARGIN:
+                    self.near_limit.setdefault(index, []).append((ratio, answer))
 
     def _answer(self, index: int, answer: Answer) -> None:
         self.answers[index] = answer
         del self.waiting[index]
         self.alone.discard(index)
 
+    def _fail(self, index: int, error: BeamvizError) -> None:
+        """Answer with an error; beyond a limit of equilibrium or near it with that of the limit."""
+        beam, problem = self.beams[index], self.problem
+        if not problem.rigid_tension:
+            error = equilibrium.limit_error(beam, problem.strain_law) or error
+        self._answer(index, error)
+
     def _give_up(self, index: int, reason: str) -> None:
         """Answer with an error that names a remedy; near a limit with the best attempt, as the
         rounding error of the stretch is large there on any mesh."""
-        beam, problem = self.beams[index], self.problem
-        ratio, answer = self.near_limit.get(index, (math.inf, None))
-        if answer and ratio * problem.tolerance < GREATEST_ERROR:
+        ratio, answer = min(self.near_limit.get(index, [(math.inf, None)]), key=itemgetter(0))
+        if ratio * self.problem.tolerance < GREATEST_ERROR:
             return self._answer(index, answer)
-        if near := self._limit(beam):
-            return self._answer(index, near)
-        cause, remedy = "", "a larger tolerance or fewer modes"
-        if beam.delta < 0:
-            cause = ": the straight beam buckles in many half-waves"
-            remedy = "a lower gamma or a larger delta"
-        return self._answer(index, NotConverged(f"{reason}{cause}; ask for {remedy}"))
-
-    def _limit(self, beam: Beam) -> NoEquilibrium | None:
-        """The error of a beam beyond or near its limit of equilibrium; None where there is none."""
-        law = self.problem.strain_law
-        if self.problem.rigid_tension or (law.hardens and beam.delta >= 0):
-            return None
-        with suppress(NotConverged):
-            return limit_error(beam, law)
-        return None
+        remedy = "; ask for a larger tolerance or fewer modes"
+        if self.beams[index].delta < 0:
+            remedy = (
+                ": the straight beam buckles in many half-waves; ask for a lower gamma or a larger"
+                " delta"
+            )
+        return self._fail(index, NotConverged(reason + remedy))
 
 
 @lru_cache(maxsize=8)
@@ -331,7 +304,7 @@ def common_orders(
             continue
         greatest = max(greatest, extra)
         digits = extra - math.log10(problem.tolerance) + added
-        breaks, *orders = choose_mesh(
+        breaks, *orders = mesh_design.choose_mesh(
             spans,
             beam.mu,
             (most_waves, axial_waves),
@@ -364,9 +337,9 @@ def _tuples(orders: Iterable[np.ndarray]) -> tuple[tuple[int, ...], ...]:
 
 def design(beam: Beam, problem: Problem) -> Design:
     """What determines the mesh of a beam. Raises NoEquilibrium with the limit."""
-    start, positions = None, unstretched_positions(beam)
+    start, positions = None, mesh_design.unstretched_positions(beam)
     if not (problem.rigid_tension or is_small_strain(beam)):
-        start, positions = coarse_equilibrium(beam, problem.strain_law)
+        start, positions = equilibrium.coarse_equilibrium(beam, problem.strain_law)
     loaded = beam if problem.stiffens else beam.replace(gamma=0.0)  # no tension, no layers
-    spans = find_spans(loaded, positions, problem.strain_law)
-    return Design(spans, extra_digits(beam, positions, spans, problem), start)
+    spans = mesh_design.find_spans(loaded, positions, problem.strain_law)
+    return Design(spans, mesh_design.extra_digits(beam, positions, spans, problem), start)
