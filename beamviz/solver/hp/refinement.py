@@ -93,9 +93,7 @@ class Refinement:
                 self.alone -= set(stackable.nonzero()[0].tolist())
 
     def _stack(self, indices: list[int]) -> BeamStack:
-        """The parameters of some beams."""
-        if len(indices) == 1:
-            return equilibrium.single(self.beams[indices[0]])
+        """The parameters of several beams."""
         alpha, beta, gamma, delta, mu = self.numbers[indices].T[:, :, None]
         return BeamStack(alpha, beta, gamma, delta, mu, len(indices), bool((delta >= 0).all()))
 
@@ -221,9 +219,10 @@ class Refinement:
         """Solve beams on a mesh or a stack of meshes: those within the tolerance have an answer
         then, the others more digits for the next attempt."""
         one, problem = len(indices) == 1, self.problem
-        designs = [self.designs[k] for k in indices if k in self.designs] or [self.designs[COMMON]]
+        beams = equilibrium.single(self.beams[indices[0]]) if one else self._stack(indices)
+        designs = list(filter(None, map(self.designs.get, indices))) or [self.designs[COMMON]]
         _, extra, start = max(designs, key=attrgetter("extra_digits"))
-        axial = equilibrium.axial_problem(mesh, self._stack(indices), problem.strain_law)
+        axial = equilibrium.axial_problem(mesh, beams, problem.strain_law)
         try:
             if problem.rigid_tension:
                 state = AxialState(np.ones((1, mesh.weights.shape[-1])), 0, 0.0)
