@@ -1,16 +1,14 @@
 """The explorer as a server, in one process or several (`serve` runs until it is interrupted), and
 the frame loop, which draws for all visitors of a process.
 
-With many visitors the frame loop also runs their solves in batches. It runs on the event loop that
-sends and receives: threads that compete with it for the interpreter lock would take more time than
-the work itself.
+With many visitors the frame loop also runs their solves in batches. It is on the event loop:
+threads that compete with it for the interpreter lock would take more time than the work itself.
 """
 
 import asyncio
 import gc
 import os
 import secrets
-import threading
 import time
 import webbrowser
 from collections.abc import Callable, Iterator
@@ -35,7 +33,7 @@ from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
-from beamviz.server.viser_private import check_attributes, disconnect, handshake_request
+from beamviz.server.viser_private import OwnLoop, check_attributes, disconnect, handshake_request
 from beamviz.signals import Terminated, terminate_on_signal
 from beamviz.solver import solve
 
@@ -64,8 +62,7 @@ def serve(
 ) -> None:
     """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
 
-    Prints one line with the URL when ready. If other machines can reach the server, the URL has a
-    key made for this run.
+    Prints one line with the URL when ready, with a key for this run if other machines can reach it.
 
     public: the URL of a reverse proxy in front of the server; visitors: the maximum at once;
     follow: all visitors see the scene of a presenter, whose link is printed too; processes: the
@@ -73,8 +70,7 @@ def serve(
 
     Raises InvalidInput for a beam that the method cannot solve or a number of processes that is not
     possible, and Unavailable if the address is not available, if viser or websockets lack a
-    required attribute, or if the self-test of the protection fails and other machines can reach the
-    server.
+    required attribute, or if the self-test fails and other machines can reach the server.
     """
     with suppress(NoEquilibrium, NotConverged):  # the page explains these
         solve(scene.beam, **scene.options)
@@ -127,8 +123,7 @@ def several_processes(
 
 @contextmanager
 def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
-    """A running explorer: the URL for visitors, with their key if there is one; options: further
-    fields of Access."""
+    """A running explorer: the URL for visitors, with any key; options: further fields of Access."""
     access = Access(host, port, **options)
     with run_server(access, insert_page) as server:
         access = replace(access, port=server.get_port())
@@ -169,7 +164,7 @@ class FrameLoop:
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
         self.server, self.scene, self.access = server, scene, access
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
-        self.thread: threading.Thread | None = None
+        self.own_loop = OwnLoop(self.loop)
         self.workers = Workers(self.crowded, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
@@ -186,10 +181,10 @@ class FrameLoop:
         """Open a session for a new visitor on a thread of its own, while the others are drawn."""
         visitor = client.client_id
         presents = self.access.presents(handshake_request(self.server, visitor))
-        lecture = bool(self.access.presenter_key)
+        follows = bool(self.access.presenter_key) and not presents
         with suppress(RuntimeError):  # stopped meanwhile
-            opened = self.opener.submit(self.session, client, follows=lecture and not presents)
-            self.sessions[visitor] = session = await asyncio.wrap_future(opened)
+            opened = self.loop.run_in_executor(self.opener, self.session, client, follows)
+            self.sessions[visitor] = session = await opened
             self.presenter = session.visitor if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
@@ -210,12 +205,11 @@ class FrameLoop:
 
     def leave(self, visitor: int) -> None:
         """Close the session of a visitor, by client id."""
-        session = self.sessions.pop(visitor, None)
-        if session:
+        if session := self.sessions.pop(visitor, None):
             session.close()
-        if session and session.visitor is self.presenter:
-            self.wake(visitor)
-            self.presenter = None
+            if session.visitor is self.presenter:
+                self.wake(visitor)
+                self.presenter = None
 
     def wake(self, visitor: int) -> None:
         """Draw for a visitor soon, and for the visitors who follow them."""
@@ -228,11 +222,8 @@ class FrameLoop:
 
     def resume(self) -> None:
         """Wake the frame loop, from any thread."""
-        if threading.current_thread() is self.thread:
-            self.changed.set()
-        else:
-            with suppress(RuntimeError):  # the event loop is closed
-                self.loop.call_soon_threadsafe(self.changed.set)
+        with suppress(RuntimeError):  # the event loop is closed
+            self.own_loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
         self.stopped = True
@@ -245,16 +236,14 @@ class FrameLoop:
 
     async def run(self) -> None:
         """Draw all moving scenes at a constant rate; in between, run solves and draw answers."""
-        self.thread, due = threading.current_thread(), time.monotonic()
+        due = time.monotonic()
         while not self.stopped:
             await self.sleep(due)
             if time.monotonic() >= due:
                 await self.draw_all(step := self.step)
                 due = max(due + step, time.monotonic() + step / 5)
-            try:
-                self.workers.run_batch(BATCH)
-            except Exception as error:  # the frame loop must continue
-                log.error("solving", "a batch", error)
+            self.workers.replace_late()
+            self.workers.run_batch(BATCH)
             self.draw_next()
             await exchange_messages()
 
@@ -271,8 +260,8 @@ class FrameLoop:
             return
         self.changed.clear()
         sessions = self.sessions.values()
-        jobs = (job for session in sessions for job in session.visitor.jobs)
-        wait_time = PATIENCE if any(job.busy for job in jobs) else None
+        busy = any(job.busy for session in sessions for job in session.visitor.jobs)
+        wait_time = PATIENCE if busy else None
         if any(session.needs_tick for session in sessions):
             wait_time = due - time.monotonic()
         with suppress(TimeoutError):

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from contextvars import copy_context
 from dataclasses import dataclass
 from functools import cached_property, partial
+from queue import SimpleQueue
 from typing import Any, ClassVar, Generic, TypeVar
 
 from beamviz.beam import Beam
@@ -25,7 +26,7 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
 
 SOLVERS = 2  # solves at once, for all visitors of a process
-LONG = 2.0  # [s] after which work no longer counts against the number of workers
+LONG = 2.0  # [s] after which another thread takes the place of one that works
 QUICK = 0.02  # [s] processor time of a solve that may run in a batch
 PATIENCE = 1.0  # [s] after which the page shows that a job is running
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
@@ -35,72 +36,49 @@ log = RateLimitedLog(__name__)
 
 Q = TypeVar("Q")
 R = TypeVar("R")
-Work = Callable[[], None]
+Callback = Callable[[], None]
+Submit = Callable[[Callback], None]
 
 
 class WorkerPool:
-    """Runs work in order of submission, `workers` pieces at a time.
+    """Runs work in order of submission, on `workers` threads. They are daemons: the process may end
+    before them. Work must not raise. started: times [s] when the busy threads began their work."""
 
-    Work that has taken `long` seconds no longer counts: an idle thread takes its place. All threads
-    are started here, and one more for each piece of long work. They are daemons: the process may
-    end before them. Work must not raise.
-    """
-
-    def __init__(self, workers: int, name: str, long: float = LONG):
-        self.workers, self.name, self.long = workers, name, long
-        self.changed = threading.Condition()
-        self.waiting: deque[Work] = deque()
-        self.started: dict[threading.Thread, float] = {}  # when each busy thread began its work
-        self.threads = 0  # busy and idle ones
-        self.closed = False
-        for _ in range(workers + 1):
+    def __init__(self, workers: int, name: str):
+        self.workers, self.name, self.closed = workers, name, False
+        self.waiting: SimpleQueue[Callback | None] = SimpleQueue()
+        self.started: dict[threading.Thread, float] = {}
+        for _ in range(workers):
             self.add_thread()
 
-    def submit(self, work: Work) -> None:
-        """Run `work` as soon as a worker is free."""
-        with self.changed:
-            if not self.closed:
-                self.waiting.append(work)
-                self.changed.notify()
-
-    def close(self) -> None:
-        """Discard waiting work and end the idle threads; running work is completed."""
-        with self.changed:
-            self.closed = True
-            self.waiting.clear()
-            self.changed.notify_all()
-
     def add_thread(self) -> None:
-        """Start a thread, which is idle at first."""
-        self.threads += 1
         threading.Thread(target=self.run, name=self.name, daemon=True).start()
 
+    def submit(self, work: Callback) -> None:
+        """Run `work` as soon as a thread is free."""
+        self.waiting.put(work)
+
     def run(self) -> None:
-        while work := self.next_work(threading.current_thread()):
+        """Run work until the pool is closed, or another thread has taken the place of this one."""
+        thread = threading.current_thread()
+        while (work := self.waiting.get()) and not self.closed:
+            self.started[thread] = time.monotonic()
             work()
             del work  # it refers to a visitor, who may leave
+            if self.started.pop(thread, None) is None:
+                return
 
-    def next_work(self, thread: threading.Thread) -> Work | None:
-        """The next work of a thread that has no other, as soon as it may start. None when the pool
-        is closed, or when there are enough other threads, after long work."""
-        with self.changed:
-            self.started.pop(thread, None)
-            if self.threads - len(self.started) > self.workers + 1:
-                self.threads -= 1
-                return None
-            while not (self.closed or (self.waiting and self.delay() <= 0)):
-                self.changed.wait(self.delay() if self.waiting else None)
-            if self.closed:
-                return None
-            self.started[thread] = time.monotonic()
-            if len(self.started) == self.threads:
+    def replace(self, late: float = LONG) -> None:
+        """Let others take the place of threads whose work has taken `late` seconds."""
+        for thread, started in list(self.started.items()):
+            if time.monotonic() >= started + late and self.started.pop(thread, 0.0):
                 self.add_thread()
-            return self.waiting.popleft()
 
-    def delay(self) -> float:
-        """Time [s] until one more piece of work may start, unless other work ends before."""
-        latest = sorted(self.started.values())[-self.workers :]
-        return latest[0] + self.long - time.monotonic() if len(latest) == self.workers else 0.0
+    def close(self) -> None:
+        """Discard waiting work and end the threads; running work is completed."""
+        self.closed = True
+        for _ in range(self.workers):
+            self.waiting.put(None)
 
 
 class Workers:
@@ -114,14 +92,13 @@ class Workers:
     background: for charts, maps and other long work.
     """
 
-    def __init__(self, crowded: Callable[[], bool], notify: Callable[[], None] = lambda: None):
+    def __init__(self, crowded: Callable[[], bool], notify: Callback = lambda: None):
         self.crowded, self.notify = crowded, notify
-        self.background = WorkerPool(1, "chart")
-        self.pool = WorkerPool(SOLVERS, "solver")
-        self.waiting: deque[tuple[Work, Callable[[], bool]]] = deque()
-        self.batch_pool = WorkerPool(1, "solver batch", BATCH_TIMEOUT)
+        self.background, self.pool = WorkerPool(1, "chart"), WorkerPool(SOLVERS, "solver")
+        self.batch_pool = WorkerPool(1, "solver batch")
+        self.waiting: deque[tuple[Callback, Callable[[], bool]]] = deque()
 
-    def solve(self, work: Work, is_quick: Callable[[], bool]) -> None:
+    def solve(self, work: Callback, is_quick: Callable[[], bool]) -> None:
         if self.crowded() and is_quick():
             self.waiting.append((work, is_quick))
             self.notify()
@@ -139,7 +116,13 @@ class Workers:
             pool.submit(work)
         done = threading.Event()
         self.batch_pool.submit(done.set)
-        done.wait(BATCH_TIMEOUT)
+        if not done.wait(BATCH_TIMEOUT):
+            self.batch_pool.replace(late=0.0)
+
+    def replace_late(self) -> None:
+        """Keep long work from delaying other work; called regularly by the frame loop."""
+        for pool in (self.background, self.pool):
+            pool.replace()
 
     def close(self) -> None:
         self.waiting.clear()
@@ -162,8 +145,7 @@ class Answer(Generic[Q, R]):
 
 
 class Job(Generic[Q, R]):
-    """Computes the latest request of one visitor; requests made meanwhile are skipped except the
-    last.
+    """Computes the latest request of one visitor and skips those before it.
 
     name: of the result, for messages; compute: returns the result of a request, on a worker thread;
     ready: called after each answer. answer: the last one, None before the first; latest: the last
@@ -174,13 +156,7 @@ class Job(Generic[Q, R]):
 
     kind: ClassVar[type[Answer]] = Answer
 
-    def __init__(
-        self,
-        name: str,
-        compute: Callable[[Q], R],
-        submit: Callable[[Work], None],
-        ready: Callable[[], None],
-    ):
+    def __init__(self, name: str, compute: Callable[[Q], R], submit: Submit, ready: Callback):
         self.name, self.compute, self.submit, self.ready = name, compute, submit, ready
         self.lock = threading.RLock()
         self.latest: Q | None = None
@@ -330,7 +306,7 @@ class SolveJob(Job[Case, SampledModes]):
     kind = SolverAnswer
     answer: SolverAnswer | None
 
-    def __init__(self, workers: Workers, ready: Callable[[], None]):
+    def __init__(self, workers: Workers, ready: Callback):
         submit = partial(workers.solve, is_quick=self.is_quick)
         super().__init__("solution", self.solved, submit, ready)
         self.shapes: SampledModes | None = None  # the last stable ones

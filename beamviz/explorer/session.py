@@ -33,7 +33,6 @@ from beamviz.explorer.features.real_beam import RealBeamPanel
 from beamviz.explorer.features.run_up import RESPONSE, RunUpPlayback, RunUpTab
 from beamviz.explorer.features.sharing import Files, Links
 from beamviz.explorer.features.veering import VeeringTab
-from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.page import checkbox, panel
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
@@ -60,10 +59,10 @@ class SceneView(Feature):
         self.comparison, self.run_up = comparison, run_up
         self.scene = BeamScene(visitor.client.scene)
         self.beam = self.scene.view(0)
-        self.open(visitor.state.scene)
-        plane = visitor.state.case.options["plane"]
-        self.shapes = SampledModes.at_rest(visitor.state.scene.beam, plane)
-        self.drawn = DrawnBeam(self.shapes, visitor.state.view)
+        scene = visitor.state.scene
+        self.open(scene)
+        self.shapes = SampledModes.at_rest(scene.beam, scene.options["plane"])
+        self.drawn = DrawnBeam(self.shapes, scene.view)
 
     def open(self, scene: Scene) -> None:
         """Begin with a scene that was loaded, which is not solved yet."""
@@ -75,15 +74,15 @@ class SceneView(Feature):
 
     @property
     def has_moved(self) -> bool:
-        """Whether a new viewpoint is requested, or the scale has changed so much that the beam must
-        be subdivided again."""
+        """Whether a viewpoint is requested, or the scale needs another subdivision of the beam."""
         if self.camera.requested:
             return True
         ratio = self.camera.scale / self.drawn.scale
         return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
     def show(self) -> None:
-        """Draw the state and the latest answer. Unless it is the answer to the case of the state,
+        """Draw the state and the latest answer, an unstable beam or an error in the last stable
+        shapes of the scene, or else unloaded. Unless it is the answer to the case of the state,
         camera and playback rate are chosen again at the next answer."""
         visitor = self.visitor
         with visitor.lock:
@@ -97,24 +96,17 @@ class SceneView(Feature):
             self.choose_pace = True
         self.is_pending = self.is_pending and not settled
         if answer and not self.is_pending:
-            self.choose_shapes(answer)
+            self.solved = answer.result or self.solved
+            self.stable = self.stable if answer.warning else answer.result or self.stable
+            beam, plane = answer.beam or self.opened.beam, answer.request.options["plane"]
+            self.shapes = self.stable or SampledModes.at_rest(beam, plane)
         frequencies = self.choose_modes()
         self.clock.fit(frequencies, self.shapes.beam.gamma, keep=not self.choose_pace)
         self.choose_pace = self.choose_pace and not settled
         self.draw(settled=settled)
 
-    def choose_shapes(self, answer: SolverAnswer) -> None:
-        """Use the shapes of a stable answer. For an unstable one, or an error, keep the last stable
-        shapes of the scene, or else show the unloaded beam."""
-        self.solved = answer.result or self.solved
-        if not answer.warning:
-            self.stable = answer.result or self.stable
-        beam, plane = answer.beam or self.opened.beam, answer.request.options["plane"]
-        self.shapes = self.stable or SampledModes.at_rest(beam, plane)
-
     def choose_modes(self) -> np.ndarray:
-        """Choose the modes in the picture, none while a force drives the beam. Returns the
-        frequencies in the picture."""
+        """Choose the modes drawn, none while a force drives the beam. Returns the frequencies."""
         view, shapes, scale = self.state.view, self.shapes, self.camera.scale
         response = self.run_up.drawn(shapes, scale)
         self.drawn, self.shown_modes = response or DrawnBeam(shapes, view, scale), []
@@ -169,8 +161,7 @@ class SceneView(Feature):
 
 
 class Session:
-    """The page of one visitor. Callbacks change the visitor's state; `tick`, called by the frame
-    loop, draws.
+    """The page of one visitor. Callbacks change their state; `tick`, for the frame loop, draws it.
 
     presenter: returns the presenter of a lecture, None while there is none; itself None without a
     lecture; presented_tab: the one that the presenter had open last, while visitors may open
@@ -186,13 +177,10 @@ class Session:
         self.charts_outdated = False
         self.comparison, self.run_up = Comparison(visitor), RunUpPlayback(visitor)
         loci, lessons = LociTab(visitor, self.comparison), Lessons(visitor)
-        self.features: Sequence[Feature] = (
-            Controls(visitor), RealBeamPanel(visitor), ComparisonTab(visitor, self.comparison),
-            RunUpTab(visitor, self.run_up), lessons,
-        )  # fmt: skip
-        self.charts: Sequence[Feature] = (
-            loci, VeeringTab(visitor, loci), MethodTimingTab(visitor), MapTab(visitor),
-        )  # fmt: skip
+        panels = Controls(visitor), RealBeamPanel(visitor), ComparisonTab(visitor, self.comparison)
+        self.features: Sequence[Feature] = (*panels, RunUpTab(visitor, self.run_up), lessons)
+        others = VeeringTab(visitor, loci), MethodTimingTab(visitor), MapTab(visitor)
+        self.charts: Sequence[Feature] = (loci, *others)
         self.files = Files(visitor)
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.mass_drag = MassDrag(visitor, self.view.beam)
@@ -234,8 +222,7 @@ class Session:
         return self.presenter() if self.presenter and self.visitor.state.following else None
 
     def follow(self) -> None:
-        """Use the answers and the state of the presenter, without the viewpoint; nothing is
-        computed for the visitor then."""
+        """Use the presenter's answers and state, not the viewpoint; nothing is computed then."""
         own, other = self.visitor, self.followed
         for k, job in enumerate(own.jobs):
             job.follow(other.jobs[k] if other else None)
@@ -264,8 +251,7 @@ class Session:
 
     @property
     def outdated(self) -> bool:
-        """Whether to draw before the next round of frames; while a case is solved, there is soon
-        more to draw."""
+        """Whether to draw before the next round of frames; a case being solved is drawn soon."""
         return self.has_changed and not self.visitor.solver.busy
 
     @property
@@ -305,11 +291,8 @@ class Session:
                     feature.show()
             self.links.update(now)
             visitor.page.html("work", panel.work(visitor.jobs))
-            if (
-                self.links.opened
-                and visitor.answer
-                and visitor.answer.request == visitor.state.case
-            ):
+            answer = visitor.answer
+            if self.links.opened and answer and answer.request == visitor.state.case:
                 visitor.page.props("scene", data_ready="")  # it is hidden at first
         visitor.client.flush()
         self.charts_outdated |= outdated

@@ -41,8 +41,7 @@ FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls
 
 @dataclass(frozen=True)
 class Case:
-    """The numbers of a beam as a visitor entered them, which may be out of range, and the keywords
-    of `solve`."""
+    """The numbers of a beam as entered, which may be out of range, and the keywords of `solve`."""
 
     numbers: dict[str, Any]
     options: dict[str, Any]
@@ -58,8 +57,7 @@ class Case:
         return Beam(**self.numbers, units=self.units)
 
     def changed(self, name: str, value: Any) -> Self:
-        """With one number or keyword of `solve` changed. With a spin-up there is no straight state:
-        it is replaced by the stable one."""
+        """With one number or keyword of `solve` changed; a spin-up replaces straight by stable."""
         if name in self.numbers:
             case = replace(self, numbers={**self.numbers, name: value})
             straight = name == "spin_up" and value and self.options["state"] == "straight"
@@ -88,8 +86,7 @@ class State:
     run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
     which an edit ends it; time_methods: the tab Methods times all methods; film_length: of the
     films that are exported; section: the sizes by which the panel of a real beam gives its section;
-    lesson: the name of the open lesson, "" for none; step: its step, from 0; following: the visitor
-    follows the presenter.
+    lesson: the open one, "" for none; step: its step, from 0; following: the presenter is followed.
     """
 
     scene: Scene

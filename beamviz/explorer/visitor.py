@@ -18,13 +18,14 @@ from viser import ClientHandle
 from beamviz.drawing.camera import PageCamera, initial
 from beamviz.drawing.modes import Clock
 from beamviz.errors import InvalidInput
-from beamviz.explorer.jobs import Job, SolveJob, SolverAnswer, Workers
+from beamviz.explorer.jobs import Callback, Job, SolveJob, SolverAnswer, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.server.viser_private import group_messages
 
+Edit = Callable[[State, Any], State]  # of a state, by the value of a control
 Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values of the state
 
 
@@ -38,9 +39,7 @@ class Visitor:
     dragged, and the clock is stopped; still: their system prefers reduced motion.
     """
 
-    def __init__(
-        self, client: ClientHandle, state: State, workers: Workers, schedule: Callable[[], None]
-    ):
+    def __init__(self, client: ClientHandle, state: State, workers: Workers, schedule: Callback):
         self.client, self.schedule, self.page = client, schedule, Page(client)
         group_messages(client)
         self.state, self.version = state, object()
@@ -94,7 +93,7 @@ class Visitor:
         self.wake()
 
     def load(self, scene: Scene, **values: Any) -> None:
-        """Show another scene, with other values of the state by field name; with reduced motion it
+        """Show another scene, with other values of the state by field name. With reduced motion it
         only moves if the last one did."""
         with self.lock:
             if self.still:
@@ -109,7 +108,6 @@ class Visitor:
         self.load(home.changed(dark=state.view.dark))
 
     def reset_view(self) -> None:
-        """Fit the beam into the page."""
         with self.lock:
             self.change(lambda state: replace(state, camera=None))
             self.camera.set_viewpoint(None)
@@ -119,20 +117,14 @@ class Visitor:
         return replace(self.state.to_scene(), camera=self.camera.chosen)
 
     def open_tab(self, tab: Any) -> None:
-        """Store the tab that the visitor has opened, which is no edit: it ends no presenter mode
-        and cannot be undone."""
+        """Store the open tab, which is no edit: it ends no presenter mode and cannot be undone."""
         with self.lock:
             self.page.sent["open",] = tab
             self.set_state(self.state.changed("tab", tab))
 
     # Controls
 
-    def bind(
-        self,
-        key: str,
-        edit: Callable[[State, Any], State] | None = None,
-        shown: Shown | None = None,
-    ) -> None:
+    def bind(self, key: str, edit: Edit | None = None, shown: Shown | None = None) -> None:
         """Bind the controls with data-set="key": they show `shown(values)` of the values of the
         state by name, by default that of the name `key`; an edit replaces the state by
         `edit(state, value)`, by default `state.changed(key, value)`."""
@@ -151,13 +143,9 @@ class Visitor:
         self.page.props("undo", disabled=not self.history.past)
         self.page.props("redo", disabled=not self.history.future)
 
-    def command(self, name: str, run: Callable[[], None]) -> None:
+    def command(self, name: str, run: Callback) -> None:
         """Add a command to the palette (Ctrl+K)."""
         self.client.gui.add_command(name).on_trigger(lambda _: run())
-
-    def notify(self, title: str, message: str) -> None:
-        """Show an error message for some seconds."""
-        self.page.say(f"{title}: {message}", error=True)
 
     @contextlib.contextmanager
     def reporting(self, title: str) -> Iterator[None]:
@@ -165,7 +153,7 @@ class Visitor:
         try:
             yield
         except InvalidInput as error:
-            self.notify(title, str(error))
+            self.page.say(f"{title}: {error}", error=True)
 
     # Jobs
 
@@ -186,7 +174,6 @@ class Visitor:
                 job.cancel()
 
     def retry_jobs(self) -> None:
-        """Restart the cancelled jobs."""
         for job in self.jobs:
             job.retry()
         self.wake()
@@ -211,7 +198,6 @@ class Feature:
         return len(before) != len(drawn_from) or any(map(operator.is_not, before, drawn_from))
 
     def fade(self, job: Job, *parts: str) -> None:
-        """Mark a chart and its lists, by their element ids, while their job has no answer to the
-        latest request."""
+        """Mark elements, by their ids, while their job has no answer to the latest request."""
         for id in parts:
             self.page.props(id, data_outdated="" if job.slow or job.cancelled else None)

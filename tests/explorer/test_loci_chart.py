@@ -194,13 +194,13 @@ def test_buckling_is_no_veering():
     (buckling,) = (key for key, event in chart.events.items() if event.kind == "buckling")
     assert "buckling ▽" in loci_chart.event_table(chart)
     assert buckling not in chart.pairs
-    assert f'data-value="{buckling}"' not in veering.choices(chart)
+    assert f'data-value="{buckling}"' not in charts.event_buttons(chart)
 
 
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
     """Without: gap 0 at 4.4641, shapes are kept; with: gap 0.241 at 4.650, they are exchanged."""
     off, on = pairs
-    assert (off.kind, on.kind) == ("crossing", "veering")
+    assert (off.event.kind, on.event.kind) == ("crossing", "veering")
     assert off.at == pytest.approx(4.4641, abs=1e-4)
     assert on.at == pytest.approx(4.650, abs=1e-3)
     assert on.event.gap == pytest.approx(0.241, abs=1e-3)
@@ -245,7 +245,7 @@ def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):
     assert len(data["at"]) == len(data["lines"][0]["y"])
     far = request(tip, 1)
     off, on = far.pairs()
-    assert (off.kind, on.event) == ("crossing", None)
+    assert (off.event.kind, on.event) == ("crossing", None)
     assert "the gap is too large for a veering" in veering.sentence(on, *far.chart.measures)
     lines = veering.pairs_data((off, on), far.chart)["lines"]
     assert not [line for line in lines if line["runs"][0][2] == "measure"]

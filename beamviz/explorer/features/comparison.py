@@ -101,8 +101,7 @@ class Comparison:
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
     def draw(self, main: DrawnBeam, clock: Clock, *, driven: bool) -> None:
-        """Draw the second beam with `main`, in the modes that match those that it moves in; at rest
-        while a force drives that."""
+        """Draw the second beam in the modes of `main`; at rest while a force drives `main`."""
         state, answer = self.visitor.state, self.visitor.answer
         if answer:
             self.case = comparison_case(state, answer.request)
@@ -138,7 +137,6 @@ class Comparison:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts that the page writes over the scene."""
         return [caption for view in self.views.values() for caption in view.captions]
 
     def move(self, time: float, change: ViewChange | None) -> None:

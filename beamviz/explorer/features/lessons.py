@@ -62,8 +62,7 @@ class Lessons(Feature):
             self.visitor.change(partial(replace, lesson="", step=0))
 
     def begin(self, name: str, scene: Scene | None = None) -> None:
-        """Show a lesson with its own scene or another one; called on a worker thread, as its
-        numbers are computed first."""
+        """Show a lesson with its own scene or another one. Takes time: its numbers are computed."""
         begun = lesson(name)
         _ = begun.numbers, begun.answer
         scene = (scene or begun.scene).changed(dark=self.visitor.state.view.dark)

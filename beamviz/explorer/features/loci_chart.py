@@ -1,5 +1,4 @@
-"""The tab Frequencies: the Campbell diagram along one of the five numbers, and lists of crossings,
-veerings and resonances."""
+"""The tab Frequencies: the Campbell diagram along one of the five numbers, with lists of events."""
 
 import contextlib
 import math
@@ -19,6 +18,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.features.comparison import Comparison
 from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.page import Data
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
@@ -126,7 +126,7 @@ def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 # Data for the page
 
 
-def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> page.Data | None:
+def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> Data | None:
     """The line at the beam of an answer, which sets the number along the axis."""
     if answer is None or answer.beam is None:
         return None
@@ -135,7 +135,7 @@ def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> page.Data 
 
 def loci_lines(
     found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
-) -> list[page.Data]:
+) -> list[Data]:
     """The loci, of all or some branches, interpolated at x (n,), in runs of one family and name of
     the mode; consecutive runs share a point, so that lines have no gaps."""
     lines = []
@@ -169,12 +169,7 @@ def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[in
     return one_name(name, start, middle) + one_name(name, middle, stop)
 
 
-def name_of(found: Loci, label: str, value: float) -> str:
-    """The name of the mode of a branch near a value."""
-    return names_of_branches(found, value).get(label, label)
-
-
-def axes_data(request: ChartRequest, message: str, second: Chart | None) -> page.Data:
+def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data:
     """A chart without loci, for the reason `message`, and the loci of a second beam."""
     along, across = request.measures
     lines = []
@@ -194,9 +189,7 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> page
     }
 
 
-def chart_data(
-    chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None
-) -> page.Data:
+def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
     """The chart with per-rev lines, and behind it the loci of a second beam."""
     data, (along, across) = axes_data(chart.request, "", second), chart.request.measures
     x = np.union1d(chart.loci.values, [event.at for event in chart.loci.events])
@@ -215,7 +208,7 @@ def chart_data(
     }
 
 
-def marks(chart: Chart, multiples: Sequence[int]) -> list[page.Data]:
+def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """Crossings, veerings and resonances as buttons."""
     axes = along, across = chart.request.measures
     places: dict[str, Event | Resonance] = {**chart.events, **chart.resonances_at(multiples)}
@@ -233,8 +226,9 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[page.Data]:
 def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
     """The names of the modes of an event there, stretching modes first."""
     branches = (event.branch,) if isinstance(event, Resonance) else event.branches
-    names = {name_of(chart.loci, one, event.at) for one in branches}
-    return sorted(names, key=lambda name: (name[0] != "S", name))
+    names = names_of_branches(chart.loci, event.at)
+    found = {names.get(one, one) for one in branches}
+    return sorted(found, key=lambda name: (name[0] != "S", name))
 
 
 # The tab
@@ -283,8 +277,7 @@ class LociTab(Feature):
         return chart.pairs.get(self.chosen, nearest)
 
     def show(self) -> None:
-        """Request the charts around the beam shown and the one compared with, and show the last
-        ones."""
+        """Request the charts of the beam and the one compared with, and show the last ones."""
         state, shown, other = self.visitor.state, self.visitor.answer, self.comparison.case.case
         with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
             if shown:
@@ -318,7 +311,7 @@ class LociTab(Feature):
         self.page.html("loci-resonances", resonance_table(chart, multiples))
 
     @property
-    def cursor(self) -> page.Data | None:
+    def cursor(self) -> Data | None:
         if self.charts.answer is None:
             return None
         request = self.charts.answer.request
@@ -353,6 +346,15 @@ def event_table(chart: Chart) -> str:
     caption = "Crossings ○ and veerings ●"
     caption += "".join(f", {kind} {sign}" for kind, sign in SIGNS.items() if kind in others)
     return page.table("crossings and veerings", heads, rows, caption=caption) + warning
+
+
+def event_buttons(chart: Chart) -> str:
+    """Buttons that move the beam to the crossings and veerings."""
+    along, buttons = chart.request.measures[0], ""
+    for key, event in chart.pairs.items():
+        label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
+        buttons += page.button(label, data_set="go_to_event", data_value=key)
+    return page.group("go to", buttons)
 
 
 def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[str, str, str]:

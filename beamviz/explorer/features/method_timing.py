@@ -25,8 +25,7 @@ RESOLUTIONS: dict[str, tuple[float, ...]] = {
 
 
 class Timing(NamedTuple):
-    """One method at one resolution: solve time [s] and largest relative frequency error; nan with a
-    `reason` if it has no result."""
+    """A method at a resolution: solve time [s], largest relative frequency error; or a `reason`."""
 
     method: str
     resolution: str
@@ -135,7 +134,6 @@ def summary(solution: Solution) -> str:
 
 
 def milliseconds(seconds: float) -> str:
-    """A time with its unit."""
     return f"{significant(1000 * seconds, 2)} ms"
 
 

@@ -39,12 +39,10 @@ class Section(NamedTuple):
 
 
 def own_section(area: float, second_moment: float) -> dict[str, float]:
-    """A section given by its area and second moment."""
     return {"area": area, "second_moment": second_moment}
 
 
 def rectangle(width: float, thickness: float) -> dict[str, float]:
-    """Area and second moment of a rectangle."""
     return own_section(width * thickness, width * thickness**3 / 12)
 
 
@@ -101,8 +99,7 @@ MATERIAL_NAMES = {**{name: name for name in MATERIALS}, "own": "own E and ρ"}
 
 
 class RealBeam(NamedTuple):
-    """A beam in SI units to start from, with its source: the keywords of `Beam.from_si`, and the
-    kind of its cross-section."""
+    """A beam to start from: source, keywords of `Beam.from_si` and kind of cross-section."""
 
     name: str
     source: str
@@ -275,8 +272,7 @@ class RealBeamPanel(Feature):
             self.load(lambda beam: with_section(beam, kind), section=kind)
 
     def load(self, edit: Callable[[Beam], Beam], **values: Any) -> None:
-        """Show another beam in the same scene, with other values of the state by field name; or
-        the message of its InvalidInput."""
+        """Show another beam, with other values of the state by field name; or its InvalidInput."""
         try:
             scene = self.visitor.to_scene()
         except InvalidInput:  # a number is out of range

@@ -39,16 +39,14 @@ class RunUpRequest(NamedTuple):
         return cls(state.case.changed("gamma", 0.0), state.force_per_rev, state.damping)
 
     def run_up(self) -> RunUp:
-        """The run-up to the highest speed in the range of the loci chart. Raises the errors of
-        `forced_response.run_up`."""
+        """The run-up to the end of the chart. Raises the errors of `forced_response.run_up`."""
         beam = self.case.beam()
         stop = CHART_FILL * chart_range(beam, "gamma")[1]
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
 class RunUpPlayback:
-    """The run-up in the scene: `step` increases the speed shown, `drawn` is the response at that
-    speed.
+    """The run-up in the scene: `step` increases the speed, `drawn` is the response at that speed.
 
     field: complex displacement (n, 2) [beam lengths] drawn.
     """
@@ -96,9 +94,8 @@ class RunUpPlayback:
         self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
 
     def drawn(self, shapes: SampledModes, scale: float) -> DrawnBeam | None:
-        """The response as the scene draws it, at `scale` [pixels per beam length]: as the only mode
-        of the beam, with the phase of the force. None unless the scene shows it: from the start of
-        a run-up until a mode is chosen."""
+        """The response as the only mode of the beam, with the phase of the force; scale: [pixels
+        per beam length]. None unless the scene shows it: from the start until a mode is chosen."""
         answer, state, run = self.visitor.answer, self.visitor.state, self.run
         if run is None or not state.forced_response or state.view.all_modes:
             return None

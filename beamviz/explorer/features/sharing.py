@@ -55,23 +55,18 @@ def within_limits(scene: Scene) -> Scene:
     for name, most in PAGE_LIMITS.items():
         value = scene.options.get(name) or 0
         if value > most:
-            raise InvalidInput(
-                f"{name} = {value}: a page solves with at most {most}; the command line takes more"
-            )
+            limit = f"a page solves with at most {most}; the command line takes more"
+            raise InvalidInput(f"{name} = {value}: {limit}")
     return scene
 
 
 def parse_link(query: str) -> tuple[Scene, dict[str, Any]] | None:
-    """The scene of a query, and other values of the state by name; None if all its keys are
-    RESERVED. Raises InvalidInput."""
+    """The scene and other values of the state in a query; None for no keys. Raises InvalidInput."""
     keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     if not keys:
         return None
-    values = {
-        name: check(keys.pop(key))
-        for key, (name, check) in KEYS.items()
-        if keys.get(key) is not None
-    }
+    known = {key: KEYS[key] for key in KEYS if keys.get(key) is not None}
+    values = {name: check(keys.pop(key)) for key, (name, check) in known.items()}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
     return within_limits(Scene.from_query(keys, base)), values
 
@@ -209,8 +204,7 @@ class Files:
         self.visitor.client.send_file_download(name, content, save_immediately=True)
 
     def load(self, file: Any) -> None:
-        """Show the scene of a file, given as its name and, from the second line on, its contents;
-        an invalid file changes nothing."""
+        """Show the scene of a file: its name, and its contents from line 2 on; none if invalid."""
         name, _, content = str(file).partition("\n")
         with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
@@ -269,17 +263,16 @@ class Files:
         self.page.props("export-work", hidden=True)
         if (answer := self.job.answer) is None:
             return
-        file, error = answer.request, answer.error
+        file, error, reason = answer.request, answer.error, answer.message
         if answer.result is not None:
             self.send(file.name, answer.result)
-            self.page.say(f"{file.name}: done")
-        elif isinstance(error, NoEquilibrium):
-            self.visitor.notify("Nothing to export", error_summary(error, file.scene.beam))
-        elif isinstance(error, Cancelled):
-            self.page.say(f"{file.name}: cancelled")
-        else:
-            known = isinstance(error, InvalidInput)
-            self.visitor.notify("Nothing to export" if known else "The export failed", str(error))
+        if error is None or isinstance(error, Cancelled):
+            self.page.say(f"{file.name}: {'cancelled' if error else 'done'}")
+            return
+        if isinstance(error, NoEquilibrium):
+            reason = error_summary(error, file.scene.beam)
+        known = isinstance(error, InvalidInput | NoEquilibrium)
+        self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
 def export_tab() -> str:

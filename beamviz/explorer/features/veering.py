@@ -11,13 +11,7 @@ import numpy as np
 from beamviz.beam import PARAMETERS
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.features.loci_chart import (
-    Chart,
-    ChartRequest,
-    LociTab,
-    event_names,
-    loci_lines,
-)
+from beamviz.explorer.features.loci_chart import ChartRequest, LociTab, event_buttons, loci_lines
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
@@ -60,13 +54,8 @@ class LociPair:
     def coriolis(self) -> bool:
         return self.found.problem.coriolis
 
-    @property
-    def kind(self) -> str:
-        """The kind of the event; "" for none."""
-        return self.event.kind if self.event else ""
 
-
-Pairs = tuple[LociPair, LociPair]  # without and with Coriolis forces
+Pairs = tuple[LociPair, ...]  # without and with Coriolis forces
 
 
 @dataclass(frozen=True)
@@ -89,11 +78,8 @@ class VeeringRequest:
         own = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in events if one]
         near = np.linspace(max(centre - half, low), min(centre + half, high), POINTS)
         values = np.union1d(near, own)
-        off, on = (
-            loci_pair(at_values(one, values), event, self.event, centre)
-            for one, event in zip(found, events, strict=True)
-        )
-        return off, on
+        both = zip(found, events, strict=True)
+        return tuple(loci_pair(at_values(a, values), b, self.event, centre) for a, b in both)
 
     def view(self, events: list[Event]) -> tuple[float, float]:
         """Centre and half width of a view of these events and of the whole gap."""
@@ -181,19 +167,18 @@ class VeeringTab(Feature):
         if self.visitor.state.tab != "veering":
             return
         charts, event = self.loci_tab.charts, self.loci_tab.event
-        chart = charts.result
-        if chart and event and not charts.busy:
-            self.job.request(VeeringRequest(chart.request, event))
+        if charts.result and event and not charts.busy:
+            self.job.request(VeeringRequest(charts.result.request, event))
         self.fade(self.job, "veering-chart", "veering-shapes")
         answer = self.job.answer if event else None
         if charts.answer and self.redraws(charts.answer, answer):
-            self.draw(chart, answer)
+            self.draw(answer)
         self.page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
 
-    def draw(self, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None) -> None:
+    def draw(self, answer: Answer[VeeringRequest, Pairs] | None) -> None:
         """Show the last event, or the reason why there is none, and buttons for all events."""
-        pairs = answer.result if answer else None
-        text = choices(chart) if chart and chart.pairs else f"<p>{INVITATION}</p>"
+        chart, pairs = self.loci_tab.charts.result, answer.result if answer else None
+        text = event_buttons(chart) if chart and chart.pairs else f"<p>{INVITATION}</p>"
         self.page.props("veering-chart", hidden=not pairs)
         if answer and pairs:
             request = answer.request.chart
@@ -205,34 +190,22 @@ class VeeringTab(Feature):
         self.page.html("veering-shapes", text)
 
 
-def choices(chart: Chart) -> str:
-    """Buttons for all crossings and veerings."""
-    along, buttons = chart.request.measures[0], ""
-    for key, event in chart.pairs.items():
-        label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
-        buttons += page.button(label, data_set="go_to_event", data_value=key)
-    return page.group("go to", buttons)
-
-
 def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
-    """The chart: the loci without (dashed) and with Coriolis forces, the smallest gap as a vertical
-    line, and the crossings."""
+    """The chart: loci without (dashed) and with Coriolis forces, crossings, the smallest gap."""
     along, across = request.measures
     values = pairs[0].found.values
     lines, gap, marks = [], [], []
     for pair in pairs:
         style = "thick" if pair.coriolis else "dashed"
         for line in loci_lines(pair.found, values, across.factor, pair.branches):
-            runs = [
-                [first, last, f"{own} {style}", name] for first, last, own, name in line["runs"]
-            ]
+            runs = [[i, j, f"{family} {style}", name] for i, j, family, name in line["runs"]]
             lines.append({**line, "runs": runs, "label": line["label"] if pair.coriolis else ""})
-        if pair.kind == "veering":
+        if pair.event and pair.event.kind == "veering":
             k = int(np.searchsorted(values, pair.at))
             y = across.factor * np.array([one.frequency[k] for one in pair.branches])
             ends = {"at": page.sent(np.full(2, along.factor * pair.at)), "y": page.sent(y)}
             gap = [{"label": "", **ends, "runs": [[0, 1, "measure", ""]]}]
-        elif pair.event and pair.kind == "crossing":
+        elif pair.event and pair.event.kind == "crossing":
             place, text = (pair.at, pair.event.frequency), f"crossing: {along.text(pair.at, 5)}"
             marks.append(page.mark("crossing", "crossing", request.measures, place, text))
     frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
@@ -255,7 +228,7 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
         return case + "the gap is too large for a veering."
     value = along.number(pair.at, 3)
     at = f"at {value} {along.unit}" if along.unit else f"at {along.symbol} {value}"
-    if pair.kind == "crossing":
+    if pair.event.kind == "crossing":
         return f"{case}they cross {at}, uncoupled (gap 0)."
     gap = f"{across.factor * pair.event.gap:.3g} {across.unit}".strip()
     first, _, last = pair.shapes[0]

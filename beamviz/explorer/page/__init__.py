@@ -33,13 +33,14 @@ DIGITS = 6  # significant, of the numbers of a chart
 Handler = Callable[[Any], None]
 Data = dict[str, Any]  # of a chart, as chart.js takes it
 Axes = tuple[Measure, Measure]
+Choices = Iterable[str] | Mapping[Any, str]  # the values of a select element, or labels by value
+Cells = Iterable[str]  # HTML
 
 log = RateLimitedLog(__name__)
 
 
 def insert_page(viser_page: str) -> str:
-    """viser's page with our elements around its scene, our style and our scripts; the first tab is
-    open."""
+    """viser's page with our elements around its scene, our style and our scripts."""
     style = package_text(*STYLES, "drawing/captions.css")
     script = package_text(*SCRIPTS, "drawing/captions.js")
     tabs = panels = ""
@@ -61,8 +62,7 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
 
 
 class Page:
-    """Sends changes to the page, all those between two messages at once, and calls the handlers of
-    its actions."""
+    """Sends changes to the page, those between two messages at once, and handles its actions."""
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
@@ -209,18 +209,15 @@ def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **
 def attributes(**values: Any) -> str:
     """Attributes as HTML: aria_label= becomes aria-label, disabled=True has no value, None and
     False are left out, data_value= and values other than strings become JSON."""
-    parts = []
+    text = ""
     for name, value in values.items():
         name = name.strip("_").replace("_", "-")
-        is_state = name.startswith(("aria-", "data-"))
-        if value is None or (value is False and not is_state):
-            continue
-        if value is True and not is_state:
-            parts.append(f" {name}")
-        else:
-            text = value if isinstance(value, str) and name != "data-value" else json.dumps(value)
-            parts.append(f' {name}="{escape(text)}"')
-    return "".join(parts)
+        if isinstance(value, bool) and not name.startswith(("aria-", "data-")):
+            text += f" {name}" if value else ""
+        elif value is not None:
+            plain = isinstance(value, str) and name != "data-value"
+            text += f' {name}="{escape(value if plain else json.dumps(value))}"'
+    return text
 
 
 def button(label: str, **values: Any) -> str:
@@ -256,18 +253,15 @@ def checkbox(key: str, label: str, help: str = "") -> str:
     )
 
 
-def options(choices: Iterable[str] | Mapping[Any, str]) -> str:
-    """Options of a select element; choices: the values, or labels by value."""
-    labels = choices.items() if isinstance(choices, Mapping) else ((one, one) for one in choices)
-    return "".join(
-        f"<option{attributes(value=value)}>{escape(one)}</option>" for value, one in labels
-    )
+def options(choices: Choices) -> str:
+    """The options of a select element."""
+    labels = choices if isinstance(choices, Mapping) else {one: one for one in choices}
+    parts = (f"<option{attributes(value=key)}>{escape(labels[key])}</option>" for key in labels)
+    return "".join(parts)
 
 
-def select(
-    key: str, label: str, choices: Iterable[str] | Mapping[Any, str], help: str = "", id: str = ""
-) -> str:
-    """A select element with its label; choices: see `options`."""
+def select(key: str, label: str, choices: Choices, help: str = "", id: str = "") -> str:
+    """A select element with its label."""
     id = id or f"{key}-select"
     return (
         f'<div class="field"><span class="name"><label for="{id}">{escape(label)}</label>'
@@ -300,10 +294,8 @@ def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
     )
 
 
-def table(
-    name: str, heads: Iterable[str], rows: Iterable[Iterable[str]], caption: str = "", **values: str
-) -> str:
-    """A table of cells (HTML) with the accessible name `name` and a caption (HTML)."""
+def table(name: str, heads: Cells, rows: Iterable[Cells], caption: str = "", **values: str) -> str:
+    """A table of cells with the accessible name `name` and a caption (HTML)."""
     title = f"<caption>{caption}</caption>" if caption else ""
     head = "".join(f'<th scope="col">{one}</th>' for one in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)

@@ -32,9 +32,8 @@ def show_answer(visitor: Visitor, solved: SampledModes | None, shown: list[int])
     if answer:
         own.html("equilibrium", equilibrium_state(answer))
         solution = solved.solution if solved else None
-        own.html(
-            "mode-rows", mode_table(solution, solved, shown) if solved and solution else NO_MODES
-        )
+        rows = mode_table(solution, solved, shown) if solved and solution else NO_MODES
+        own.html("mode-rows", rows)
         own.props("mode-rows", class_="faded" if solution and not answer.solution else None)
 
 
@@ -48,9 +47,8 @@ def work(jobs: Sequence[Job]) -> str:
         percent = f" {100 * slow[0].done:.0f} %" if slow[0].done else ""
         state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
         return state + page.button("Cancel", data_do="cancel_jobs")
-    return (
-        f"cancelled: {names}" + page.button("Compute again", data_do="retry_jobs") if names else ""
-    )
+    retry = page.button("Compute again", data_do="retry_jobs")
+    return f"cancelled: {names}{retry}" if names else ""
 
 
 def invitation(case: Case) -> str:
@@ -86,8 +84,7 @@ def pace(rate: float, units: Units | None) -> str:
 
 
 def equilibrium_state(answer: SolverAnswer) -> str:
-    """The state of the equilibrium in up to three lines: stable, with a caution if no real beam has
-    it; or the warning."""
+    """The state of the equilibrium: stable, with any caution, or the warning; up to three lines."""
     if answer.result and not answer.warning:
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
         text = answer.caution or stretch_text(answer.result)
@@ -142,9 +139,8 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
         for k, label in enumerate(modes.labels)
     )
     return (
-        '<table aria-label="modes"><thead><tr>'
-        + "".join(f"<th>{head}</th>" for head in heads)
-        + f'</tr></thead><tbody>{rows}</tbody></table><p class="soft">{escape(modes.summary)}</p>'
+        f'<table aria-label="modes"><thead><tr><th>{"</th><th>".join(heads)}</th></tr></thead>'
+        f'<tbody>{rows}</tbody></table><p class="soft">{escape(modes.summary)}</p>'
     )
 
 
