@@ -1,5 +1,4 @@
-"""The explorer as a server, in one process or several (`serve` runs until it is interrupted), and
-the frame loop, which draws for all visitors of a process.
+"""The explorer as a server, in one or several processes, and the frame loop, which draws its pages.
 
 With many visitors the frame loop also runs their solves in batches. It is on the event loop:
 threads that compete with it for the interpreter lock would take more time than the work itself.
@@ -165,7 +164,7 @@ class FrameLoop:
         self.server, self.scene, self.access = server, scene, access
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.own_loop = OwnLoop(self.loop)
-        self.workers = Workers(self.crowded, self.resume)
+        self.workers = Workers(lambda: len(self.sessions) >= CROWD, self.resume)
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(draw_sketches)  # before the first session, which shows them
         self.presenter: Visitor | None = None
@@ -196,9 +195,6 @@ class FrameLoop:
         wake = partial(self.wake, client.client_id)
         visitor = Visitor(client, state, self.workers, wake)
         return Session(visitor, (lambda: self.presenter) if follows else None)
-
-    def crowded(self) -> bool:
-        return len(self.sessions) >= CROWD
 
     async def left(self, client: ClientHandle) -> None:
         self.leave(client.client_id)
@@ -242,7 +238,8 @@ class FrameLoop:
             if time.monotonic() >= due:
                 await self.draw_all(step := self.step)
                 due = max(due + step, time.monotonic() + step / 5)
-            self.workers.replace_late()
+            for pool in (self.workers.background, self.workers.pool):
+                pool.replace()  # long work delays no other work
             self.workers.run_batch(BATCH)
             self.draw_next()
             await exchange_messages()

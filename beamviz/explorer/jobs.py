@@ -55,7 +55,6 @@ class WorkerPool:
         threading.Thread(target=self.run, name=self.name, daemon=True).start()
 
     def submit(self, work: Callback) -> None:
-        """Run `work` as soon as a thread is free."""
         self.waiting.put(work)
 
     def run(self) -> None:
@@ -84,9 +83,8 @@ class WorkerPool:
 class Workers:
     """The worker threads of all visitors of a process.
 
-    Solves are passed to worker threads while visitors are few. While they are many, quick solves
-    wait here, and the frame loop runs them in batches: this takes less time than threads that
-    compete with the frame loop for the interpreter lock.
+    While visitors are many, quick solves wait here, and the frame loop runs them in batches: this
+    takes less time than threads that compete with the frame loop for the interpreter lock.
 
     crowded: whether there are many visitors; notify: called when a solve waits for a batch;
     background: for charts, maps and other long work.
@@ -118,11 +116,6 @@ class Workers:
         self.batch_pool.submit(done.set)
         if not done.wait(BATCH_TIMEOUT):
             self.batch_pool.replace(late=0.0)
-
-    def replace_late(self) -> None:
-        """Keep long work from delaying other work; called regularly by the frame loop."""
-        for pool in (self.background, self.pool):
-            pool.replace()
 
     def close(self) -> None:
         self.waiting.clear()
@@ -189,7 +182,6 @@ class Job(Generic[Q, R]):
 
     @property
     def cancelled(self) -> bool:
-        """Whether the latest request was cancelled."""
         return self.answer is not None and isinstance(self.answer.error, Cancelled)
 
     def cancel(self) -> None:
@@ -271,7 +263,6 @@ class SolverAnswer(Answer[Case, SampledModes]):
 
     @property
     def solution(self) -> Solution | None:
-        """The solution; None for an error."""
         return self.result.solution if self.result else None
 
     @cached_property

@@ -40,7 +40,6 @@ from beamviz.scene import Scene
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
 REST = 0.3  # [s] that a slider is at rest before the charts are updated, with many visitors
 ZOOMED = 1.25  # ratio of scales from which on the beam is subdivided again
-FOLLOW_LABEL = "follow the presenter"
 FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
@@ -185,7 +184,9 @@ class Session:
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.mass_drag = MassDrag(visitor, self.view.beam)
         if presenter:
-            visitor.page.html("presenter", checkbox("following", FOLLOW_LABEL, FOLLOW_HINT))
+            visitor.page.html(
+                "presenter", checkbox("following", "follow the presenter", FOLLOW_HINT)
+            )
             visitor.bind("following")
         visitor.page.on("preferences", self.take_preferences)
         visitor.client.camera.on_update(self.camera_moved)
@@ -238,7 +239,6 @@ class Session:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the picture changes with time."""
         view = self.view.state.view
         playing = view.playing and view.pace > 0
         return (playing or self.run_up.running) and not (self.view.warning or self.visitor.dragging)
@@ -258,7 +258,7 @@ class Session:
     def has_changed(self) -> bool:
         """Whether a part of the page is outdated."""
         visitor = self.visitor
-        is_current = visitor.page.shows("work", panel.work(visitor.jobs))
+        is_current = visitor.page.sent.get(("html", "work")) == panel.work(visitor.jobs)
         return visitor.version is not self.version or self.view.has_moved or not is_current
 
     def tick(self, now: float) -> None:
@@ -304,7 +304,7 @@ class Session:
         caption is an invitation until the first edit."""
         page, view, case = self.visitor.page, self.view, self.visitor.state.case
         view.show()
-        page.captions(view.captions)
+        page.send_changed([caption.data for caption in view.captions], "captions")
         page.props("playing", disabled=bool(view.warning))
         panel.show_answer(self.visitor, view.solved, view.shown_modes)
         units = view.shapes.beam.units

@@ -77,16 +77,16 @@ class State:
     """All choices of a visitor.
 
     scene: the one loaded last; opened: the one that the page, a link or a file opened; camera: a
-    fixed viewpoint, None to fit the beam into the page; tab: the one that is open; over: the
-    abscissa of the loci chart and the map; across: the ordinate of the map; mapped: the quantity of
-    the map, "gap" or the number of a mode; per_rev: multiples of the speed in the chart;
-    comparison: the kind of second beam; kept: the case kept for it; stacked: the second beam is
-    drawn above the first, not overlaid; force_per_rev, damping: periods of the force per revolution
-    and damping ratio of the run-up; forced_response: the scene shows the response to that force;
-    run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
-    which an edit ends it; time_methods: the tab Methods times all methods; film_length: of the
-    films that are exported; section: the sizes by which the panel of a real beam gives its section;
-    lesson: the open one, "" for none; step: its step, from 0; following: the presenter is followed.
+    fixed viewpoint, None to fit the beam into the page; tab: the open one; over: the abscissa of
+    the loci chart and the map; across, mapped: the ordinate and the quantity of the map, "gap" or
+    the number of a mode; per_rev: multiples of the speed in the chart; comparison: the kind of
+    second beam; kept: the case kept for it; stacked: it is drawn above the first, not overlaid;
+    force_per_rev, damping: periods of the force per revolution and damping ratio of the run-up;
+    forced_response: the scene shows the response to that force; run_speed: the speed during a
+    run-up, 0 until that is computed, in place of the beam's own, of which an edit ends it;
+    time_methods: the tab Methods times all methods; section: the sizes that the panel of a real
+    beam shows; lesson, step: the open one, "" for none, and its step (from 0); following: a
+    presenter is followed.
     """
 
     scene: Scene
@@ -121,16 +121,9 @@ class State:
     def loaded(self, scene: Scene) -> Self:
         """With another scene, and without the case kept for comparison."""
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
-        return replace(
-            self.changed("over", scene.over),
-            scene=scene,
-            case=Case.of(scene),
-            view=scene.view,
-            camera=scene.camera,
-            per_rev=scene.per_rev,
-            comparison=comparison,
-            kept=None,
-        ).without_run_up()
+        state = replace(self, scene=scene, case=Case.of(scene), comparison=comparison, kept=None)
+        state = replace(state, view=scene.view, camera=scene.camera, per_rev=scene.per_rev)
+        return state.changed("over", scene.over).without_run_up()
 
     @property
     def shown_case(self) -> Case:

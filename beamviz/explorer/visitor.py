@@ -138,7 +138,7 @@ class Visitor:
         values = state.values
         for key, shown in self.controls.items():
             self.page.value(key, shown(values))
-        self.page.open(state.tab)
+        self.page.send_changed(state.tab, "open")
         self.page.theme(dark=state.view.dark)
         self.page.props("undo", disabled=not self.history.past)
         self.page.props("redo", disabled=not self.history.future)

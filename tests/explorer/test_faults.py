@@ -192,7 +192,7 @@ def test_endless_solves_do_not_delay_other_visitors(url, other, frame_loops, vis
         for guest in (*crowd, last):
             guests.callback(vanish, guest.socket.socket)
         alone(frame_loops, visitors + 1)
-        assert frame_loops[0].crowded() == (visitors == frame_loop.CROWD)
+        assert frame_loops[0].workers.crowded() == (visitors == frame_loop.CROWD)
         for guest in crowd[: jobs.SOLVERS + 1]:
             guest.edit(gamma=11.0)
             guest.choose("gamma", ENDLESS)

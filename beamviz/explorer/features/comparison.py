@@ -76,8 +76,7 @@ class Comparison:
     """The second beam: its solution and its drawing.
 
     case: the one compared with; choices: those drawn; shapes: the modes drawn, None if nothing is;
-    views: the objects that draw the second beam, by whether it is stacked, made when they are first
-    needed; view: the one that is shown.
+    views: the objects that draw it, by whether it is stacked, made when needed; view: that shown.
     """
 
     def __init__(self, visitor: Visitor):

@@ -56,14 +56,7 @@ MODES_HINT = (
     " sliders mix several. B: bending, S: stretching. The errors are estimates of the numerical"
     " error."
 )
-HEADING = (
-    f'<div class="row"><h2>Natural modes</h2>{page.hint("natural modes", MODES_HINT)}'
-    '<span class="space"></span>'
-    f"{page.button('All', data_set='all_modes', aria_label='All modes, one above the other')}</div>"
-    '<div id="mode-rows"></div>'
-)
 FIELD_DIGITS = 8
-FIRST_MASS = 1.0  # for a beam that never had one
 
 
 def number_slider(name: str) -> str:
@@ -83,7 +76,12 @@ CONTENT = {
         f"{page.options(CHOICES['method'])}</select>"
         '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
     ),
-    "modes": HEADING,
+    "modes": (
+        f'<div class="row"><h2>Natural modes</h2>{page.hint("natural modes", MODES_HINT)}'
+        '<span class="space"></span>'
+        + page.button("All", data_set="all_modes", aria_label="All modes, one above the other")
+        + '</div><div id="mode-rows"></div>'
+    ),
     "beam": (
         "".join(map(number_slider, PARAMETERS))
         + f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
@@ -108,7 +106,6 @@ CONTENT = {
 
 
 def toggled(name: str, state: State) -> State:
-    """With a switch toggled."""
     return state.changed(name, not state.values[name])
 
 
@@ -131,7 +128,7 @@ class Controls(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.alpha = FIRST_MASS
+        self.alpha = 1.0  # for a beam that never had a mass
         self.ranges: dict[str, tuple[float, float]] = {}
         for id, content in CONTENT.items():
             self.page.html(id, content)
@@ -175,16 +172,13 @@ class Controls(Feature):
             self.page.value(name, shown)
 
     def choose_ranges(self, state: State) -> None:
-        """Choose labels and ranges for a scene that was loaded: up to four times the value of a
-        real beam, or the full range if the usual one does not contain the value."""
+        """Choose labels and usual ranges for a new scene: up to four times the value in units."""
         units = state.case.units
         for name, number in state.case.numbers.items():
             own, known = measure(name, units), number if is_finite(number) else 0.0
             low, high, step = NUMBERS[name].slider
             if units and known > 0 and name in ("alpha", "gamma"):  # of a real beam
                 low, high, step = 0.0, 4 * known, known / 100
-            if not low <= known <= high:
-                low, high = NUMBERS[name].limits
             low, high, step = own.range(low, high, step, NUMBERS[name].limits)
             self.ranges[name] = low, high
             self.page.props(f"{name}-slider", min=low, max=high, step=step, data_unit=own.unit)
@@ -223,12 +217,11 @@ Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the e
 
 
 class MassDrag:
-    """Sets beta while the mass is dragged. During a drag the clock is stopped and the scene keeps
-    its position.
+    """Sets beta while the mass is dragged; meanwhile the clock stops and the scene keeps its place.
 
     offset: distance [beam lengths] from the centre of the mass to the point where it was picked up;
-    sight: the line of sight that the mass is moved to, None after the beam has been drawn with the
-    mass there; case: the case with the mass at that position.
+    sight: the line of sight that the mass is moved to, None once it is drawn there; case: that of
+    the mass at that position.
     """
 
     def __init__(self, visitor: Visitor, view: BeamView):

@@ -37,8 +37,7 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson and its step are in the state.
 
-    met: names of the lessons whose challenge has been met; named: keys of the controls that are to
-    be highlighted when the lesson is shown.
+    met: names of the lessons whose challenge is met; named: keys of the controls to highlight.
     """
 
     def __init__(self, visitor: Visitor):
@@ -152,9 +151,7 @@ def lesson_html(lesson: Lesson, step: int) -> str:
         )
         for k, name in enumerate(STEPS)
     )  # fmt: skip
-    forward = page.button(
-        "Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main"
-    )
+    ahead = page.button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
     restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the lesson"}
     leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
     body = (
@@ -171,7 +168,7 @@ def lesson_html(lesson: Lesson, step: int) -> str:
         f'<div class="title"><h3>{number}. {escape(lesson.title)}</h3>'
         f"{page.button('↺', class_='quiet', **restart)}"
         f"{page.button('✕', class_='quiet', **leave)}</div>"
-        f"{page.group('Steps of the lesson', steps, forward)}{body}"
+        f"{page.group('Steps of the lesson', steps, ahead)}{body}"
     )
 
 

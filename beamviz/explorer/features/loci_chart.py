@@ -244,16 +244,14 @@ class LociTab(Feature):
         self.charts = visitor.job("chart", ChartRequest.chart)
         self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
         self.chosen, self.choice = "", 0
-        tools = (
-            page.select("over", "horizontal axis", AXES)
-            + '<div id="per-rev" class="row" role="group" aria-label="per-rev lines">'
-            f'<span class="name">per-rev lines{page.hint("per-rev lines", PER_REV_HELP)}</span>'
-        )
+        help = page.hint("per-rev lines", PER_REV_HELP)
+        lines = f'<span class="name">per-rev lines{help}</span>'
         for k in PER_REV:
             names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
-            tools += page.button(f"{k} ×", class_="toggle", **names)
+            lines += page.button(f"{k} ×", class_="toggle", **names)
             visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
-        tools += "</div>"
+        lines = page.group("per-rev lines", lines, id="per-rev")
+        tools = page.select("over", "horizontal axis", AXES) + lines
         lists = "loci-resonances", "loci-events"
         self.page.html("tab-frequencies", page.chart_tab(tools, "loci-chart", *lists, hidden=False))
         self.page.on("go_to_event", self.go_to)
@@ -323,7 +321,6 @@ def has_line(values: Mapping[str, Any], k: int) -> bool:
 
 
 def with_line(state: State, on: Any, k: int) -> State:
-    """With or without the line k × speed."""
     multiples = {*state.per_rev, k} if on else {*state.per_rev} - {k}
     return state.changed("per_rev", sorted(multiples))
 

@@ -13,6 +13,7 @@ from beamviz.explorer import page
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import match_modes
+from beamviz.output import plural
 from beamviz.solver import METHODS, Solution, solve
 
 REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against
@@ -61,8 +62,7 @@ def time_method(reference: Solution, option: str, value: float, settings: dict[s
 
 
 def frequency_error(solution: Solution, reference: Solution) -> float:
-    """Largest relative error of the frequencies (growth rates where unstable) of the modes that
-    both solutions have, matched by shape."""
+    """Largest relative error of the frequencies, or growth rates, of the modes matched by shape."""
     pairs = zip(match_modes(reference, solution).partner, rates(reference), strict=True)
     errors = [abs(rates(solution)[k] / exact - 1) for k, exact in pairs if k >= 0 and exact > 0]
     return max(MIN_ERROR, *errors)
@@ -139,12 +139,9 @@ def milliseconds(seconds: float) -> str:
 
 def cost(solution: Solution) -> str:
     """Elements, order, unknowns, time and largest relative error of a solution."""
-    stats = solution.stats
-    elements = f"{stats.elements} element{'s' if stats.elements > 1 else ''}"
-    return (
-        f"{elements}, order {stats.order}, {stats.dof} unknowns, {milliseconds(stats.seconds)},"
-        f" relative error {relative_error(solution):.0e}"
-    )
+    stats, error = solution.stats, f"relative error {relative_error(solution):.0e}"
+    size = f"{plural(stats.elements, 'element')}, order {stats.order}, {stats.dof} unknowns"
+    return f"{size}, {milliseconds(stats.seconds)}, {error}"
 
 
 def relative_error(solution: Solution) -> float:
@@ -159,39 +156,33 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> page.Da
     span = 10.0 ** math.floor(min(times)), 10.0 ** math.ceil(max(times))
     axes = Measure("time of a solve [ms]", "time", "ms"), Measure("relative error", "error")
     lines, marks = [], []
-    for name, style in STYLES.items():
-        own = [one for one in good if one.method == name]
+    for method, style in STYLES.items():
+        own = [one for one in good if one.method == method]
         places = [(1000 * one.seconds, min(one.error, MAX_ERROR)) for one in own]
         for one, place in zip(own, places, strict=True):
-            key = f"{name}, {one.resolution}"
+            key = f"{method}, {one.resolution}"
             text = f"{key}: {milliseconds(one.seconds)}, relative error {one.error:.0e}"
             marks.append(page.mark(key, "point", axes, place, text))
         if own:
             at, y = map(page.sent, np.transpose(places))
-            runs = [[0, len(own) - 1, style, name]]
-            lines.append({"label": name, "at": at, "y": y, "runs": runs, "dots": True})
+            runs = [[0, len(own) - 1, style, method]]
+            lines.append({"label": method, "at": at, "y": y, "runs": runs, "dots": True})
     if solution:
         x = float(np.clip(1000 * solution.stats.seconds, *span))
         place = x, float(np.clip(relative_error(solution), *ERRORS))
         marks.append(page.mark("this scene", "here", axes, place, f"this scene: {cost(solution)}"))
-    return {
-        "name": "Time against error of every method",
-        "x": page.axis_data(axes[0], span, log=True),
-        "y": page.axis_data(axes[1], ERRORS, log=True),
-        "lines": lines,
-        "marks": marks,
-    }
+    name, ends = "Time against error of every method", (span, ERRORS)
+    across, up = (page.axis_data(*one, log=True) for one in zip(axes, ends, strict=True))
+    return {"name": name, "x": across, "y": up, "lines": lines, "marks": marks}
 
 
 def timing_table(timings: Sequence[Timing]) -> str:
     """Every method with a button that chooses it, and its most accurate result or the reason."""
     rows = []
-    for name in STYLES:
+    for name, style in STYLES.items():
         own = [timing for timing in timings if timing.method == name]
         good = [timing for timing in own if math.isfinite(timing.error)]
-        choose = page.button(
-            name, data_set="method", data_value=name, class_=f"quiet {STYLES[name]}"
-        )
+        choose = page.button(name, data_set="method", data_value=name, class_=f"quiet {style}")
         if good:
             best = min(good, key=lambda timing: timing.error)
             result = milliseconds(best.seconds), f"{best.error:.0e}", best.resolution

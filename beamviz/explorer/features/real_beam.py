@@ -21,7 +21,6 @@ DIGITS = 8
 ROUNDING = 1e-9
 PERCENT = "mass_percent"
 OPTIONAL = ("hub_radius", "rotation_speed", "angular_acceleration", "mass")
-SIGNED = ("hub_radius", "angular_acceleration")
 
 Pair = tuple[float, float]
 
@@ -111,25 +110,19 @@ class RealBeam(NamedTuple):
         return Beam.from_si(**self.values)
 
 
+STEEL = MATERIALS["steel"] | {"rotation_speed": 300 * RPM}
 STEEL_BEAM = RealBeam(
     "steel beam",
     "A bar of rectangular section, 1000 x 30 x 5 mm, without a mass, on a shaft at 300 rpm. Steel"
     " as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
-    {**MATERIALS["steel"], **rectangle(30e-3, 5e-3), "length": 1.0, "rotation_speed": 300 * RPM},
+    STEEL | rectangle(30e-3, 5e-3) | {"length": 1.0},
     "rectangle",
 )
 RULER = RealBeam(
     "steel ruler",
     "A laboratory rule of a common size, 300 x 25 x 1 mm, with a clip of 10 g at its tip, on a"
     " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
-    {
-        **MATERIALS["steel"],
-        **rectangle(25e-3, 1e-3),
-        "length": 0.3,
-        "rotation_speed": 300 * RPM,
-        "mass": 0.01,
-        "mass_position": 0.3,
-    },
+    STEEL | rectangle(25e-3, 1e-3) | {"length": 0.3, "mass": 0.01, "mass_position": 0.3},
     "rectangle",
 )
 ARM = RealBeam(
@@ -186,7 +179,7 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
     (label, factor), values = FIELDS[name], entries(beam)
     if name not in values:  # the beam or its section was changed meanwhile
         return beam
-    low = -MAX_VALUE if name in SIGNED else 0.0
+    low = -MAX_VALUE if name in ("hub_radius", "angular_acceleration") else 0.0
     number = check_float(label, value, low, 100.0 if name == PERCENT else MAX_VALUE)
     if number == 0 and name not in (*OPTIONAL, PERCENT):
         raise InvalidInput(f"{label} = 0: must be above 0")
@@ -305,19 +298,18 @@ class RealBeamPanel(Feature):
             self.page.value(f"real.{name}", float(f"{value / FIELDS[name][1]:.{DIGITS}g}"))
 
 
-def preset_button(name: str) -> str:
-    return page.button(name, data_do="real.preset", data_value=name, title=PRESETS[name].source)
-
-
+BUTTONS = "".join(
+    page.button(name, data_do="real.preset", data_value=name, title=real.source)
+    for name, real in PRESETS.items()
+)
 INVITATION = (
     '<details class="real"><summary>Real beam (m, kg, rpm, Hz)</summary>'
     "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
-    f'<div class="choices">{"".join(map(preset_button, PRESETS))}</div></details>'
+    f'<div class="choices">{BUTTONS}</div></details>'
 )
 
 
 def number_field(name: str) -> str:
-    """The field of a number, with its label."""
     key, label = f"real.{name}", escape(FIELDS[name][0])
     return (
         f'<div class="field"><label for="{key}-field">{label}</label>'
@@ -344,6 +336,6 @@ def panel(kind: str, beam: Beam) -> str:
         '<p id="real-error" role="alert"></p>'
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {significant(units.mass, 4)} kg</p>"
-        f'<div class="choices">{"".join(map(preset_button, PRESETS))}'
+        f'<div class="choices">{BUTTONS}'
         f"{page.button('dimensionless', data_do='dimensionless')}</div></details>"
     )

@@ -64,7 +64,6 @@ class RunUpPlayback:
 
     @property
     def run(self) -> RunUp | None:
-        """The run-up; None if it is not computed."""
         return self.answer.result if self.answer else None
 
     @property
@@ -100,7 +99,7 @@ class RunUpPlayback:
         if run is None or not state.forced_response or state.view.all_modes:
             return None
         if answer and answer.solution:
-            self.field = scaled_response(run, answer.solution, shapes, state.view.amplitude)
+            self.field = scaled_response(run, answer.solution, shapes.x, state.view.amplitude)
         if not self.field.size:
             return None
         size, unlimited = max(PEAK * state.view.amplitude, 1e-9), np.full(1, np.inf)
@@ -118,8 +117,7 @@ def started(state: State) -> State:
 
 def next_speed(run: RunUp, speed: float, elapsed: float) -> float | None:
     """The speed after `elapsed` [s]; None after the last stable one."""
-    unstable = np.flatnonzero(~np.isfinite(run.amplitudes))
-    stable = run.speeds[: unstable[0] if unstable.size else None]
+    stable = run.speeds[np.logical_and.accumulate(np.isfinite(run.amplitudes))]
     if not speed < max(stable, default=0.0):
         return None
     numbers = np.arange(len(stable))
@@ -127,12 +125,10 @@ def next_speed(run: RunUp, speed: float, elapsed: float) -> float | None:
     return float(np.interp(reached, numbers, stable))
 
 
-def scaled_response(
-    run: RunUp, solution: Solution, shapes: SampledModes, amplitude: float
-) -> np.ndarray:
-    """Response (n, 2) at the stations of the shapes, with the square root of its size as amplitude;
-    (0, 2) for an unstable beam, as before the start of a run-up."""
-    field = response(solution, run.per_rev * solution.beam.gamma, run.damping, shapes.x)
+def scaled_response(run: RunUp, solution: Solution, x: np.ndarray, amplitude: float) -> np.ndarray:
+    """Response (n, 2) at coordinates x (n,), with the square root of its size as amplitude; (0, 2)
+    for an unstable beam, as before the start of a run-up."""
+    field = response(solution, run.per_rev * solution.beam.gamma, run.damping, x)
     if not np.isfinite(field).all():
         return np.zeros((0, 2))
     largest = float(np.abs(field).max())
@@ -143,8 +139,6 @@ def scaled_response(
 # The tab
 
 AMPLITUDE = Measure("tip amplification", "tip")
-START = "Run up from rest"
-FORCES = {k: f"{k} × per revolution" for k in PER_REV}
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 DAMPING_HELP = "Damping ratio of every mode; 100 % is critical damping"
@@ -165,7 +159,7 @@ class RunUpTab(Feature):
         self.playback = playback
         low, high = (100 * end for end in DAMPING)
         tools = (
-            page.select("force_per_rev", "force", FORCES)
+            page.select("force_per_rev", "force", {k: f"{k} × per revolution" for k in PER_REV})
             + page.slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
             + page.button("", id="run-up-button", class_="main", data_do="run_up")
         )
@@ -176,7 +170,7 @@ class RunUpTab(Feature):
     def show(self) -> None:
         """Show the run-up with the speed of the beam, or the reason why there is none."""
         playback, run = self.playback, self.playback.run
-        self.page.html("run-up-button", "Stop" if playback.running else START)
+        self.page.html("run-up-button", "Stop" if playback.running else "Run up from rest")
         self.page.props("run-up-chart", hidden=run is None)
         if run:
             line = cursor(self.visitor.answer, "gamma", measure("gamma", run.beam.units))
@@ -200,24 +194,22 @@ def run_data(run: RunUp) -> page.Data:
     axes = along, _ = measure("gamma", run.beam.units), AMPLITUDE
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
-    runs = [[0, len(run.speeds) - 1, "bending", ""]]
     marks = []
     for one in run.resonances:
         times = f"{run.peak(one):.3g} times the deflection at rest"
         text = f"resonance of {one.branch}: {along.text(one.at, 4)}, {times}"
-        place = (one.at, run.peak(one))
+        key, place = f"{one.branch} {one.at:.4g}", (one.at, run.peak(one))
         action = {"action": "gamma", "value": along.factor * one.at}
-        marks.append(
-            page.mark(f"{one.branch} {one.at:.4g}", "resonance", axes, place, text, **action)
-        )
-    return {
+        marks.append(page.mark(key, "resonance", axes, place, text, **action))
+    x = page.axis_data(along, (0.0, float(run.speeds[-1])))
+    y = page.axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True)
+    line: page.Data = {"label": "tip", "y": page.sent(run.amplitudes)}
+    line["runs"] = [[0, len(run.speeds) - 1, "bending", ""]]
+    data = {
         "name": "Response of the tip over the speed",
-        "x": page.axis_data(along, (0.0, float(run.speeds[-1]))),
-        "y": page.axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True),
         "at": page.sent(along.factor * run.speeds),
-        "lines": [{"label": "tip", "y": page.sent(run.amplitudes), "runs": runs}],
-        "marks": marks,
     }
+    return data | {"x": x, "y": y, "lines": [line], "marks": marks}
 
 
 def resonance_table(run: RunUp) -> str:

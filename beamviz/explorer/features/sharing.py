@@ -76,8 +76,7 @@ class Links:
 
     start: the state without a query; reserved: the RESERVED parameters of the address, None before
     the page has sent it; shown: the state in the address; due: time [s] of the next change at the
-    earliest; moved: the viewpoint has changed since; opened: the content of the address, if any, is
-    in the state.
+    earliest; moved: the viewpoint has changed since; opened: the state has what the address says.
     """
 
     def __init__(self, visitor: Visitor, lessons: Lessons):
@@ -169,7 +168,6 @@ KINDS = {
     ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
 }
-GIF_SIZE = {"width": 480, "height": 270}
 
 
 @dataclass(eq=False)
@@ -182,8 +180,7 @@ class File:
 
 
 class Files:
-    """Buttons that save and load a scene; the tab Export: a button for each file format, the
-    progress, and a button that cancels."""
+    """Buttons that save and load a scene, and the tab Export with the progress of its files."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
@@ -214,7 +211,7 @@ class Files:
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
-        size = GIF_SIZE if suffix == ".gif" else {}  # the largest files
+        size = {"width": 480, "height": 270} if suffix == ".gif" else {}  # the largest files
         periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):

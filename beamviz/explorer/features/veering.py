@@ -154,8 +154,7 @@ SKELETON = (
 
 
 class VeeringTab(Feature):
-    """A summary, a chart and the mode shapes of a crossing or veering: that chosen in the tab
-    Frequencies, else the nearest to the beam."""
+    """A crossing or veering, magnified: that chosen in the tab Frequencies, else the nearest."""
 
     def __init__(self, visitor: Visitor, loci_tab: LociTab):
         super().__init__(visitor)
@@ -211,14 +210,12 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
     frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
     margin = 0.06 * (high - low)
-    return {
-        "name": "Veering, magnified",
+    axes = {
         "x": page.axis_data(along, (values[0], values[-1])),
         "y": page.frequency_axis(across, (low - margin, high + margin)),
         "at": page.sent(along.factor * values),
-        "lines": lines + gap,
-        "marks": marks,
     }
+    return {"name": "Veering, magnified", **axes, "lines": lines + gap, "marks": marks}
 
 
 def sentence(pair: LociPair, along: Measure, across: Measure) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 from viser import ClientHandle, GuiEvent, ViserServer
 
 from beamviz.drawing import colours
-from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import Measure
 from beamviz.explorer.state import TABS
 from beamviz.files import package_text
@@ -80,10 +79,6 @@ class Page:
         """Show HTML in the element with this id. Text in it must be escaped."""
         self.send_changed(content, "html", id)
 
-    def shows(self, id: str, content: str) -> bool:
-        """Whether the element with this id has this content."""
-        return self.sent.get(("html", id)) == content
-
     def value(self, key: str, value: Any) -> None:
         """Show a value in all controls with data-set="key"."""
         self.send_changed(value, "values", key)
@@ -98,14 +93,6 @@ class Page:
         """Draw a chart in the element with this id (chart.js)."""
         for name, value in data.items():
             self.send_changed(value, "charts", id, name)
-
-    def captions(self, captions: Iterable[Caption]) -> None:
-        """Write texts over the scene, each at the point of its node (captions.js)."""
-        self.send_changed([one.data for one in captions], "captions")
-
-    def open(self, tab: str) -> None:
-        """Open a tab, unless it is open."""
-        self.send_changed(tab, "open")
 
     def point(self, *keys: str) -> None:
         """Highlight controls, by their keys or ids, and open the sections that contain them."""
@@ -124,7 +111,7 @@ class Page:
         self.send(said, "say")
 
     def send_changed(self, content: Any, *path: str) -> None:
-        """Send a part of the page if it differs from the last one sent."""
+        """Send a part of the page (see `send`) if it differs from the last one sent."""
         if self.sent.get(path, self) != content:
             self.sent[path] = content
             self.send(content, *path)
@@ -171,12 +158,9 @@ class Page:
         handler(value)
 
 
-def whole_number(digits: str) -> float:
-    """An integer; a float if it has more than MAX_DIGITS digits."""
-    return int(digits) if len(digits) <= MAX_DIGITS else float(digits)
-
-
-ACTIONS = json.JSONDecoder(parse_int=whole_number)
+ACTIONS = json.JSONDecoder(
+    parse_int=lambda digits: int(digits) if len(digits) <= MAX_DIGITS else float(digits)
+)
 
 
 # Data of charts
@@ -270,9 +254,10 @@ def select(key: str, label: str, choices: Choices, help: str = "", id: str = "")
     )
 
 
-def group(name: str, *parts: str) -> str:
+def group(name: str, *parts: str, **values: str) -> str:
     """A row of controls (HTML) with the accessible name `name`."""
-    return f'<div class="row" role="group"{attributes(aria_label=name)}>{"".join(parts)}</div>'
+    own = attributes(aria_label=name, **values)
+    return f'<div class="row" role="group"{own}>{"".join(parts)}</div>'
 
 
 # HTML of texts
