@@ -111,10 +111,8 @@ def several_processes(
             ready()
             wait_for_signal(main_process)
 
-    with (
-        listening_sockets(host, port) as listeners,
-        closing(ProcessPool(listeners, visitor_count, run)) as pool,
-    ):
+    sockets = listening_sockets(host, port)
+    with sockets as listeners, closing(ProcessPool(listeners, visitor_count, run)) as pool:
         for worker in pool.workers:
             worker.wait()
         yield Access(host, listeners[0].getsockname()[1], **access).url, pool.serve

@@ -230,10 +230,9 @@ class Session:
         if other is None:
             return
         with own.lock:
-            state = replace(other.state, camera=own.state.camera, following=True)
-            if self.presented_tab == state.tab:
-                state = replace(state, tab=own.state.tab)
-            self.presented_tab = other.state.tab
+            tab, self.presented_tab = self.presented_tab, other.state.tab
+            tab = own.state.tab if tab == other.state.tab else other.state.tab
+            state = replace(other.state, camera=own.state.camera, tab=tab, following=True)
             if state != own.state:
                 own.set_state(state)
 

@@ -34,16 +34,21 @@ def release() -> Iterator[threading.Event]:
 
 
 def test_work_starts_in_order_two_at_a_time(release):
-    """The others wait, and start in the order of submission."""
+    """The others wait, and start in the order of submission, or when these are late: then other
+    threads take the place of theirs, which end."""
     begun: list[int] = []
     with closing(WorkerPool(2, "test")) as pool:
         for k in range(6):
             pool.submit(lambda k=k: (begun.append(k), release.wait(20)))
         wait_until(lambda: len(begun) == 2)
         time.sleep(0.1)
+        pool.replace()
         assert begun == [0, 1]
+        pool.replace(late=0.0)
+        wait_until(lambda: len(begun) == 4)
         release.set()
         wait_until(lambda: len(begun) == 6)
+        wait_until(lambda: [one.name for one in threading.enumerate()].count("test") == 2)
     assert [sorted(begun[k : k + 2]) for k in (2, 4)] == [[2, 3], [4, 5]]
 
 

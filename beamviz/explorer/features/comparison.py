@@ -39,7 +39,6 @@ LABELS = {
     "effects": "all effects on",
 }
 REASONS = {  # why there is no second beam
-    "nothing": "",
     "earlier": "No beam is kept yet: press the button below, then change the beam.",
     "coriolis": "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
     "mass": "There is no mass to double: give the beam one first.",
@@ -64,7 +63,7 @@ def comparison_case(state: State, case: Case) -> ComparisonCase:
         other = case.changed("alpha", 2 * alpha)
     elif choice == "effects" and not all(options[term] for term in TERMS):
         title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
-    return ComparisonCase(title, other) if other else ComparisonCase(REASONS[choice])
+    return ComparisonCase(title, other) if other else ComparisonCase(REASONS.get(choice, ""))
 
 
 # The second beam in the scene

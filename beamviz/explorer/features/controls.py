@@ -13,7 +13,7 @@ from viser.transforms import SO3
 from beamviz.beam import NUMBERS, PARAMETERS
 from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import to_hub_frame
-from beamviz.drawing.text import measure
+from beamviz.drawing.text import Measure, measure
 from beamviz.explorer import page
 from beamviz.explorer.state import CHOICES, State
 from beamviz.explorer.visitor import Feature, Visitor
@@ -56,7 +56,6 @@ MODES_HINT = (
     " sliders mix several. B: bending, S: stretching. The errors are estimates of the numerical"
     " error."
 )
-FIELD_DIGITS = 8
 
 
 def number_slider(name: str) -> str:
@@ -156,36 +155,35 @@ class Controls(Feature):
 
     def show(self) -> None:
         """Show the numbers; a slider gets the full range if the usual one lacks its number."""
-        state = self.visitor.state
-        if self.redraws(state.scene):
-            self.choose_ranges(state)
+        state, units = self.visitor.state, self.visitor.state.case.units
+        is_new = self.redraws(state.scene)
         for name, number in state.case.numbers.items():
-            if not is_finite(number):
+            own = measure(name, units)
+            is_known = isinstance(number, int | float) and math.isfinite(number)
+            if is_new:
+                self.choose_range(name, own, number if is_known and units else 0.0)
+            if not is_known:
                 continue
             if name == "alpha" and number > 0:
                 self.alpha = number
-            factor, (low, high) = measure(name, state.case.units).factor, self.ranges[name]
-            shown = float(f"{factor * number:.{FIELD_DIGITS}g}")
+            shown, (low, high) = float(f"{own.factor * number:.8g}"), self.ranges[name]
             if not low <= shown <= high:
-                low, high = (factor * limit for limit in NUMBERS[name].limits)
+                low, high = (own.factor * limit for limit in NUMBERS[name].limits)
                 self.page.props(f"{name}-slider", min=low, max=high)
             self.page.value(name, shown)
-
-    def choose_ranges(self, state: State) -> None:
-        """Choose labels and usual ranges for a new scene: up to four times the value in units."""
-        units = state.case.units
-        for name, number in state.case.numbers.items():
-            own, known = measure(name, units), number if is_finite(number) else 0.0
-            low, high, step = NUMBERS[name].slider
-            if units and known > 0 and name in ("alpha", "gamma"):  # of a real beam
-                low, high, step = 0.0, 4 * known, known / 100
-            low, high, step = own.range(low, high, step, NUMBERS[name].limits)
-            self.ranges[name] = low, high
-            self.page.props(f"{name}-slider", min=low, max=high, step=step, data_unit=own.unit)
-            self.page.props(f"{name}-field", aria_label=own.label)
-            self.page.html(f"{name}-label", escape(own.label))
         self.page.props("mu-row", hidden=units is not None)
         self.page.html("units", "SI units" if units else "Real beam…")
+
+    def choose_range(self, name: str, own: Measure, real: float) -> None:
+        """Choose the label and the usual range of a number, four times the value of a real beam."""
+        low, high, step = NUMBERS[name].slider
+        if real > 0 and name in ("alpha", "gamma"):
+            low, high, step = 0.0, 4 * real, real / 100
+        low, high, step = own.range(low, high, step, NUMBERS[name].limits)
+        self.ranges[name] = low, high
+        self.page.props(f"{name}-slider", min=low, max=high, step=step, data_unit=own.unit)
+        self.page.props(f"{name}-field", aria_label=own.label)
+        self.page.html(f"{name}-label", escape(own.label))
 
     def show_alone(self, mode: Any) -> None:
         """Show one mode (from 0) alone."""
@@ -195,10 +193,6 @@ class Controls(Feature):
     def switch_mass(self, state: State, on: Any) -> State:
         """Remove the mass, or restore its last value."""
         return state.keep_for_comparison().changed("alpha", self.alpha if on else 0.0)
-
-
-def is_finite(number: Any) -> bool:
-    return isinstance(number, int | float) and math.isfinite(number)
 
 
 def share_of(mode: int, values: Mapping[str, Any]) -> float:

@@ -144,13 +144,11 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
 
 def lesson_html(lesson: Lesson, step: int) -> str:
     """One step of a lesson, without the verdict on its challenge."""
-    steps = "".join(
-        page.button(
-            name, data_do="lesson_step", data_value=k, class_="step",
-            aria_current="step" if k == step else None, data_key="b" if k == step - 1 else None,
-        )
-        for k, name in enumerate(STEPS)
-    )  # fmt: skip
+    steps = ""
+    for k, name in enumerate(STEPS):
+        current, key = "step" if k == step else None, "b" if k == step - 1 else None
+        own = {"data_do": "lesson_step", "data_value": k, "aria_current": current, "data_key": key}
+        steps += page.button(name, class_="step", **own)
     ahead = page.button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
     restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the lesson"}
     leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}

@@ -53,8 +53,7 @@ PAGE_LIMITS = {"elements": 200, "terms": 100}
 def within_limits(scene: Scene) -> Scene:
     """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
     for name, most in PAGE_LIMITS.items():
-        value = scene.options.get(name) or 0
-        if value > most:
+        if (value := scene.options.get(name) or 0) > most:
             limit = f"a page solves with at most {most}; the command line takes more"
             raise InvalidInput(f"{name} = {value}: {limit}")
     return scene

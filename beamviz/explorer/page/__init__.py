@@ -45,11 +45,10 @@ def insert_page(viser_page: str) -> str:
     tabs = panels = ""
     for name in TABS:
         tab, panel, is_open = f"to-{name}", f"tab-{name}", name == TABS[0]
-        own = attributes(id=tab, aria_controls=panel, aria_selected=is_open)
-        own += attributes(tabindex=None if is_open else -1)
-        tabs += f'<button type="button" role="tab"{own}>{name.capitalize()}</button>'
-        own = attributes(id=panel, aria_labelledby=tab, hidden=not is_open)
-        panels += f'<div role="tabpanel" tabindex="0"{own}></div>'
+        own = {"id": tab, "aria_controls": panel, "tabindex": None if is_open else -1}
+        tabs += button(name.capitalize(), role="tab", aria_selected=is_open, **own)
+        own = {"id": panel, "aria_labelledby": tab, "hidden": not is_open}
+        panels += f'<div role="tabpanel" tabindex="0"{attributes(**own)}></div>'
     markup = package_text("explorer/page/page.html").format(tabs=tabs, panels=panels)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")

@@ -147,10 +147,9 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
 @lru_cache(256)
 def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     """The button that shows mode k (0-based) alone, in the colour of its family."""
-    return page.button(
-        label, data_do="only", data_value=k, data_key=str(k + 1) if k < 9 else None,
-        class_=f"mode {family}", aria_label=f"{label}, {family}", aria_pressed=shown,
-    )  # fmt: skip
+    own = {"data_do": "only", "data_value": k, "data_key": str(k + 1) if k < 9 else None}
+    names = {"class_": f"mode {family}", "aria_label": f"{label}, {family}"}
+    return page.button(label, aria_pressed=shown, **own, **names)
 
 
 def numbers(solution: Solution, k: int, nodes: str) -> str:
