@@ -194,7 +194,7 @@ def test_buckling_is_no_veering():
     (buckling,) = (key for key, event in chart.events.items() if event.kind == "buckling")
     assert "buckling ▽" in loci_chart.event_table(chart)
     assert buckling not in chart.pairs
-    assert f'data-value="{buckling}"' not in charts.event_buttons(chart)
+    assert f'data-value="{buckling}"' not in loci_chart.event_buttons(chart)
 
 
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):
