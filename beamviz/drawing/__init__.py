@@ -34,10 +34,9 @@ OVERLAY = "/scene/rotor/overlay"
 class BeamView:
     """One beam in a scene: `show` draws another beam or view, `move` another moment.
 
-    root: name of its node; alone: the only beam of the scene, with lights, floor and post; overlay:
+    root: name of its node; alone: the only beam of the scene, with floor and post; overlay:
     translucent, without a hub, drawn over another beam in the frame of its hub; height: [beam
-    lengths] of its middle; fixed: `frame` keeps its position when the shape of the beam changes, as
-    during a drag of the mass.
+    lengths] of its middle; fixed: its frame stays when its shape changes, as in a drag of the mass.
     """
 
     def __init__(
@@ -103,8 +102,7 @@ class BeamView:
         self.frame.visible = False
 
     def choose_frame(self, share: float) -> None:
-        """Choose the frame; share: 0 stationary, 1 rotating with the hub, or in between. An overlay
-        is in that of the other beam."""
+        """Choose the frame; share: 0 stationary .. 1 rotating with the hub, as an overlay does."""
         self.share = 1.0 if self.overlay else share
         if not self.fixed:
             middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
@@ -141,9 +139,8 @@ def stacked_heights(count: int) -> list[float]:
 
 
 class BeamScene:
-    """The beam in a scene; or each of its modes in a row of its own, on one clock (paper, figs.
-    14-15). views: by number, 0 for the single beam, k for the row of mode k; rows: the views
-    in the picture."""
+    """The beam in a scene; or each of its modes in a row of its own (paper, figs. 14-15). views: by
+    number, 0 for the single beam, k for the row of mode k; rows: the views in the picture."""
 
     def __init__(self, api: SceneApi):
         self.api = api

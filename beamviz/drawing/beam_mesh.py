@@ -110,8 +110,7 @@ class DrawnBeam:
 
     @cached_property
     def largest(self) -> float:
-        """The value at the end of the colour map (never 0): a bound of the displacement, or of
-        |axial strain|, over time."""
+        """The end of the colour map, not 0: a bound of displacement or |axial strain| over time."""
         largest = self.amplitudes.sum()
         if self.view.colouring == "axial strain":
             largest = (np.abs(self.shapes.strain) + self.amplitudes @ self.shapes.strains).max()

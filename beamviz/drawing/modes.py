@@ -24,13 +24,11 @@ MAX_STRAIN = 0.6  # of the displacement drawn; at 1 the beam would be folded
 
 @dataclass(frozen=True)
 class SampledModes:
-    """Equilibrium and mode shapes of a solution at the stations they are drawn at. Lengths in beam
-    lengths, from the clamp.
+    """Equilibrium and mode shapes of a solution at some stations [beam lengths from the clamp].
 
     x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam; strain:
     (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1; limits: (m,) largest
-    amplitudes to draw; nodes: the positions x (j,) of the nodes of each mode; solution: None for a
-    beam without one.
+    amplitudes to draw; nodes: positions x (j,) of the nodes of each mode; solution: None without.
     """
 
     beam: Beam
@@ -128,8 +126,7 @@ def align_signs(
     modes: np.ndarray, labels: Sequence[str], x: np.ndarray, previous: SampledModes
 ) -> np.ndarray:
     """`modes` (m, n, 2), each with the sign (the phase, if complex) of the mode of the same label
-    in `previous`: the sign of a mode is arbitrary, and would change at random while a slider
-    moves."""
+    in `previous`: a sign is arbitrary, and would change at random while a slider moves."""
     aligned, some = modes.copy(), slice(None, None, SIGN_STRIDE)
     known = dict(zip(previous.labels, previous.modes, strict=True))
     for label, new in zip(labels, aligned, strict=True):

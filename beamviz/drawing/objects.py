@@ -23,9 +23,7 @@ COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it e
 def section_size(beam: Beam, thicken: bool = False) -> Section:
     """Thickness in the plane of motion, h = sqrt(12) / mu of a rectangle, and breadth along its
     normal, which the five numbers do not determine."""
-    thickness = math.sqrt(12) / beam.mu
-    if thicken:
-        thickness = max(thickness, VISIBLE_THICKNESS)
+    thickness = max(math.sqrt(12) / beam.mu, VISIBLE_THICKNESS if thicken else 0.0)
     return thickness, min(max(1.5 * thickness, 0.05), 0.1)
 
 
@@ -71,8 +69,7 @@ BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
 def add_mesh(
     api: SceneApi, name: str, vertices: np.ndarray = BOX, faces: np.ndarray = SIDES, **options: Any
 ) -> MeshHandle:
-    """Add a mesh, without shadows unless `options` say otherwise; by default a box, to be replaced
-    by `set_surface`."""
+    """Add a mesh, without shadows unless `options` say otherwise; by default a box."""
     usual = {"flat_shading": True, "cast_shadow": False, "receive_shadow": False}
     return api.add_mesh_simple(name, vertices, faces, **usual | options)
 

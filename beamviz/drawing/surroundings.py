@@ -94,7 +94,8 @@ class Surroundings:
         if drawn_for != self.drawn_for:
             self.drawn_for = drawn_for
             self.show_hub(beam, ground, rotating_frame=rotating_frame)
-            radius = floor_radius(beam)
+            # Below the beam at all angles.
+            radius = max(hub_radius(beam) + HOOP, abs(beam.delta + 1)) + FLOOR_EDGE
             self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
             self.scale.points = scale_lines(radius)
             set_pose(self.floor, position=(0.0, 0.0, ground - FLOOR_THICKNESS / 2))
@@ -141,11 +142,6 @@ class Surroundings:
             distance = math.remainder((1 - share) * angle - self.speed_angle, 2 * math.pi)
             side = -1 if abs(distance) < self.speed_gap else 1
             set_pose(self.speed.point, position=side * self.speed_place)
-
-
-def floor_radius(beam: Beam) -> float:
-    """Radius of the floor, which is below the beam at all angles."""
-    return max(hub_radius(beam) + HOOP, abs(beam.delta + 1)) + FLOOR_EDGE
 
 
 def scale_lines(radius: float) -> np.ndarray:

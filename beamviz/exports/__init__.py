@@ -59,8 +59,7 @@ def export(path: str | Path, scene: Scene) -> None:
 
 
 def write_csv(file: Path, solution: Solution) -> None:
-    """Equilibrium and modes along the beam, one line for each mode and station; a number that is
-    not finite is left empty."""
+    """Equilibrium and modes, one line for each mode and station; empty where not finite."""
     modes, line = mode_values(solution), along_beam(solution)
     (x, y), (u, w) = line["position"].T, np.moveaxis(line["shape"], 2, 0)
     columns = {"mode": modes["index"][:, None]}
@@ -133,9 +132,8 @@ def animate(
 
     fps: frames per second, 5 .. 50 (a GIF rounds to hundredths of a second per frame); periods: of
     the first mode shown, by default as few as make a seamless loop; progress: yields the numbers
-    0 .. n - 1 of n frames as they are rendered, and ends the film by an exception; workers: threads
-    that render, by default one for each processor; width, height, direction, zoom: as in
-    `screenshot`.
+    0 .. n - 1 of n frames as they are rendered, and ends the film by an exception; workers:
+    threads, by default one for each processor; width, height, direction, zoom: as in `screenshot`.
 
     Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
     """
@@ -164,8 +162,7 @@ def animate(
 def rendered(
     renderer: Renderer, moments: Iterator[Moment], workers: int | None = None
 ) -> Iterator[Image.Image]:
-    """The frames of a film, in RGB, rendered by some workers (threads, by default one for each
-    processor)."""
+    """The frames of a film, in RGB, rendered in some threads, by default one for each processor."""
     workers = workers or os.cpu_count() or 1
     with ThreadPoolExecutor(workers) as pool:
         while together := list(itertools.islice(moments, workers)):

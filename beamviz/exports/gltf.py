@@ -12,14 +12,12 @@ from scipy.spatial.transform import Rotation
 from beamviz import __version__
 from beamviz.drawing import BeamView, beam_mesh, colours
 from beamviz.drawing.beam_mesh import to_hub_frame
-from beamviz.drawing.surroundings import hub_body, hub_radius
 from beamviz.exports.solved_scene import Loop, Moment, SolvedScene
 from beamviz.server.viser_private import offline_scene
 
 FLOAT, UNSIGNED = 5126, 5125
 KEYS = 24  # of the animation, for each cycle of its fastest motion
 Z_UP = [-math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]  # glTF has y up
-WHITE = (255, 255, 255)
 Channel = tuple[int, str, np.ndarray]  # of an animation: node, its property, and the values
 
 
@@ -87,7 +85,7 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))
         parts = np.linspace(0.0, 1.0, KEYS * max(1, round(farthest / (2 * math.pi))) + 1)
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
-    hub = hub_body(hub_radius(beam), inward=beam.delta < 0)
+    hub = drawn.surroundings.hub
     nodes = [gltf.node("hub", hub.vertices, hub.faces, colours.HUB)]
     channels = [add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))]
     nodes.append(channels[0][0])
@@ -137,7 +135,7 @@ def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarra
     colour = np.tile(colours.GREYED, (len(swings), 1))
     if not solved.warning:
         colour = colours.mapped(swings / max(swings.max(), 1e-9), colours.SEQUENTIAL)
-    node = gltf.node("beam", still, faces, WHITE)
+    node = gltf.node("beam", still, faces, (255, 255, 255))
     mesh = gltf.data["meshes"][-1]
     (primitive,) = mesh["primitives"]
     linear = np.repeat(colours.linear(colour), 4, axis=0)

@@ -51,8 +51,7 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
 
 
 def write_html(file: Path, solved: SolvedScene) -> None:
-    """viser's self-contained page with a script that moves the beam at any speed (offline.js), and
-    a panel with the numbers."""
+    """viser's self-contained page with offline.js, which moves the beam, and a panel of numbers."""
     view, beam, player = solved.scene.view, solved.scene.beam, ""
     with run_server() as server:
         fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
@@ -77,8 +76,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
 
 
 def panel(solved: SolvedScene) -> str:
-    """The beam and the options that differ from the defaults, its modes as a table, the loci
-    around it and the scene file."""
+    """The beam, the options that differ from the defaults, its modes, loci and scene file."""
     scene, defaults = solved.scene, Scene().options
     options = ", ".join(
         f"{name} {'on' if value is True else 'off' if value is False else value}"
@@ -97,8 +95,7 @@ def panel(solved: SolvedScene) -> str:
 
 
 def chart(scene: Scene) -> str:
-    """The loci around the scene as an SVG picture with its per-rev lines and a line at the scene,
-    or why there are none."""
+    """The loci (SVG) with per-rev lines and a line at the scene, or why there are none."""
     multiples = scene.per_rev if scene.over == "gamma" else ()
     try:
         values = np.linspace(*chart_range(scene.beam, scene.over), CHART_POINTS)

@@ -1,8 +1,7 @@
 """Pictures of a solved scene: what the page draws, rendered in numpy with the page's light.
 
-A page is drawn by three.js; what it does to light is repeated here (Lambert's and a rough
-specular reflection, the ACES tone curve), without a browser, a display or a graphics library: the
-same picture on every machine.
+What three.js does to light on a page is repeated here (Lambert's and a rough specular reflection,
+the ACES tone curve) without a browser or a graphics library: the same picture on every machine.
 """
 
 import math
@@ -57,8 +56,7 @@ class Geometry:
 
     corners: of triangles (t, 3, 3); normals: outwards (t, 3); colours: (t, 4), with opacity;
     casts: whether each casts a shadow (t,); lines: ends (n, 2, 3), colour (3,) and thickness
-    [pixels]; points: of frames, by name; floor: the cylinder whose top shows shadows and is none of
-    the triangles.
+    [pixels]; points: of frames, by name; floor: the cylinder whose top is not among the triangles.
     """
 
     def __init__(self, scene: SceneApi):
@@ -206,8 +204,7 @@ class Renderer:
     # Captions
 
     def captions(self, scene: Geometry) -> Image.Image:
-        """The texts, each below the ones before that it would cover, as the page writes them
-        (captions.js)."""
+        """The texts, each below the ones before that it would cover, as in captions.js."""
         layer = Image.new("RGBA", self.size)
         paper, placed = ImageDraw.Draw(layer), list[tuple[int, ...]]()
         title = MAX_TITLE * self.focal / self.distance if len(self.beams.rows) > 1 else math.inf
@@ -244,8 +241,7 @@ def font(size: float) -> ImageFont.FreeTypeFont:
 
 
 def line_triangles(ends: np.ndarray, thickness: float) -> np.ndarray:
-    """Lines (n, 2, 3) in homogeneous coordinates as triangles (2 n, 3, 3), `thickness` pixels
-    wide."""
+    """Lines (n, 2, 3), in homogeneous coordinates, as triangles (2 n, 3, 3) of a width [pixels]."""
     normal = trimesh.unitize(np.cross(ends[:, 0], ends[:, 1]) * [1, 1, 0])
     aside = thickness / 2 * normal[:, None] * ends[..., 2:]
     quads = np.concatenate([ends - aside, (ends + aside)[:, ::-1]], 1)
@@ -279,10 +275,9 @@ def toned(light: np.ndarray) -> np.ndarray:
     return np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
 
 
-# Triangles. Corners are homogeneous, (x w, y w, w) at the place x, y [pixels] and the distance w,
-# so that triangles that reach behind the camera need no clipping. A pixel has `count` samples, one
-# in each of as many rows, all at different x (N rooks): an edge of any direction is as smooth as
-# with count x count samples on a grid.
+# Triangles. Corners are homogeneous, (x w, y w, w) at the place x, y [pixels] and the distance w:
+# triangles that reach behind the camera need no clipping. A pixel has `count` samples, one in each
+# of as many rows, at different x (N rooks): edges are as smooth as on a grid of count x count.
 
 
 def samples(
@@ -331,8 +326,7 @@ def bounded(ends: tuple[np.ndarray, np.ndarray], size: int) -> tuple[np.ndarray,
 
 
 def ranges(start: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The range of each of the integers of n ranges start .. stop - 1, one after the other, and
-    these integers."""
+    """The integers of n ranges start .. stop - 1, one after the other, preceded by their ranges."""
     lengths = stop - start
     owner = np.repeat(np.arange(len(start), dtype=np.int32), lengths)
     shift = (start - np.cumsum(lengths) + lengths).astype(np.int32)

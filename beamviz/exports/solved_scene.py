@@ -36,9 +36,8 @@ class Moment(NamedTuple):
 class SolvedScene:
     """A scene with its solution; direction, zoom: replace its camera.
 
-    warning: describes an unstable equilibrium, "" for a stable one; heights: of the beams drawn,
-    around the middle of the picture; shown: the modes (0-based) in the picture. Raises InvalidInput
-    and the errors of `solve`.
+    warning: of an unstable equilibrium, else ""; heights: of the beams drawn, around the middle of
+    the picture; shown: the modes (0-based) in it. Raises InvalidInput and the errors of `solve`.
     """
 
     def __init__(self, scene: Scene, direction: Direction | None = None, zoom: float = 1.0):

@@ -310,7 +310,6 @@ LESSONS = (
 
 NAMED = {one.name: one for one in LESSONS}
 NAMES = tuple(NAMED)
-LINE_WIDTH = 88  # of the table
 
 
 def lesson(name: str) -> Lesson:
@@ -319,9 +318,9 @@ def lesson(name: str) -> Lesson:
 
 
 def lessons_table() -> str:
-    """Name, title and question of each lesson, to be read in a terminal."""
+    """Name, title and question of each lesson, to be read in a terminal: 88 characters wide."""
     width = 2 + max(map(len, NAMES))
-    wrap = textwrap.TextWrapper(LINE_WIDTH, " " * width, " " * width)
+    wrap = textwrap.TextWrapper(88, " " * width, " " * width)
     return "\n".join(
         line
         for one in LESSONS

@@ -43,8 +43,7 @@ class Lesson:
     "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer; gauge: the
     quantity of the challenge for a solution, one number or several, and reading: a phrase with
     placeholders for them; level: the first number of the gauge at the answer, or None where the
-    answer is a number of the fact, answer_in_fact; free: other numbers and options that may be
-    changed.
+    answer is number answer_in_fact of the fact; free: other numbers and options that may differ.
     """
 
     name: str

@@ -15,7 +15,6 @@ from beamviz.server.processes import Pipe, VisitorCount
 
 LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
-HTTP_PORT = 80
 MAX_VISITORS = 60
 KEY_PARAMETER = "token"  # of the query
 
@@ -135,8 +134,7 @@ class Access:
 
 
 def header(request: Request, name: str) -> str:
-    """A header of a request, "" without one; repeated ones are joined, so that all checks refuse
-    them."""
+    """A header of a request, "" without one; repeated ones are joined: no check accepts them."""
     return ", ".join(request.headers.get_all(name))
 
 
@@ -163,7 +161,7 @@ def split_host(host: str) -> tuple[str, int | None]:
     with contextlib.suppress(ValueError):
         parts = urlsplit(f"//{host}")
         if parts.netloc == host and "@" not in host:
-            return (parts.hostname or ""), (parts.port or HTTP_PORT)
+            return (parts.hostname or ""), (parts.port or 80)
     return "", None
 
 

@@ -96,8 +96,7 @@ class ControlUpdate(msgspec.Struct, forbid_unknown_fields=True):
 def validate(raw: bytes | str) -> Key:
     """Check a message and return its key.
 
-    Raises InvalidMessage for one that the page does not send, for unknown fields and for values out
-    of range.
+    Raises InvalidMessage for one that the page does not send, unknown fields, values out of range.
     """
     try:
         message = msgspec.msgpack.decode(raw if isinstance(raw, bytes) else b"")
@@ -203,9 +202,7 @@ class Guard:
             "create_connection": Connection,
             "max_size": MAX_BYTES,
             "server_header": None,
-            "open_timeout": TIMEOUT,
-            "ping_interval": TIMEOUT,
-            "ping_timeout": TIMEOUT,
+            **dict.fromkeys(("open_timeout", "ping_interval", "ping_timeout"), TIMEOUT),
             "close_timeout": 2.0,
         }
         if self.access.listener:
@@ -234,9 +231,8 @@ class Guard:
         if response and response.status_code == 200 and kind.startswith("text/html"):
             headers = dict(response.headers.raw_items())
             zipped = response.headers.get("Content-Encoding") == "gzip"
-            return reply(
-                200, "OK", changed_page(bytes(response.body), self.insert, zipped), headers
-            )
+            body = changed_page(bytes(response.body), self.insert, zipped)
+            return reply(200, "OK", body, headers)
         return response
 
     def add_headers(

@@ -1,8 +1,7 @@
 """Several processes behind one address.
 
-Each worker runs the complete explorer for its visitors. The main process accepts connections and
-passes each to the worker with the fewest visitors, whichever served the page; a worker that dies is
-replaced.
+Each worker runs the complete explorer. The main process passes each connection to the worker with
+the fewest visitors, whichever served the page, and replaces a worker that dies.
 """
 
 import contextlib
@@ -152,8 +151,7 @@ class ProcessPool:
         return self.workers[-1]
 
     def serve(self) -> None:
-        """Pass on connections until a signal raises Terminated. Raises Unavailable if a new worker
-        dies."""
+        """Pass on connections until Terminated is raised; Unavailable if a new worker dies."""
         while True:
             ends: dict[Any, Worker] = {worker.process.sentinel: worker for worker in self.workers}
             for ready in wait([*self.listeners, *ends], POLL):

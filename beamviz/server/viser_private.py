@@ -57,8 +57,6 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
 }
 INSTANCE_ATTRIBUTES = ("_websock_server._live_connections", "gui._websock_interface")
 
-Serve = Callable[..., Any]  # with the arguments of websockets.asyncio.server.serve
-
 messages: Any = getattr(viser, "_messages", None)
 props_api: Any = getattr(viser, "_assignable_props_api", None)
 if hasattr(props_api, "get_type_hints"):  # once for each class, not for each node: half the time
@@ -102,7 +100,7 @@ class TunnelFreeServer(viser.ViserServer):
 
 
 @contextlib.contextmanager
-def viser_server(host: str, port: int, serve: Serve) -> Iterator[viser.ViserServer]:
+def viser_server(host: str, port: int, serve: Callable[..., Any]) -> Iterator[viser.ViserServer]:
     """A viser server that accepts connections by `serve`, stopped on leaving. Raises Unavailable if
     viser or websockets lack an attribute used here, or if viser did not call `serve`."""
     check_attributes()
@@ -178,13 +176,10 @@ def visible_nodes(scene: viser.SceneApi) -> list[VisibleNode]:
     for name, handle in scene._handle_from_node_name.items():
         parent, state = nodes.get(name.rpartition("/")[0]), handle._impl
         if parent and handle.visible:
-            nodes[name] = VisibleNode(
-                name,
-                type(state.props).__name__,
-                state.props,
-                parent.rotation @ SO3(np.asarray(state.wxyz)).as_matrix(),
-                parent.rotation @ state.position + parent.position,
-            )
+            rotation = parent.rotation @ SO3(np.asarray(state.wxyz)).as_matrix()
+            position = parent.rotation @ state.position + parent.position
+            kind = type(state.props).__name__
+            nodes[name] = VisibleNode(name, kind, state.props, rotation, position)
     return list(nodes.values())
 
 
