@@ -69,13 +69,12 @@ def test_solves_of_many_visitors_run_in_batches_and_slow_ones_on_workers(crowd, 
     for most, count in ((0, 0), (2, 2), (9, 5), (9, 5)):
         crowd.run_batch(most)
         assert order == [*range(count)]
-    quick, done = [True], threading.Event()
-    crowd.solve(done.set, lambda: quick[0])
-    quick[0] = False
-    crowd.run_batch(1)
-    assert done.wait(20)
-    crowd.solve(done.clear, lambda: quick[0])
-    wait_until(lambda: not done.is_set())
+    quick, threads = [True], list[str]()
+    for _ in range(2):
+        crowd.solve(lambda: threads.append(threading.current_thread().name), lambda: quick[0])
+        quick[0] = False
+        crowd.run_batch(1)
+    wait_until(lambda: threads == ["solver", "solver"])
     assert not crowd.waiting
     for work in (partial(release.wait, 60), partial(order.append, 5), partial(order.append, 6)):
         crowd.solve(work, lambda: True)

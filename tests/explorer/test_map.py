@@ -10,6 +10,7 @@ from live.server import wait_until
 from live.visitor import Visitor, pause
 
 from beamviz.beam import Beam
+from beamviz.explorer.features import map as maps
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -34,8 +35,7 @@ def grid(data: dict[str, Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def place(guest: Visitor) -> list[float]:
     """The numbers of the beam in the map."""
-    cursor = guest.charts["map-chart"]["cursor"]
-    return [cursor["x"], cursor["y"]]
+    return [guest.charts["map-chart"]["cursor"][axis] for axis in "xy"]
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
@@ -60,7 +60,7 @@ def test_the_values_are_those_of_solve(guest, coriolis):
     assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
 
 
-def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest):
+def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest, monkeypatch):
     """In one step, which one undo restores; near the end of an axis the map is kept too. The same
     number cannot be on both axes; what is neither a point nor an axis is ignored."""
     guest.do("tab", "map")
@@ -68,11 +68,12 @@ def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest
     assert (place(guest), data["x"]["range"]) == ([5, 1], [0, 20])
     pause(guest)
     data.pop("values")
+    monkeypatch.setattr(maps, "solve_in_memory", None)  # a call would end in words
     guest.do("move_beam", "19 0.25", until=lambda _: place(guest) == [19, 0.25])
-    assert (guest.values["gamma"], guest.values["alpha"]) == (19, 0.25)
-    guest.do("undo", until=lambda _: place(guest) == [5, 1])
     pause(guest, 0.6)
-    assert "values" not in guest.charts["map-chart"]
+    guest.do("undo", until=lambda _: place(guest) == [5, 1])
+    assert "unexpected" not in guest.text
+    monkeypatch.undo()
     guest.choose("gamma", 25.0)  # beyond the axis
     assert map_shown(guest)["x"]["range"] == [0, 40]
     for action, value in (

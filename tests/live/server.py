@@ -81,7 +81,7 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
         line.send(encoded(**CAMERA_MESSAGE))
         line.send(message)
         with contextlib.suppress(websockets.exceptions.ConnectionClosed):
-            while True:
+            for _ in range(500):  # of a moving scene, where the connection stays open
                 line.recv(timeout=10)
         return line.close_code or 0
 

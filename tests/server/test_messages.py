@@ -101,7 +101,7 @@ INVALID = (
     *(encoded(**CAMERA_MESSAGE | wrong) for wrong in WRONG_CAMERAS),
     encoded(type="GuiUpdateMessage", uuid=5, updates={"value": "1"}),
     encoded(type="GuiUpdateMessage", uuid="x", updates={"value": "1"}, more=1),
-    *(update("x"), update("x", update_cb=[]), update("x", removed=True)),
+    *(update("x"), update("x", update_cb=[]), update("x", value="1", removed=True)),
     *(update("x", value=value) for value in (None, {"a": 1}, [[[1]]], 1, ["x"])),
     encoded(type="CommandTriggerMessage", uuid="x" * 2000),
 )

@@ -218,7 +218,7 @@ def test_half_open_sockets_are_closed(monkeypatch):
 def test_a_visitor_who_does_not_read_is_disconnected(monkeypatch):
     """A page of a sleeping machine answers no pings, and must not fill the memory."""
     monkeypatch.setattr(connection, "TIMEOUT", 0.5)
-    unread = {"max_queue": 1, "close_timeout": 0.1}  # a reader that pauses after one message
+    unread = {"max_queue": 1, "ping_interval": None, "close_timeout": 0.1}  # pauses after a message
     with explorer(SCENE, max_visitors=1) as found, server.raw_socket(found, **unread) as deaf:
         deaf.send(server.encoded(**server.CAMERA_MESSAGE))
         assert server.http_get(found)[0] == 503
