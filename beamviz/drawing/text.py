@@ -71,9 +71,7 @@ def measure(name: str, units: Units | None) -> Measure:
 
 
 def frequencies(units: Units | None) -> Measure:
-    if units is None:
-        return Measure("ω [1/T*]", "ω")
-    return Measure("Hz", "f", "Hz", units.hertz(1.0))
+    return Measure("Hz", "f", "Hz", units.hertz(1.0)) if units else Measure("ω [1/T*]", "ω")
 
 
 def significant(value: float, digits: int) -> str:

@@ -150,7 +150,7 @@ def animate(
                 f"the film has {count} frames: must be at most {MAX_FRAMES}; ask for fewer"
                 " periods, a lower fps or a higher pace"
             )
-        renderer = Renderer(solved, *size)
+        renderer, workers = Renderer(solved, *size), workers or os.cpu_count() or 1
         frames, sample = (
             rendered(renderer, (loop.moment(k / count) for k in numbers), workers)
             for numbers in (progress(count), count * np.arange(SAMPLE) // SAMPLE)
@@ -159,11 +159,8 @@ def animate(
     return loop
 
 
-def rendered(
-    renderer: Renderer, moments: Iterator[Moment], workers: int | None = None
-) -> Iterator[Image.Image]:
-    """The frames of a film, in RGB, rendered in some threads, by default one for each processor."""
-    workers = workers or os.cpu_count() or 1
+def rendered(renderer: Renderer, moments: Iterator[Moment], workers: int) -> Iterator[Image.Image]:
+    """The frames of a film, in RGB, rendered in some threads."""
     with ThreadPoolExecutor(workers) as pool:
         while together := list(itertools.islice(moments, workers)):
             yield from pool.map(renderer.picture, together)

@@ -4,7 +4,7 @@ import textwrap
 
 from beamviz.beam import Beam, check_choice
 from beamviz.lessons import model
-from beamviz.lessons.model import BARE, MIDDLE, TIP, Lesson, frequency
+from beamviz.lessons.model import BARE, MIDDLE, TIP, Lesson, frequency, labelled
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -70,7 +70,7 @@ LESSONS = (
         task="Find the position at which the mass slows B1 to two thirds (0.667).",
         number="beta",
         within=0.01,
-        gauge=model.ratio_to_bare,
+        gauge=lambda s: labelled(s, "B1") / frequency(s.beam.replace(alpha=0)),
         reading="B1 is {:.3f} times what it is without the mass",
         level=2 / 3,
     ),
@@ -97,7 +97,7 @@ LESSONS = (
         number="beta",
         within=0.006,
         answer_in_fact=1,
-        gauge=lambda s: 100 * (model.ratio_to_bare(s, "B2") - 1),
+        gauge=lambda s: 100 * (labelled(s, "B2") / frequency(s.beam.replace(alpha=0), "B2") - 1),
         reading="the mass changes B2 by {:+.2f} %",
         free=("alpha",),
     ),
@@ -181,7 +181,7 @@ LESSONS = (
         fact="3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
         compute_fact=lambda: (model.resonance(3, "B2"), model.resonance(1, "B1")),
         task="Find the speed at which a force three times per revolution excites B2.",
-        gauge=lambda s: 3 * s.beam.gamma / model.labelled(s, "B2"),
+        gauge=lambda s: 3 * s.beam.gamma / labelled(s, "B2"),
         reading="the frequency of the force is {:.3f} times that of B2",
     ),
     Lesson(
@@ -321,8 +321,5 @@ def lessons_table() -> str:
     """Name, title and question of each lesson, to be read in a terminal: 88 characters wide."""
     width = 2 + max(map(len, NAMES))
     wrap = textwrap.TextWrapper(88, " " * width, " " * width)
-    return "\n".join(
-        line
-        for one in LESSONS
-        for line in (f"{one.name:<{width}}{one.title}", *wrap.wrap(one.question))
-    )
+    texts = (f"{one.name:<{width}}{one.title}\n{wrap.fill(one.question)}" for one in LESSONS)
+    return "\n".join(texts)

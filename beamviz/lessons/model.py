@@ -147,11 +147,6 @@ def labelled(solution: Solution, label: str) -> float:
     return float(frequencies.get(label, np.nan))
 
 
-def ratio_to_bare(solution: Solution, label: str = "B1") -> float:
-    """Frequency of a mode over that of the beam without its mass."""
-    return labelled(solution, label) / frequency(solution.beam.replace(alpha=0), label)
-
-
 def difference(solution: Solution) -> float:
     """|S1 - B3|."""
     return abs(labelled(solution, "S1") - labelled(solution, "B3"))

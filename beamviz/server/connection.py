@@ -19,7 +19,7 @@ from websockets.protocol import OPEN
 
 from beamviz.server.access import Access, Refusal, header, without_key
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import PROTOCOL, message_type
+from beamviz.server.viser_private import PROTOCOL, message_types
 
 POLICY_VIOLATION, TRY_AGAIN_LATER = 1008, 1013  # WebSocket close codes
 TIMEOUT = 10.0  # [s] for a request, and for the answer to a ping
@@ -101,7 +101,7 @@ def validate(raw: bytes | str) -> Key:
     try:
         message = msgspec.msgpack.decode(raw if isinstance(raw, bytes) else b"")
         kind = message.pop("type")
-        expected = ControlUpdate if kind == CONTROL else message_type(kind)
+        expected: Any = ControlUpdate if kind == CONTROL else message_types[kind]
         fields: Any = msgspec.convert(message, expected)
     except (msgspec.MsgspecError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise InvalidMessage(f"{type(error).__name__} {str(error)[:80]}".strip()) from None
@@ -249,16 +249,16 @@ class Guard:
 
     async def visit(self, connection: ServerConnection, handler: Handler) -> None:
         """Serve and count a visitor, unless the limit has been reached since the request."""
-        count = self.access.visitor_count
-        with contextlib.ExitStack() as leaving:
-            if not self.access.presents(connection.request):
-                count.enter()
-                leaving.callback(count.leave)
-                if self.access.full(count.total - 1):
-                    await connection.close(TRY_AGAIN_LATER, "too many visitors")
-                    return
+        count, visitors = self.access.visitor_count, 1 - self.access.presents(connection.request)
+        count.add(visitors)
+        try:
+            if visitors and self.access.full(count.total - 1):
+                await connection.close(TRY_AGAIN_LATER, "too many visitors")
+                return
             with contextlib.suppress(ConnectionClosed):  # visitors leave at any time
                 await handler(connection)
+        finally:
+            count.add(-visitors)
 
 
 @lru_cache(2)

@@ -38,11 +38,8 @@ class VisitorCount:
     def total(self) -> int:
         return sum(self.counts)
 
-    def enter(self) -> None:
-        self.counts[self.process] += 1
-
-    def leave(self) -> None:
-        self.counts[self.process] -= 1
+    def add(self, visitors: int) -> None:
+        self.counts[self.process] += visitors
 
 
 def process_count(processes: int | None, *, shared: bool, follow: bool) -> int:

@@ -61,6 +61,7 @@ messages: Any = getattr(viser, "_messages", None)
 props_api: Any = getattr(viser, "_assignable_props_api", None)
 if hasattr(props_api, "get_type_hints"):  # once for each class, not for each node: half the time
     props_api.get_type_hints = functools.cache(props_api.get_type_hints)
+message_types = {name: getattr(messages, name, None) for name in MESSAGES}
 log = RateLimitedLog(__name__)
 building = threading.Lock()  # one server at a time: a module is changed for all threads
 
@@ -219,13 +220,6 @@ def group_messages(client: viser.ClientHandle) -> None:
     """Send the messages between two frames as one group, which costs little more than one."""
     buffer: Any = client.gui._websock_interface.get_message_buffer()
     buffer.window_duration_sec, buffer.event_loop = PAUSE, OwnLoop(buffer.event_loop)
-
-
-def message_type(name: Any) -> Any:
-    """The class of a message that the page sends. Raises KeyError for another name."""
-    if name not in MESSAGES:
-        raise KeyError(name)
-    return getattr(messages, name)
 
 
 # Properties, without viser's checks, copies and callbacks

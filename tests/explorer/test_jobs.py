@@ -185,7 +185,7 @@ def test_the_frame_rate_falls_with_waiting_solves_and_with_visitors(visitors, wa
     """Equally for all visitors."""
     made = frame_loop(Still(), waiting=waiting)
     for _ in range(visitors):
-        made.access.visitor_count.enter()
+        made.access.visitor_count.add(1)
     assert 1 / made.step == pytest.approx(rate)
 
 
