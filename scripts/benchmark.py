@@ -81,9 +81,9 @@ def solves() -> None:
         _script.print_row(name, 1e6 * seconds, dof, ratios["eigh"], ratios["bare_lapack"])
 
 
-def one_by_one(solve_one: Callable[[Beam], object], beams: list[Beam]) -> None:
+def one_by_one(solve_one: Callable[..., object], beams: list[Beam], *given: Any) -> None:
     for beam in beams:
-        solve_one(beam)
+        solve_one(beam, *given)
 
 
 def sweeps() -> None:
@@ -91,7 +91,7 @@ def sweeps() -> None:
     for name, alpha, beta in (("no mass", 0, 1), ("mass at the tip", 1, 1), ("at 0.5", 1, 0.5)):
         beams = [Beam(alpha, beta, gamma) for gamma in np.linspace(0, 15, POINTS)]
         together = least_time(partial(solve_many, beams, modes=MODES), 10)
-        apart = least_time(partial(one_by_one, partial(solve, modes=MODES), beams), 3)
+        apart = least_time(partial(one_by_one, solve, beams, MODES), 3)
         _script.print_row(name, 1e3 * together, 1e3 * apart, apart / together)
 
 
@@ -160,13 +160,10 @@ def peers() -> None:
     show("auto, tracked, events located", least_time(tracked, 10), own_error)
     for count in (5, 10, 20):
         name = f"Exudyn {exudyn.version()}, {count} elements"
-
-        def squares(beam: Beam, count: int = count) -> np.ndarray:
-            return exudyn.omega_squared(beam, count, MODES)
-
+        works = partial(one_by_one, exudyn.omega_squared, beams, count, MODES)
         try:
-            error = abs(np.sqrt(squares(beams[-1])) / exact - 1).max()
-            show(name, least_time(partial(one_by_one, squares, beams), 1), error)
+            found = np.sqrt(exudyn.omega_squared(beams[-1], count, MODES))
+            show(name, least_time(works, 1), abs(found / exact - 1).max())
         except NotConverged as failure:
             print(f"{name}: {failure}")
 

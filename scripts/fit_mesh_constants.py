@@ -10,6 +10,8 @@ to that of the value in use. The best value has the least work; error bars hold 
 The beams are those of scripts/measure_error_bars.py, drawn over everything that is accepted.
 """
 
+from contextlib import suppress
+from functools import partial
 from typing import Any
 from unittest.mock import patch
 
@@ -33,13 +35,12 @@ def main() -> None:
     parser.add_argument("--beams", type=_script.count, default=300)
     parser.add_argument("--tolerance", type=float, help="in place of that of each random beam")
     given = parser.parse_args()
+    measured = partial(measure, given.constant, count=given.beams, tolerance=given.tolerance)
     in_use = float(getattr(mesh_design, given.constant))
-    reference = measure(given.constant, in_use, given.beams, given.tolerance)
+    reference = measured(in_use)
     _script.print_row(given.constant, "first attempt", "unknowns", "work", "unsolved")
     for value in sorted({in_use, *given.values}):
-        first, unknowns, work, unsolved = measure(
-            given.constant, value, given.beams, given.tolerance
-        )
+        first, unknowns, work, unsolved = measured(value)
         mark = " (in use)" if value == in_use else ""
         _script.print_row(f"{value:g}{mark}", first, unknowns, work / reference[2], unsolved)
 
@@ -56,7 +57,7 @@ def measure(
         sizes.append(len(mesh.points))
         solve_stack(self, places, mesh)
 
-    first, last, work, unsolved = [], [], [], 0
+    attempts: list[list[int]] = []
     with (
         patch.object(mesh_design, name, type(getattr(mesh_design, name))(value)),
         patch.object(Refinement, "solve_stack", counted),
@@ -64,15 +65,12 @@ def measure(
         for scene in map(random_scene, range(count)):
             options = scene.options | ({"tolerance": tolerance} if tolerance else {})
             sizes.clear()
-            try:
+            with suppress(BeamvizError):
                 solve(scene.beam, **options)
-            except BeamvizError:
-                unsolved += 1
-                continue
-            first.append(len(sizes) == 1)
-            last.append(sizes[-1])
-            work.append(sum(n**3 for n in sizes))
-    return float(np.mean(first)), float(np.mean(last)), float(np.mean(work)), unsolved
+                attempts.append([*sizes])
+    rows = [(len(one) == 1, one[-1], sum(n**3 for n in one)) for one in attempts]
+    first, last, work = np.mean(rows, axis=0).tolist()
+    return first, last, work, count - len(attempts)
 
 
 if __name__ == "__main__":

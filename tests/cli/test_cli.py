@@ -335,12 +335,10 @@ def test_loci_in_si_units(run, steel):
     assert ",B1_hertz," in header
 
 
-STARTS = {"svg": b"<?xml", "pdf": b"%PDF", "PNG": b"\x89PNG", "png": b"\x89PNG"}
-
-
 def test_plot_of_loci(run, tmp_path):
     """A picture of its kind beside the data on stdout, with blue bending, vermilion stretching."""
-    for ending, start in STARTS.items():
+    starts = {"svg": b"<?xml", "pdf": b"%PDF", "PNG": b"\x89PNG", "png": b"\x89PNG"}
+    for ending, start in starts.items():
         file = tmp_path / f"loci.{ending}"
         code, out, err = run(*SWEEP, "--points", "21", "--plot", str(file), "--format", "csv")
         assert (code, err, out[:8]) == (0, "", "gamma,B1")
