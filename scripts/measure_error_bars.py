@@ -70,12 +70,8 @@ def main() -> None:
 
 def described(scene: Any) -> dict[str, Any]:
     """The command of a scene, and the groups that it belongs to."""
-    return {
-        "command": scene.command,
-        "coriolis": scene.options["coriolis"],
-        "inward": scene.beam.delta < 0,
-        "spin-up": scene.beam.spin_up != 0,
-    }
+    groups = {"inward": scene.beam.delta < 0, "spin-up": scene.beam.spin_up != 0}
+    return groups | {"coriolis": scene.options["coriolis"], "command": scene.command}
 
 
 def bent_row(seed: int) -> dict[str, Any]:
