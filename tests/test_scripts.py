@@ -33,9 +33,9 @@ def environment():
 
 @pytest.fixture
 def browser(monkeypatch):
-    """scripts/_browser.py, with nothing named and nothing found or fetched yet."""
+    """scripts/test.py, with no browser named and none found or fetched yet."""
     monkeypatch.delenv("BEAMVIZ_BROWSER", raising=False)
-    module = load_script("_browser")
+    module = load_script("test")
     monkeypatch.setattr(module, "working", lambda browser: browser)
     for search in ("find_browser", "from_debian", "from_playwright"):
         monkeypatch.setattr(module, search, lambda *_: None)
@@ -78,7 +78,7 @@ def executable(path: Path, code: str) -> Path:
 def test_the_scripts_start_with_any_python(name):
     """Python 3.10 ends with a sentence: no syntax newer than Python 3.7 stands before it. They load
     before anything is installed, with the search of the tests for a browser."""
-    for file in (name, "_environment", "_browser"):
+    for file in (name, "_environment"):
         ast.parse((SCRIPTS / f"{file}.py").read_text(), feature_version=(3, 7))
     load = f"import runpy, sys; sys.path.insert(0, {str(SCRIPTS)!r}); "
     run = f"runpy.run_path({str(SCRIPTS / f'{name}.py')!r}, run_name='loaded')"
@@ -163,7 +163,7 @@ def test_a_browser_that_is_there_comes_first(browser, monkeypatch):
 def test_only_a_browser_that_starts_is_used(tmp_path, monkeypatch):
     """A command that only tells how to install a browser is not one; and a user who is not root
     gets no failing apt-get."""
-    module = load_script("_browser")
+    module = load_script("test")
     good, stub = (str(executable(tmp_path / f"exit {k}", f"exit {k}")) for k in (0, 1))
     found = [module.working(one) for one in (good, stub, str(tmp_path / "missing"), None)]
     assert found == [good, None, None, None]
