@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from string import Template
 
 import pytest
 from helpers import contents, strict
@@ -18,8 +19,8 @@ from beamviz.solver import CHOICES, MAX_MODES
 WHOLE = f"must be a whole number in 1 .. {MAX_MODES}"
 NO_ELEMENTS = "takes no number of elements; methods that do: ancf, ancf-planar, linear"
 LOCI, OVER = "loci --over gamma --start 0 --stop 5", "sweep a.zarr --over gamma=0,1 --over"
-LINE, AT = "loci --over gamma --sweep STORE --at", "alpha=1,beta=0.5"
-MAP = "--over gamma,alpha --at beta=0.5 --sweep STORE"
+LINE, AT = "loci --over gamma --sweep $STORE --at", "alpha=1,beta=0.5"
+MAP = "--over gamma,alpha --at beta=0.5 --sweep $STORE"
 ALL_AXES = "alpha=0,1 --over beta=0,1 --over delta=0,1 --over mu=50,70 --over spin_up=0,1"
 EXACT = {  # the whole message
     "modes --alpha -1": "alpha = -1: must lie in 0 .. 100",
@@ -30,7 +31,7 @@ EXACT = {  # the whole message
     "modes --si none.toml": "none.toml: No such file or directory",
     "modes --si none.toml --gamma 0": "--gamma 0 and --si none.toml exclude each other: the file"
     " gives all numbers",
-    "screenshot a.png --scene SCENE": "SCENE [beam]: unknown key 'gama'; known: "
+    "screenshot a.png --scene $SCENE": "$SCENE [beam]: unknown key 'gama'; known: "
     + ", ".join(NUMBERS),
     "screenshot a.png --lesson magic": f"lesson = 'magic': must be one of {', '.join(NAMES)}",
 }
@@ -51,7 +52,7 @@ NAMED = {  # parts of the message, separated by |
     "screenshot a.png --phase nan": "phase = nan|0 .. 1",
     "screenshot a.png --from 1,2": "--from|1,2|three numbers",
     "screenshot a.jpg": "a.jpg|.png",
-    "screenshot a.png --lesson nodes --scene SCENE": "--scene SCENE and --lesson nodes exclude",
+    "screenshot a.png --lesson nodes --scene $SCENE": "--scene $SCENE and --lesson nodes exclude",
     "serve --port 70000": "port = 70000|1 .. 65535",
     "loci --over gamma --start 0 --stop 0": "--start 0 --stop 0: stop must be above start",
     "loci --over gamma --start 0 --stop nan": "--stop: gamma = nan: must lie in 0 .. 200",
@@ -79,8 +80,8 @@ NAMED = {  # parts of the message, separated by |
     "sweep a.zarr --over gamma=0,1 --workers 0": "workers = 0: must be",
     "sweep a.zarr --over gamma=0,1 --scheduler nowhere": "no Dask scheduler at nowhere",
     "sweep file.zarr --over gamma=0,1": "file.zarr: is no sweep of this program",
-    "loci --over mu --sweep STORE": "over mu: mu is no axis of this sweep",
-    "loci --over gamma --sweep STORE": "alpha is missing, one of its 4 values 0 .. 2",
+    "loci --over mu --sweep $STORE": "over mu: mu is no axis of this sweep",
+    "loci --over gamma --sweep $STORE": "alpha is missing, one of its 4 values 0 .. 2",
     f"{LINE} alpha=1,beta=0.6": "beta=0.6: not in this sweep; the nearest is",
     f"{LINE} alpha=x": "--at alpha=x: must be NAME=VALUE",
     f"{LINE} alpha=1:2": "--at alpha=1:2: must be NAME=VALUE",
@@ -90,9 +91,9 @@ NAMED = {  # parts of the message, separated by |
     f"export a.png --gap --mode 1 {MAP}": "either of one mode or, with gap",
     f"export a.png --mode 4 {MAP}": "mode = 4",
     f"export a.glb {MAP}": "a.glb: must end in .png, .svg or .pdf",
-    "export a.png --over gamma --sweep STORE": "must be two axes",
+    "export a.png --over gamma --sweep $STORE": "must be two axes",
     f"export a.png --alpha 1 {MAP}": "--alpha and --sweep",
-    "export a.png --sweep STORE": "must be two axes",
+    "export a.png --sweep $STORE": "must be two axes",
     "export a.html --gap": "--gap: needs --sweep",
     "export a.html --over gamma,alpha": "--over: needs --sweep",
     "loci --over gamma --start 0 --stop 1 --at alpha=1": "--at: needs --sweep",
@@ -116,23 +117,17 @@ def files(tmp_path_factory):
 @pytest.mark.parametrize("line", [*EXACT, *NAMED])
 def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
     """stdout is empty, or with --format json the error as JSON."""
-
-    def filled(text):
-        for name, path in files.items():
-            text = text.replace(name, path)
-        return text
-
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file.zarr").write_text("kept")
-    command, *options = filled(line).split()
+    command, *options = Template(line).substitute(files).split()
+    expected = Template((EXACT | NAMED)[line]).substitute(files)
     code, out, err = run(command, *options)
     assert (code, out, err.count("\n")) == (1 if "scheduler" in line else 2, "", 1)
+    assert err.startswith("beamviz: ")
     message = err.removeprefix("beamviz: ").removesuffix("\n")
     if line in EXACT:
-        assert err == f"beamviz: {filled(EXACT[line])}\n"
-    else:
-        assert err.startswith("beamviz: ")
-        assert [part for part in filled(NAMED[line]).split("|") if part not in err] == []
+        assert message == expected
+    assert [part for part in expected.split("|") if part not in message] == []
     if command in ("modes", "loci"):
         for json_option in (["--format", "json"], ["--format=json"]):
             code, out, again = run(command, *json_option, *options)
