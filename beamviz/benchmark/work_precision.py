@@ -19,7 +19,6 @@ from functools import partial
 from importlib.metadata import PackageNotFoundError
 from itertools import product
 from typing import Any, NamedTuple
-from unittest.mock import patch
 
 import numpy as np
 from scipy.linalg import eigh
@@ -217,9 +216,13 @@ def eigenproblems(beam: Beam) -> list[partial[Any]]:
         problems[place:] = [problem]  # without the calls that it made itself
         return answer
 
-    calls: Any = {name: partial(record, getattr(eigen, name)) for name in ("definite", "largest")}
-    with patch.multiple(eigen, **calls):
+    functions = {name: getattr(eigen, name) for name in ("definite", "largest")}
+    try:
+        for name, function in functions.items():
+            setattr(eigen, name, partial(record, function))
         solve(beam)
+    finally:
+        vars(eigen).update(functions)
     return problems
 
 
