@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
+from strategies import beams
 
 from beamviz import Beam, loci, solve
 from beamviz.frequency_loci.identity import ModeIdentity, identify_modes, names_of_branches
@@ -76,11 +76,9 @@ def test_a_mixture_with_a_mode_that_is_not_shown_is_told_in_full():
     assert identity.summary == "B4: B4/S2 mixed 80:20"
 
 
-@given(
-    st.floats(0, 5), st.floats(0, 1), st.floats(0, 60), st.floats(0, 2), st.floats(20, 200)
-)  # fmt: skip
-def test_names_are_all_different(alpha, beta, gamma, delta, mu):
+@given(beams(delta=(0, 2), mu=(20, 200)))
+def test_names_are_all_different(beam):
     """However strongly Coriolis forces mix the modes."""
-    names, _ = identify_modes(solve(Beam(alpha, beta, gamma, delta, mu), coriolis=True))
+    names, _ = identify_modes(solve(beam, coriolis=True))
     assert len(set(names)) == len(names) == 5
     assert all(re.fullmatch(r"[BS]\d", name) for name in names)

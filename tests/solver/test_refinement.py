@@ -14,6 +14,8 @@ from beamviz.solver.hp.mesh_design import MAX_ORDER
 from beamviz.solver.hp.refinement import Refinement
 
 EXACT = 1e-11
+BIOT = {"strain": "biot", "curvature": "material", "tolerance": 1e-6}
+HENCKY = {"strain": "hencky", "plane": "flapwise", "tolerance": 3.5e-8}
 
 
 @pytest.mark.parametrize("beam", [Beam(), Beam(0, 1, 20), Beam(1, 0.5, 10), Beam(1, 0.3, 30, 0.2)])
@@ -86,10 +88,6 @@ def test_towards_the_end_of_an_equilibrium_the_bars_hold(beam, strain):
         fine = solve(near, strain=strain, tolerance=1e-8)
         assert within_the_bars(in_sweep, fine)
         assert within_the_bars(solve(near, strain=strain, tolerance=1e-4), fine)
-
-
-BIOT = {"strain": "biot", "curvature": "material", "tolerance": 1e-6}
-HENCKY = {"strain": "hencky", "plane": "flapwise", "tolerance": 3.5e-8}
 
 
 @pytest.mark.parametrize(
