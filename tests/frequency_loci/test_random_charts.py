@@ -123,7 +123,7 @@ def exchanges_of_order(beam, over, values, modes):
     ]
 
 
-@pytest.mark.parametrize("seed", [*range(9), *slow(*range(9, 24))])
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 6, 7, 8, *slow(4, 5, *range(9, 24))])
 def test_crossings_of_random_beams(seed):
     """On a coarse grid: the crossings of a dense one, each within its step of that."""
     beam, over, low, high = outward_chart(seed)
