@@ -22,7 +22,9 @@ from beamviz.solver.solution import Curve, Equilibrium, Fields, Solution, Stats,
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
 gauss = lru_cache(maxsize=8)(legendre.leggauss)
+Pair = tuple[np.ndarray, np.ndarray]  # matrices along the beam and across it
 Shapes = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), modes); picklable
+Basis = Callable[[np.ndarray], Shapes]  # coordinates (n, modes) -> functions of x
 
 
 class Family(NamedTuple):
@@ -55,15 +57,11 @@ def _fields(along: Shapes, across: Shapes, order: np.ndarray | None, x: np.ndarr
 
 
 def modes_of_matrices(
-    beam: Beam,
-    problem: Problem,
-    K: tuple[np.ndarray, np.ndarray],
-    F: tuple[np.ndarray, np.ndarray],
-    shapes: tuple[Callable[[np.ndarray], Shapes], Callable[[np.ndarray], Shapes]],
+    beam: Beam, problem: Problem, K: Pair, F: Pair, shapes: tuple[Basis, Basis]
 ) -> Modes:
     """The lowest modes of the matrices along the beam and of those across it. K (n, n): stiffness
-    without softening. F (m, n): factors of the mass matrices F' F. shapes: the functions of x of
-    coordinates (n, modes). The softening, a multiple of the mass, shifts omega^2."""
+    without softening. F (m, n): factors of the mass matrices F' F. The softening, a multiple of the
+    mass, shifts omega^2, across the beam in the plane of rotation only."""
     Ma, Mb = (f.T @ f for f in F)
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
@@ -75,14 +73,9 @@ def modes_of_matrices(
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     stretching, U = eigen.symmetric_modes(K[0], Ma, problem.modes)
     bending, W = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
-    bending -= centrifugal_softening(beam, problem)
+    bending -= beam.gamma**2 * problem.chordwise
     along, across = Family(stretching - beam.gamma**2, shapes[0](U)), Family(bending, shapes[1](W))
     return merge(along, across, problem.modes)
-
-
-def centrifugal_softening(beam: Beam, problem: Problem) -> float:
-    """gamma^2 in the plane of rotation, 0 across it: omega^2 of bending is lower by this."""
-    return beam.gamma**2 if problem.chordwise else 0.0
 
 
 def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:

@@ -45,22 +45,18 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver import constitutive, families
-from beamviz.solver.constitutive import StrainLaw, rigid_tension
+from beamviz.solver.constitutive import Function, StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, false_position, read_only, straight
 
-NEWTON_ITERATIONS = 8
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
 MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
-SAMPLES = 200
 SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
-
-Function = Callable[[NDArray], NDArray]
 
 
 def assumed_modes(beam: Beam, problem: Problem) -> Solution:
@@ -82,7 +78,7 @@ def clamped_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Bending modes of a cantilever at rest, of unit mass."""
     b = (np.arange(terms) + 0.5) * np.pi
     b[0] = 1.875
-    for _ in range(NEWTON_ITERATIONS):  # the roots of cos b cosh b = -1
+    for _ in range(8):  # the roots of cos b cosh b = -1
         b = b - (np.cos(b) + 1 / np.cosh(b)) / (-np.sin(b) - np.tanh(b) / np.cosh(b))
     ratio = (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
     z = x[:, None] * b
@@ -112,10 +108,27 @@ class Part(NamedTuple):
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
 def power_series(beam: Beam, problem: Problem) -> Solution:
-    """The modes, w with as many powers as terms on each part of the beam. Raises
-    NotConverged where the determinant is rounding, and for too few roots."""
+    """The modes, w with as many powers as terms on each part of the beam: the roots of the
+    determinant of moment and shear at the tip. Raises NotConverged where that is rounding, and for
+    too few roots."""
+    from scipy.interpolate import PPoly  # loads much that assumed modes do not need
+
     terms, modes = problem.resolution, problem.modes
-    bending = _bending(beam, terms, modes, families.centrifugal_softening(beam, problem))
+
+    def determinant(s: NDArray) -> NDArray:
+        """Relative to its two products."""
+        _, moment, shear = series(beam, terms, s * abs(s))
+        first, second = moment[0] * shear[1], moment[1] * shear[0]
+        return (first - second) / (abs(first) + abs(second))
+
+    s = _lowest_roots(determinant, beam, terms, modes)
+    coefficients, moment, _ = series(beam, terms, s * abs(s))
+    shares = np.stack((-moment[1], moment[0])) / np.hypot(*moment)
+    c = np.stack([(c * shares).sum(axis=1) for c in coefficients], axis=1)
+    ends = [*(part.start for part in parts(beam)), 1.0]
+    scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
+    omega_squared = s * abs(s) - beam.gamma**2 * problem.chordwise
+    bending = Family(omega_squared, PPoly(c[::-1] * scale, ends))
     found = families.merge(_stretching(beam, modes), bending, modes)
     return families.build_solution(beam, problem, found, (2, 1, terms))
 
@@ -158,25 +171,6 @@ def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDAr
     return coefficients, moment, shear
 
 
-def _bending(beam: Beam, terms: int, modes: int, softening: float) -> Family:
-    """The roots of the determinant of moment and shear at the tip, and their shapes."""
-    from scipy.interpolate import PPoly  # loads much that assumed modes do not need
-
-    def determinant(s: NDArray) -> NDArray:
-        """Relative to its two products."""
-        _, moment, shear = series(beam, terms, s * abs(s))
-        first, second = moment[0] * shear[1], moment[1] * shear[0]
-        return (first - second) / (abs(first) + abs(second))
-
-    s = _lowest_roots(determinant, beam, terms, modes)
-    coefficients, moment, _ = series(beam, terms, s * abs(s))
-    shares = np.stack((-moment[1], moment[0])) / np.hypot(*moment)
-    c = np.stack([(c * shares).sum(axis=1) for c in coefficients], axis=1)
-    ends = [*(part.start for part in parts(beam)), 1.0]
-    scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
-    return Family(s * abs(s) - softening, PPoly(c[::-1] * scale, ends))
-
-
 def _stretching(beam: Beam, modes: int) -> Family:
     """u = sin zx up to the mass, and a second sine beyond it; Lambda = (mu z)^2."""
     alpha, beta = beam.alpha, beam.beta
@@ -193,7 +187,7 @@ def _stretching(beam: Beam, modes: int) -> Family:
 def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> NDArray:
     """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow but stay smaller than
     the distance of bending modes. Compression makes Lambda negative, by less than its square."""
-    x = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    x = (np.arange(200) + 0.5) / 200
     widths = float(np.sqrt(np.maximum(rigid_tension(beam, x), 0.0)).mean())  # int sqrt(N) dx
     if widths > MAX_WIDTHS:
         raise NotConverged(
@@ -206,8 +200,7 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
     for _ in range(MAX_SCANS):
         for _ in range(SCAN_POINTS):
             points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * points[-1]))
-        grid = np.array(points)
-        roots = np.append(roots, _refined_roots(determinant, grid))
+        roots = np.append(roots, _refined_roots(determinant, np.array(points)))
         if len(roots) >= modes:
             return roots[:modes]
         points = points[-1:]
@@ -281,7 +274,7 @@ def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
     rotation = (J / constitutive.bending_stiffness(f, problem.curvature_power)) @ on.to_tip
     A = np.eye(len(f)) + rotation * (f * N)  # rotation: f (N theta - V) -> -theta
     B = (rotation * f) @ R @ (J * f)
-    A -= families.centrifugal_softening(beam, problem) * B
+    A -= beam.gamma**2 * problem.chordwise * B
     bending = _lowest(on, beam, A, B, J * f, problem.modes)
     modes = families.merge(stretching, bending, problem.modes)
     size, curve = (2 * len(on.points), 1, order), partial(_curve, on, f)

@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.solver.problem import Problem
@@ -22,8 +23,8 @@ VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has n
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
 # x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)
-Curve = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
-Fields = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), 2, modes)
+Curve = Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
+Fields = Callable[[NDArray], NDArray]  # x -> (len(x), 2, modes)
 
 
 @dataclass
@@ -57,20 +58,20 @@ class Equilibrium:
         """Whether every mode is stable."""
         return "stable" if self.stable else "unstable"
 
-    def position(self, x: np.ndarray) -> np.ndarray:
+    def position(self, x: NDArray) -> NDArray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
         return self.curve(_points(x))[0]
 
-    def stretch(self, x: np.ndarray) -> np.ndarray:
+    def stretch(self, x: NDArray) -> NDArray:
         """Stretch f = |r'| (len(x),)."""
         return self.curve(_points(x))[1]
 
-    def angle(self, x: np.ndarray) -> np.ndarray:
+    def angle(self, x: NDArray) -> NDArray:
         """Angle [rad] of the beam's axis (len(x),), continuous, 0 where it is straight."""
         return self.curve(_points(x))[2]
 
     @cached_property
-    def tip(self) -> np.ndarray:
+    def tip(self) -> NDArray:
         """Position (2,) of the tip."""
         return read_only(self.position(np.ones(1))[0])
 
@@ -88,11 +89,11 @@ class Solution:
     problem: Problem
     equilibrium: Equilibrium
     stats: Stats
-    omega_squared: np.ndarray  # (modes,) ascending; negative where unstable
-    estimate_errors: Callable[[], np.ndarray]  # (modes,) of omega^2; may take longer than a solve
-    bending_energy_fraction: np.ndarray  # (modes,) share of the kinetic energy across the beam
+    omega_squared: NDArray  # (modes,) ascending; negative where unstable
+    estimate_errors: Callable[[], NDArray]  # (modes,) of omega^2; may take longer than a solve
+    bending_energy_fraction: NDArray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
-    spin_up_growth: np.ndarray | None = None  # (modes,) with a spin-up: growth rates of all modes
+    spin_up_growth: NDArray | None = None  # (modes,) with a spin-up: growth rates of all modes
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
@@ -119,12 +120,12 @@ class Solution:
         return import_module("beamviz.output").solution_html(self)
 
     @cached_property
-    def frequencies(self) -> np.ndarray:
+    def frequencies(self) -> NDArray:
         """Frequencies (modes,), ascending, in units of 1/T*; nan where unstable."""
         return read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
 
     @cached_property
-    def growth_rates(self) -> np.ndarray:
+    def growth_rates(self) -> NDArray:
         """Growth rates (modes,) in units of 1/T*; 0 where stable. With a spin-up a mode may have
         both a frequency and a growth rate, negative where it decays: the Euler force has no
         potential."""
@@ -133,12 +134,12 @@ class Solution:
         return read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
 
     @cached_property
-    def omega_squared_errors(self) -> np.ndarray:
+    def omega_squared_errors(self) -> NDArray:
         """Estimated absolute errors (modes,) of omega^2; infinite where there is no estimate."""
         return read_only(self.estimate_errors())
 
     @cached_property
-    def errors(self) -> np.ndarray:
+    def errors(self) -> NDArray:
         """Estimated absolute errors (modes,) of frequency or growth rate."""
         size, error = abs(self.omega_squared), self.omega_squared_errors
         return read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
@@ -153,7 +154,7 @@ class Solution:
         """B1, S1 ...: numbered within bending and stretching; a mixed mode by its larger share."""
         return labels_of(self.bending_energy_fraction)
 
-    def shape(self, k: int, x: np.ndarray) -> np.ndarray:
+    def shape(self, k: int, x: NDArray) -> NDArray:
         """Displacement (len(x), 2) of mode k (from 0) along and across the beam at x in [0, 1].
 
         Of unit modal mass. Across the beam is in the plane of rotation (chordwise) or normal to it
@@ -167,17 +168,17 @@ class Solution:
             raise IndexError(f"mode {k}: this solution has modes 0 .. {last}")
         return self.displacement(x)[:, :, k]
 
-    def displacement(self, x: np.ndarray) -> np.ndarray:
+    def displacement(self, x: NDArray) -> NDArray:
         """`shape` of all modes: (len(x), 2, modes)."""
         return self.fields(_points(x)) * self._phase
 
     @cached_property
-    def larger_component(self) -> np.ndarray:
+    def larger_component(self) -> NDArray:
         """The larger component (modes,) of each mode: 0 along the beam, 1 across it."""
         return (self.bending_energy_fraction >= 0.5).astype(int)
 
     @cached_property
-    def _phase(self) -> np.ndarray:
+    def _phase(self) -> NDArray:
         """The factor (modes,) of modulus 1 that makes the larger component real and positive at the
         tip (where no uncoupled mode has a node)."""
         tip = np.take_along_axis(self.fields(np.ones(1))[0], self.larger_component[None], axis=0)[0]
@@ -185,7 +186,7 @@ class Solution:
         return np.where(size > 0, tip.conj(), 1.0) / np.where(size > 0, size, 1.0)
 
     @cached_property
-    def nodes(self) -> tuple[np.ndarray, ...]:
+    def nodes(self) -> tuple[NDArray, ...]:
         """Vibration nodes x of each mode: where its larger component is zero at all times."""
         # Dense where boundary layers may be thin: at the clamp, the mass and the tip.
         near = np.geomspace(1e-5, 0.01, 40)
@@ -201,7 +202,7 @@ class Solution:
         )
         return tuple(read_only(roots[mode == k]) for k in range(len(self.omega_squared)))
 
-    def _larger_components(self, x: np.ndarray) -> np.ndarray:
+    def _larger_components(self, x: NDArray) -> NDArray:
         """The larger component (len(x), modes) of each mode at x."""
         shapes = self.displacement(x).real
         return np.take_along_axis(shapes, self.larger_component[None, None], axis=1)[:, 0]
@@ -218,9 +219,7 @@ def family_of(share: float) -> str:
     return BENDING if share >= PURE else STRETCHING if share <= 1 - PURE else MIXED
 
 
-def false_position(
-    function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray
-) -> np.ndarray:
+def false_position(function: Callable[[NDArray], NDArray], low: NDArray, high: NDArray) -> NDArray:
     """The roots (k,) of a vectorised function that changes sign between low and high (k,), by false
     position with the Illinois rule (importing scipy.optimize would double the start-up time)."""
     if not len(low):
@@ -238,15 +237,13 @@ def false_position(
     return b
 
 
-def straight(
-    along: np.ndarray, stretch: np.ndarray | float = 1.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def straight(along: NDArray, stretch: NDArray | float = 1.0) -> tuple[NDArray, NDArray, NDArray]:
     """The curve of a straight beam."""
     zero = np.zeros_like(along)
     return np.column_stack((along, zero)), zero + stretch, zero
 
 
-def _points(x: np.ndarray) -> np.ndarray:
+def _points(x: NDArray) -> NDArray:
     """x as an array of floats; ValueError outside [0, 1]."""
     x = np.atleast_1d(np.asarray(x, float))
     if x.size and not (x.min() >= 0 and x.max() <= 1):
@@ -254,7 +251,7 @@ def _points(x: np.ndarray) -> np.ndarray:
     return x
 
 
-def read_only(array: np.ndarray) -> np.ndarray:
+def read_only(array: NDArray) -> NDArray:
     """The array, made read-only: solutions and meshes are shared."""
     array.setflags(write=False)
     return array

@@ -29,7 +29,9 @@ from beamviz.solver.solution import Solution, straight
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
-
+# Parts of a planar band that act along and across a straight beam: r1, r1' and r2, r2' of each
+# node. The clamp takes r1 out of the first, r2 and r2' out of the second.
+ALONG, ACROSS = np.s_[::2, ::2], np.s_[::2, 1::2]
 
 # A straight state of N nodes: r1, r1' of each (2N,), the iterations, the stiffness along the beam
 # (2N - 1, 2N - 1) and across it (2N - 2, 2N - 2), both without softening, the clamp taken out.
@@ -61,7 +63,7 @@ def _ancf_planar(model: PlanarBeam) -> Assembled:
     """The full planar tangent."""
     root = straight_equilibrium(model)
     K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
-    return root.state[::2], root.iterations, dense(along(K)), dense(across(K))
+    return root.state[::2], root.iterations, dense(K[ALONG][:, 1:]), dense(K[ACROSS][:, 2:])
 
 
 def _linear(model: PlanarBeam) -> Assembled:
@@ -94,16 +96,6 @@ def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
     return partial(interpolate, nodes, np.concatenate((clamped, free)))
 
 
-def along(K: NDArray) -> NDArray:
-    """The part of a planar band that acts along a straight beam, without the clamp's r1."""
-    return K[::2, ::2][:, 1:]
-
-
-def across(K: NDArray) -> NDArray:
-    """The part of a planar band that acts across a straight beam, without the clamp's r2, r2'."""
-    return K[::2, 1::2][:, 2:]
-
-
 def straight_equilibrium(model: PlanarBeam) -> Root:
     """The straight state (paper, eq. 40), followed by Newton-Raphson from rest to the beam's gamma.
     Returns its planar coordinates and the number of iterations; it may be unstable (delta < 0).
@@ -121,7 +113,7 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
         raise _no_equilibrium(model, path.limit, path.state)
     if model.beam.delta >= 0:  # an outward beam does not buckle
         try:
-            cholesky_banded(across(model.tangent(path.state, load)), lower=True)
+            cholesky_banded(model.tangent(path.state, load)[ACROSS][:, 2:], lower=True)
         except np.linalg.LinAlgError:
             raise _overshoot(model, load, path.state) from None
     return path
@@ -142,7 +134,7 @@ def straight_margins(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
 
 def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> NDArray:
     """The displacement under a force along the beam; LinAlgError for an indefinite tangent."""
-    L = cholesky_banded(along(model.tangent(q, load)), lower=True, check_finite=False)
+    L = cholesky_banded(model.tangent(q, load)[ALONG][:, 1:], lower=True, check_finite=False)
     return cho_solve_banded((L, True), force, check_finite=False)
 
 

@@ -26,7 +26,6 @@ from beamviz.beam import Beam
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.problem import Problem
 
-MASS_DEGREE = 6  # S' S of cubics
 # Green axial energy: (f^2 - 1)^2 with r' quadratic. 5 points; the tangent's degree is the same.
 # The curvature and the other laws are not polynomials, and not integrated exactly.
 AXIAL_DEGREE = 8
@@ -76,7 +75,7 @@ def mass(nodes: NDArray, alpha: float, beta: float) -> NDArray:
     """Mass matrix m_e of one component: (elements, 4, 4). int S' S dx of each element for rho A = 1
     (paper, eq. 8), and alpha S'(beta) S(beta) in the element that holds the concentrated mass (eqs.
     29-32)."""
-    points, weights = gauss(MASS_DEGREE)
+    points, weights = gauss(6)  # S' S of cubics
     lengths = np.diff(nodes)
     S, _, _ = hermite(points, lengths[:, None])
     m = np.einsum("ep,epi,epj->eij", weights * lengths[:, None], S, S)
@@ -84,15 +83,6 @@ def mass(nodes: NDArray, alpha: float, beta: float) -> NDArray:
     S, _, _ = hermite(xi, lengths[element])
     m[element] += alpha * np.outer(S, S)
     return m
-
-
-def assemble_vector(parts: NDArray) -> NDArray:
-    """The sum of element vectors (elements, w), sum_e B_e' parts_e (paper, eq. 19)."""
-    elements, width = parts.shape
-    total = np.zeros((elements + 1, width // 2), parts.dtype)
-    total[:-1] += parts[:, : width // 2]
-    total[1:] += parts[:, width // 2 :]
-    return total.ravel()
 
 
 def assemble_band(parts: NDArray) -> NDArray:
@@ -132,8 +122,7 @@ class PlanarBeam:
         B = np.einsum("dnpi,cb->npdcib", np.stack((self.dS, self.ddS)), np.eye(2))
         self.B = B.reshape(*self.dS.shape[:2], 4, 8)
         self.m = mass(nodes, beam.alpha, beam.beta)
-        P = np.diag([1.0, 1.0 if problem.chordwise else 0.0])
-        self.C = self.planar(P)
+        self.C = self.planar(np.diag([1.0, float(problem.chordwise)]))
         self.euler = beam.spin_up * self.planar(TURN) if beam.spin_up else 0.0
 
     @property
@@ -152,7 +141,11 @@ class PlanarBeam:
     def residual(self, q: NDArray, load: float) -> NDArray:
         """R = dU/dq - gamma^2 C (q + delta t) (paper, eq. 40): (4 (n + 1),), load = gamma^2."""
         q_e = element_coordinates(q, 4)
-        return assemble_vector(self.force(q_e) - self.centrifugal_force(q_e, load))
+        parts = self.force(q_e) - self.centrifugal_force(q_e, load)
+        total = np.zeros((len(self.nodes), 4), parts.dtype)  # sum_e B_e' parts_e (paper, eq. 19)
+        total[:-1] += parts[:, :4]
+        total[1:] += parts[:, 4:]
+        return total.ravel()
 
     def tangent(self, q: NDArray, load: float) -> NDArray:
         """K_T = K_a - gamma^2 C (paper, eq. 42), a lower band (8, 4 (n + 1))."""

@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes
-from beamviz.solver.hp.refinement import CommonMesh, Refinement
+from beamviz.solver.hp.refinement import Answer, CommonMesh, Refinement
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only, straight
 
@@ -32,15 +32,14 @@ def solve_hp(
             refinement.solve_stack(indices, mesh)
         if common_mesh and refinement.refines(common_mesh):
             refinement = Refinement(beams, problem, count, common_mesh)
-    answers: list[Solution | BeamvizError] = []
-    for beam, found in zip(beams, refinement.answers, strict=True):
-        failed = isinstance(found, BeamvizError)
-        answers.append(found if failed else _solution(beam, problem, found))
-    return answers
+    answers = zip(beams, refinement.answers, strict=True)
+    return [_solution(beam, problem, found) for beam, found in answers]
 
 
-def _solution(beam: Beam, problem: Problem, found: StraightModes) -> Solution:
-    """The Solution of modes on a mesh."""
+def _solution(beam: Beam, problem: Problem, found: Answer) -> Solution | BeamvizError:
+    """The Solution of modes on a mesh, or the error in their place."""
+    if isinstance(found, BeamvizError):
+        return found
     stable, grid = bool(found.omega_squared[0] >= 0), found.grid
     orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
     equilibrium = Equilibrium(stable, found.iterations, partial(_curve, found))

@@ -6,7 +6,6 @@ other is followed from rest, alone, on its stable branch to its load or to the l
 """
 
 import math
-from contextlib import suppress
 from functools import lru_cache, partial
 from itertools import accumulate
 from typing import Any, NamedTuple
@@ -15,7 +14,7 @@ import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
@@ -141,8 +140,7 @@ class AxialProblem(NamedTuple):
 
     def solve(self, start: State | None = None, accept_error: float = 0.0) -> AxialState:
         """The equilibria, with an infinite error where Newton's method failed for one of several;
-        a single beam is then solved by continuation, which raises NoEquilibrium with the limit on
-        this mesh.
+        a single beam is then solved by continuation, which raises NoEquilibrium with the limit.
 
         start: the state of a single beam on another mesh. accept_error: relative error of f at
         which iteration ends; 0 if there is a limit, near which a small residual is a large error.
@@ -290,16 +288,12 @@ class AxialProblem(NamedTuple):
 
 def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     """The error of a beam beyond its limit of equilibrium or too near it, located on a mesh that is
-    fine at the clamp; None where there is no limit, or none is found."""
-    if law.hardens and beam.delta >= 0:
-        return None
+    fine at the clamp; None where there is no limit. Raises NotConverged."""
     breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
     mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
-    with suppress(NotConverged):
-        limit = axial_problem(mesh, single(beam), law).follow(load).limit
-        return None if limit is None else no_equilibrium(beam, beam.mu * limit**0.5, law)
-    return None
+    limit = axial_problem(mesh, single(beam), law).follow(load).limit
+    return None if limit is None else no_equilibrium(beam, beam.mu * limit**0.5, law)
 
 
 def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:

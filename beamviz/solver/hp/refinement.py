@@ -7,6 +7,7 @@ by one.
 
 import math
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import groupby
@@ -266,8 +267,9 @@ class Refinement:
     def _fail(self, index: int, error: BeamvizError) -> None:
         """Answer with an error; beyond a limit of equilibrium or near it with that of the limit."""
         beam, problem = self.beams[index], self.problem
-        if not problem.rigid_tension:
-            error = equilibrium.limit_error(beam, problem.strain_law) or error
+        with suppress(NotConverged):
+            if not problem.rigid_tension:
+                error = equilibrium.limit_error(beam, problem.strain_law) or error
         self._answer(index, error)
 
     def _give_up(self, index: int, reason: str) -> None:
