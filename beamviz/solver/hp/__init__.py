@@ -32,11 +32,10 @@ def solve_hp(
             refinement.solve_stack(indices, mesh)
         if common_mesh and refinement.refines(common_mesh):
             refinement = Refinement(beams, problem, count, common_mesh)
-    answers = zip(beams, refinement.answers, strict=True)
-    return [_solution(beam, problem, found) for beam, found in answers]
+    return list(map(partial(_solution, problem), beams, refinement.answers))
 
 
-def _solution(beam: Beam, problem: Problem, found: Answer) -> Solution | BeamvizError:
+def _solution(problem: Problem, beam: Beam, found: Answer) -> Solution | BeamvizError:
     """The Solution of modes on a mesh, or the error in their place."""
     if isinstance(found, BeamvizError):
         return found

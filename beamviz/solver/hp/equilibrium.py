@@ -57,8 +57,7 @@ class BeamStack(NamedTuple):
 
 def single(beam: Beam) -> BeamStack:
     """A stack of one beam."""
-    numbers = beam.alpha, beam.beta, beam.gamma, beam.delta, beam.mu
-    return BeamStack(*numbers, 1, beam.delta >= 0)
+    return BeamStack(beam.alpha, beam.beta, beam.gamma, beam.delta, beam.mu, 1, beam.delta >= 0)
 
 
 class Inertia(NamedTuple):
@@ -102,10 +101,9 @@ def _inertia(mesh: Mesh, alpha: float | np.ndarray, beta: float | np.ndarray) ->
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[..., None, :]
-    total = 1.0 + alpha * (beta > 0)
     rows = mesh.weights, mesh.G1 + beta * carried, mesh.g + carried
     weights, G1, g = map(np.atleast_2d, rows)
-    return Inertia(weights, G, G1, g, to_mass, alpha, total)
+    return Inertia(weights, G, G1, g, to_mass, alpha, 1.0 + alpha * (beta > 0))
 
 
 def greatest_force(beams: Beam | BeamStack, load: Any = None) -> Any:

@@ -177,7 +177,8 @@ def choose_mesh(
         order_of_two = layer.own_order + per_length * layer.length + smooth
         if layer.order > min(order_of_two, MAX_ORDER):
             thin.append(layer)
-    ends = sorted(breaks.union(layer.end for layer in thin))
+            breaks.add(layer.end)
+    ends = sorted(breaks)
     least = share * GRADED_ORDER if len(ends) > len(spans) + 1 else 0.0
     orders = [max(per_length * (b - a) + smooth, least) for a, b in pairwise(ends)]
     for layer in layers:

@@ -278,13 +278,11 @@ class Refinement:
         ratio, answer = min(self.near_limit.get(index, [(math.inf, None)]), key=itemgetter(0))
         if ratio * self.problem.tolerance < GREATEST_ERROR:
             return self._answer(index, answer)
-        remedy = "; ask for a larger tolerance or fewer modes"
+        remedy = "a larger tolerance or fewer modes"
         if self.beams[index].delta < 0:
-            remedy = (
-                ": the straight beam buckles in many half-waves; ask for a lower gamma or a larger"
-                " delta"
-            )
-        return self._fail(index, NotConverged(reason + remedy))
+            reason += ": the straight beam buckles in many half-waves"
+            remedy = "a lower gamma or a larger delta"
+        return self._fail(index, NotConverged(f"{reason}; ask for {remedy}"))
 
 
 @lru_cache(maxsize=8)
