@@ -236,9 +236,12 @@ class FrameLoop:
             if time.monotonic() >= due:
                 await self.draw_all(step := self.step)
                 due = max(due + step, time.monotonic() + step / 5)
-            for pool in (self.workers.background, self.workers.pool):
-                pool.replace()  # long work delays no other work
-            self.workers.run_batch(BATCH)
+            try:
+                for pool in (self.workers.background, self.workers.pool):
+                    pool.replace()  # long work delays no other work
+                self.workers.run_batch(BATCH)
+            except Exception as error:  # the frame loop must continue
+                log.error("solving", "a batch", error)
             self.draw_next()
             await exchange_messages()
 

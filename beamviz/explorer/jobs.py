@@ -26,7 +26,7 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
 
 SOLVERS = 2  # solves at once, for all visitors of a process
-LONG = 2.0  # [s] after which another thread takes the place of one that works
+LONG = 2.0  # [s] of work, after which another thread takes the place of its own
 QUICK = 0.02  # [s] processor time of a solve that may run in a batch
 PATIENCE = 1.0  # [s] after which the page shows that a job is running
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
@@ -41,8 +41,8 @@ Submit = Callable[[Callback], None]
 
 
 class WorkerPool:
-    """Runs work in order of submission, on `workers` threads. They are daemons: the process may end
-    before them. Work must not raise. started: times [s] when the busy threads began their work."""
+    """Runs work in order of submission, on `workers` threads besides those replaced. They are
+    daemons: the process may end before them. Work must not raise. started: [s], by busy thread."""
 
     def __init__(self, workers: int, name: str):
         self.workers, self.name, self.closed = workers, name, False

@@ -184,9 +184,8 @@ class Session:
         self.view = SceneView(visitor, self.comparison, self.run_up)
         self.mass_drag = MassDrag(visitor, self.view.beam)
         if presenter:
-            visitor.page.html(
-                "presenter", checkbox("following", "follow the presenter", FOLLOW_HINT)
-            )
+            follow = checkbox("following", "follow the presenter", FOLLOW_HINT)
+            visitor.page.html("presenter", follow)
             visitor.bind("following")
         visitor.page.on("preferences", self.take_preferences)
         visitor.client.camera.on_update(self.camera_moved)

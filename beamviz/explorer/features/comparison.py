@@ -99,7 +99,7 @@ class Comparison:
         return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
 
     def draw(self, main: DrawnBeam, clock: Clock, *, driven: bool) -> None:
-        """Draw the second beam in the modes of `main`; at rest while a force drives `main`."""
+        """Draw the second beam in modes matching `main`; at rest while a force drives `main`."""
         state, answer = self.visitor.state, self.visitor.answer
         if answer:
             self.case = comparison_case(state, answer.request)
@@ -164,11 +164,9 @@ INVITATION = (
     "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
     " the scene, the beam before the drag is shown as an overlay."
 )
-TAB = page.group(
-    "Compare with",
-    '<span class="soft">Compare with</span>',
-    *(page.button(label, data_set="comparison", data_value=key) for key, label in LABELS.items()),
-) + page.group(
+CASES = [page.button(name, data_set="comparison", data_value=key) for key, name in LABELS.items()]
+TAB = page.group("Compare with", '<span class="soft">Compare with</span>', *CASES)
+TAB += page.group(
     "How it is drawn",
     '<span class="soft">Drawn</span>',
     page.button("overlaid", data_set="stacked", data_value=False),

@@ -214,8 +214,8 @@ class MassDrag:
     """Sets beta while the mass is dragged; meanwhile the clock stops and the scene keeps its place.
 
     offset: distance [beam lengths] from the centre of the mass to the point where it was picked up;
-    sight: the line of sight that the mass is moved to, None once it is drawn there; case: that of
-    the mass at that position.
+    sight: the line of sight that the mass is moved to, None once it is drawn there; case: the case
+    with the mass at that position.
     """
 
     def __init__(self, visitor: Visitor, view: BeamView):

@@ -125,21 +125,15 @@ def draw_sketches() -> None:
 
 def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     """A card for each lesson; the open one is marked, those with a challenge met are ticked."""
-    done = f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
-    return (
-        f'<div class="row"><span>{len(LESSONS)} short lessons, one question each, every one a small'
-        f" experiment.{done}</span>"
-        + page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
-        + '</div><div class="cards">'
-        + "".join(
-            f'<button type="button" class="card"'
-            f"{page.attributes(data_do='lesson', data_value=one.name)}"
-            f"{' aria-current=true' if one.name == open_lesson else ''}>{sketch(one.name)}"
-            f"<b>{k}. {escape(one.title)}{' ✓' if one.name in met else ''}</b></button>"
-            for k, one in enumerate(LESSONS, 1)
-        )
-        + "</div>"
-    )
+    text = f"{len(LESSONS)} short lessons, one question each, every one a small experiment."
+    text += f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
+    begin, cards = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n"), ""
+    for k, one in enumerate(LESSONS, 1):
+        own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
+        own += page.attributes(aria_current=True if one.name == open_lesson else None)
+        title = f"<b>{k}. {escape(one.title)}{' ✓' if one.name in met else ''}</b>"
+        cards += f'<button type="button"{own}>{sketch(one.name)}{title}</button>'
+    return f'<div class="row"><span>{text}</span>{begin}</div><div class="cards">{cards}</div>'
 
 
 def lesson_html(lesson: Lesson, step: int) -> str:
@@ -162,12 +156,10 @@ def lesson_html(lesson: Lesson, step: int) -> str:
         f'<p class="question">{formatted(lesson.task)}</p><p class="soft">{FINE_STEPS}</p>',
     )[step]
     number = NAMES.index(lesson.name) + 1
-    return (
-        f'<div class="title"><h3>{number}. {escape(lesson.title)}</h3>'
-        f"{page.button('↺', class_='quiet', **restart)}"
-        f"{page.button('✕', class_='quiet', **leave)}</div>"
-        f"{page.group('Steps of the lesson', steps, ahead)}{body}"
-    )
+    title = f"<h3>{number}. {escape(lesson.title)}</h3>"
+    title += page.button("↺", class_="quiet", **restart) + page.button("✕", class_="quiet", **leave)
+    choices = page.group("Steps of the lesson", steps, ahead)
+    return f'<div class="title">{title}</div>{choices}{body}'
 
 
 def controls(text: str) -> list[str]:

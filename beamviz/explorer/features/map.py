@@ -106,11 +106,9 @@ class MapTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job("map", MapRequest.solve)
-        tools = (
-            page.select("mapped", "colour", QUANTITIES)
-            + page.select("over", "horizontal axis", AXES, id="map-over")
-            + page.select("across", "vertical axis", AXES)
-        )
+        tools = page.select("mapped", "colour", QUANTITIES)
+        tools += page.select("over", "horizontal axis", AXES, id="map-over")
+        tools += page.select("across", "vertical axis", AXES)
         self.page.html("tab-map", page.chart_tab(tools, "map-chart", "map-text"))
         self.page.on("move_beam", self.move_beam)
 

@@ -126,11 +126,9 @@ class MethodTimingTab(Feature):
 def summary(solution: Solution) -> str:
     """The method in use, and its recommended use."""
     name = solution.problem.method
-    return (
-        f'<p role="note" aria-label="this method"><b class="swatch {STYLES[name]}">{escape(name)}'
-        f"</b>: {escape(cost(solution))}<br>"
-        f'<span class="soft">Recommended {escape(METHODS[name].choose)}.</span></p>'
-    )
+    own = f'<b class="swatch {STYLES[name]}">{escape(name)}</b>: {escape(cost(solution))}'
+    advice = f'<span class="soft">Recommended {escape(METHODS[name].choose)}.</span>'
+    return f'<p role="note" aria-label="this method">{own}<br>{advice}</p>'
 
 
 def milliseconds(seconds: float) -> str:

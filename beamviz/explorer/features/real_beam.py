@@ -130,14 +130,8 @@ ARM = RealBeam(
     "A manipulator arm: the spin-up manoeuvre after Simo & Vu-Quoc (J. Appl. Mech. 53, 1986),"
     " with the values that many papers repeat: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
     " 6 rad/s. With E = 70 GPa the section follows.",
-    {
-        "length": 10.0,
-        "density": 3000.0,
-        "area": 4e-4,
-        "second_moment": 2e-7,
-        "youngs_modulus": 70e9,
-        "rotation_speed": 6.0,
-    },
+    own_section(area=4e-4, second_moment=2e-7)
+    | {"density": 3000.0, "youngs_modulus": 70e9, "length": 10.0, "rotation_speed": 6.0},
 )
 BLADE = RealBeam(
     "wind blade",
@@ -145,15 +139,9 @@ BLADE = RealBeam(
     " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
     " (E = 30 GPa, 1900 kg/m³: typical values) as stiff as gives its first flapwise frequency,"
     " 0.67 Hz, at rest. A real one tapers and twists.",
-    {
-        "length": 61.5,
-        "density": 1900.0,
-        "area": 17740.0 / (1900.0 * 61.5),
-        "second_moment": 0.197,
-        "youngs_modulus": 30e9,
-        "hub_radius": 1.5,
-        "rotation_speed": 12.1 * RPM,
-    },
+    MATERIALS["glass fibre"]
+    | own_section(area=17740.0 / (1900.0 * 61.5), second_moment=0.197)
+    | {"length": 61.5, "hub_radius": 1.5, "rotation_speed": 12.1 * RPM},
 )
 PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
 
@@ -311,10 +299,8 @@ INVITATION = (
 
 def number_field(name: str) -> str:
     key, label = f"real.{name}", escape(FIELDS[name][0])
-    return (
-        f'<div class="field"><label for="{key}-field">{label}</label>'
-        f'<input type="number" step="any" id="{key}-field" data-set="{key}"></div>'
-    )
+    box = f'<input type="number" step="any" id="{key}-field" data-set="{key}">'
+    return f'<div class="field"><label for="{key}-field">{label}</label>{box}</div>'
 
 
 def panel(kind: str, beam: Beam) -> str:

@@ -158,11 +158,9 @@ class RunUpTab(Feature):
         super().__init__(visitor)
         self.playback = playback
         low, high = (100 * end for end in DAMPING)
-        tools = (
-            page.select("force_per_rev", "force", {k: f"{k} × per revolution" for k in PER_REV})
-            + page.slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
-            + page.button("", id="run-up-button", class_="main", data_do="run_up")
-        )
+        tools = page.select("force_per_rev", "force", {k: f"{k} × per revolution" for k in PER_REV})
+        tools += page.slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
+        tools += page.button("", id="run-up-button", class_="main", data_do="run_up")
         self.page.html("tab-run-up", page.chart_tab(tools, "run-up-chart", "run-up-list"))
         visitor.bind("damping", with_damping, lambda values: round(100 * values["damping"], 6))
         self.page.on("run_up", lambda _: playback.start_or_stop())
@@ -194,22 +192,21 @@ def run_data(run: RunUp) -> page.Data:
     axes = along, _ = measure("gamma", run.beam.units), AMPLITUDE
     known = run.amplitudes[np.isfinite(run.amplitudes)]
     low, high = (float(known.min()), float(known.max())) if known.size else (1.0, 1.0)
-    marks = []
+    runs, marks = [[0, len(run.speeds) - 1, "bending", ""]], []
     for one in run.resonances:
         times = f"{run.peak(one):.3g} times the deflection at rest"
         text = f"resonance of {one.branch}: {along.text(one.at, 4)}, {times}"
         key, place = f"{one.branch} {one.at:.4g}", (one.at, run.peak(one))
         action = {"action": "gamma", "value": along.factor * one.at}
         marks.append(page.mark(key, "resonance", axes, place, text, **action))
-    x = page.axis_data(along, (0.0, float(run.speeds[-1])))
-    y = page.axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True)
-    line: page.Data = {"label": "tip", "y": page.sent(run.amplitudes)}
-    line["runs"] = [[0, len(run.speeds) - 1, "bending", ""]]
-    data = {
+    return {
         "name": "Response of the tip over the speed",
+        "x": page.axis_data(along, (0.0, float(run.speeds[-1]))),
+        "y": page.axis_data(AMPLITUDE, (max(low, BELOW * high) / ABOVE, ABOVE * high), log=True),
         "at": page.sent(along.factor * run.speeds),
+        "lines": [{"label": "tip", "y": page.sent(run.amplitudes), "runs": runs}],
+        "marks": marks,
     }
-    return data | {"x": x, "y": y, "lines": [line], "marks": marks}
 
 
 def resonance_table(run: RunUp) -> str:

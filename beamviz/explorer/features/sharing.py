@@ -274,11 +274,10 @@ class Files:
 def export_tab() -> str:
     """Buttons for all file formats, and for scene files."""
     length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))
-    files = "".join(
-        f'<div class="file">{page.button(name, data_do="export", data_value=suffix)}'
-        f'<span class="soft">{escape(text)}</span></div>'
-        for suffix, (name, text) in KINDS.items()
-    )
+    files = ""
+    for suffix, (name, text) in KINDS.items():
+        export_button = page.button(name, data_do="export", data_value=suffix)
+        files += f'<div class="file">{export_button}<span class="soft">{escape(text)}</span></div>'
     return (
         f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'
         f'<span class="soft">The scene as you see it</span></div>{files}'

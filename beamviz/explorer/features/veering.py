@@ -256,7 +256,5 @@ def drawing(shape: ModeShape) -> str:
         weight = "2.5" if own == family else None
         y = TALL / 2 * (1 - 0.9 * part)
         lines += page.polyline(WIDTH * X, y, own, stroke_width=weight)
-    return (
-        f'<svg viewBox="0 0 {WIDTH} {TALL}" role="img" aria-label="{escape(shape.name)}">'
-        f'<path d="M0 {TALL / 2}H{WIDTH}"/>{lines}</svg>{escape(shape.name)}'
-    )
+    own = page.attributes(viewBox=f"0 0 {WIDTH} {TALL}", role="img", aria_label=shape.name)
+    return f'<svg{own}><path d="M0 {TALL / 2}H{WIDTH}"/>{lines}</svg>{escape(shape.name)}'

@@ -220,20 +220,16 @@ def hint(name: str, text: str) -> str:
 def slider(key: str, label: str, help: str = "", **values: Any) -> str:
     """A slider with its label and a number field; values: min=, max=, step= of the slider."""
     box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
-    return (
-        f'<div class="field" id="{key}-row"><span class="name">'
-        f'<label for="{key}-slider" id="{key}-label">'
-        f"{escape(label)}</label>{hint(label, help)}</span>"
-        f'<input type="number"{box}><input type="range" id="{key}-slider"'
-        f"{attributes(data_set=key, **values)}></div>"
-    )
+    bar = attributes(id=f"{key}-slider", data_set=key, **values)
+    name = f'<label for="{key}-slider" id="{key}-label">{escape(label)}</label>{hint(label, help)}'
+    inputs = f'<input type="number"{box}><input type="range"{bar}>'
+    return f'<div class="field" id="{key}-row"><span class="name">{name}</span>{inputs}</div>'
 
 
 def checkbox(key: str, label: str, help: str = "") -> str:
-    return (
-        f'<div class="row"><label class="check"><input type="checkbox"{attributes(data_set=key)}>'
-        f"{escape(label)}</label>{hint(label, help)}</div>"
-    )
+    box = f'<input type="checkbox"{attributes(data_set=key)}>'
+    name = f'<label class="check">{box}{escape(label)}</label>'
+    return f'<div class="row">{name}{hint(label, help)}</div>'
 
 
 def options(choices: Choices) -> str:
@@ -246,11 +242,9 @@ def options(choices: Choices) -> str:
 def select(key: str, label: str, choices: Choices, help: str = "", id: str = "") -> str:
     """A select element with its label."""
     id = id or f"{key}-select"
-    return (
-        f'<div class="field"><span class="name"><label for="{id}">{escape(label)}</label>'
-        f"{hint(label, help)}</span>"
-        f'<select id="{id}" data-set="{key}">{options(choices)}</select></div>'
-    )
+    name = f'<label for="{id}">{escape(label)}</label>{hint(label, help)}'
+    box = f'<select id="{id}" data-set="{key}">{options(choices)}</select>'
+    return f'<div class="field"><span class="name">{name}</span>{box}</div>'
 
 
 def group(name: str, *parts: str, **values: str) -> str:
@@ -271,11 +265,9 @@ def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
     """The skeleton of a tab: its controls (HTML), and by their ids its chart and its lists, below
     the chart or, on wide pages, below the controls beside it."""
     parts = "".join(f'<div id="{id}"></div>' for id in lists)
-    return (
-        f'<div class="chart-tab"><div class="beside"><div class="tools">{tools}</div>'
-        f'<div class="lists">{parts}</div></div>'
-        f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div></div>'
-    )
+    beside = f'<div class="tools">{tools}</div><div class="lists">{parts}</div>'
+    figure = f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
+    return f'<div class="chart-tab"><div class="beside">{beside}</div>{figure}</div>'
 
 
 def table(name: str, heads: Cells, rows: Iterable[Cells], caption: str = "", **values: str) -> str:
@@ -283,10 +275,8 @@ def table(name: str, heads: Cells, rows: Iterable[Cells], caption: str = "", **v
     title = f"<caption>{caption}</caption>" if caption else ""
     head = "".join(f'<th scope="col">{one}</th>' for one in heads)
     body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
-    return (
-        f"<table{attributes(aria_label=name, **values)}>{title}<thead><tr>{head}</tr></thead>"
-        f"<tbody>{body}</tbody></table>"
-    )
+    own = attributes(aria_label=name, **values)
+    return f"<table{own}>{title}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
 
 
 def polyline(x: np.ndarray, y: np.ndarray, kind: str, **values: Any) -> str:
@@ -298,7 +288,5 @@ def polyline(x: np.ndarray, y: np.ndarray, kind: str, **values: Any) -> str:
 def colour_scale(title: str, anchors: tuple[colours.RGB, ...], *ends: str) -> str:
     """A colour map with its title and the values at its ends."""
     values = "".join(f"<span>{end}</span>" for end in ends)
-    return (
-        f'<span>{escape(title)}</span><div class="colours"'
-        f' style="background:{colours.gradient(anchors)}"></div><div class="ends">{values}</div>'
-    )
+    bar = f'<div class="colours" style="background:{colours.gradient(anchors)}"></div>'
+    return f'<span>{escape(title)}</span>{bar}<div class="ends">{values}</div>'

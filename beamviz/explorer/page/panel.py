@@ -23,6 +23,7 @@ STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
+RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
@@ -47,8 +48,7 @@ def work(jobs: Sequence[Job]) -> str:
         percent = f" {100 * slow[0].done:.0f} %" if slow[0].done else ""
         state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
         return state + page.button("Cancel", data_do="cancel_jobs")
-    retry = page.button("Compute again", data_do="retry_jobs")
-    return f"cancelled: {names}{retry}" if names else ""
+    return f"cancelled: {names}{RETRY}" if names else ""
 
 
 def invitation(case: Case) -> str:
@@ -138,10 +138,9 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
         f"{numbers(solution, k, strip(shapes.nodes[k]))}<td>{amount(k, label)}</td></tr>"
         for k, label in enumerate(modes.labels)
     )
-    return (
-        f'<table aria-label="modes"><thead><tr><th>{"</th><th>".join(heads)}</th></tr></thead>'
-        f'<tbody>{rows}</tbody></table><p class="soft">{escape(modes.summary)}</p>'
-    )
+    head = f"<thead><tr><th>{'</th><th>'.join(heads)}</th></tr></thead>"
+    table = f'<table aria-label="modes">{head}<tbody>{rows}</tbody></table>'
+    return f'{table}<p class="soft">{escape(modes.summary)}</p>'
 
 
 @lru_cache(256)
