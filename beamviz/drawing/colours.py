@@ -53,10 +53,6 @@ def linear(colours: Any) -> np.ndarray:
     return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
-def gradient(anchors: tuple[RGB, ...]) -> str:
-    return f"linear-gradient(90deg, {', '.join(f'rgb{colour}' for colour in anchors)})"
-
-
 def painted(shapes: SampledModes, name: str, moved: np.ndarray, largest: float) -> np.ndarray:
     """Colours (n - 1, 3), bytes of linear light, of a beam displaced by `moved` (n, 2)."""
     places = scaled(shapes, name, moved, largest) * (STEPS - 1) + 0.5

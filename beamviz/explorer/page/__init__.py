@@ -288,5 +288,6 @@ def polyline(x: np.ndarray, y: np.ndarray, kind: str, **values: Any) -> str:
 def colour_scale(title: str, anchors: tuple[colours.RGB, ...], *ends: str) -> str:
     """A colour map with its title and the values at its ends."""
     values = "".join(f"<span>{end}</span>" for end in ends)
-    bar = f'<div class="colours" style="background:{colours.gradient(anchors)}"></div>'
+    stops = ", ".join(f"rgb{colour}" for colour in anchors)
+    bar = f'<div class="colours" style="background:linear-gradient(90deg, {stops})"></div>'
     return f'<span>{escape(title)}</span>{bar}<div class="ends">{values}</div>'
