@@ -102,10 +102,8 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     """
     groups: dict[object, list[int]] = {}
     for k, solution in enumerate(solutions):
-        shapes = solution.fields
-        key: object = k
-        if isinstance(shapes, Shapes):
-            key = shapes.found.grid.orders, shapes.found.mode_order is None
+        modes = solution.fields.found if isinstance(solution.fields, Shapes) else None
+        key = k if modes is None else (modes.grid.orders, modes.mode_order is None)
         groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
     found = [_of_group([solutions[k] for k in group], x[group]) for group in groups.values()]
@@ -114,9 +112,9 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
 
 def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
     """`displacements` of modes on meshes of the same orders, or of a single solution."""
+    if len(solutions) == 1:
+        return solutions[0].fields(x[0])[None]
     found = [each.fields.found for each in solutions if isinstance(each.fields, Shapes)]
-    if len(solutions) == 1 or not found:
-        return np.array([each.fields(at) for each, at in zip(solutions, x, strict=True)])
 
     def stacked(records: Sequence[Any], *names: str) -> dict[str, Any]:
         return {name: np.array([getattr(one, name) for one in records]) for name in names}
