@@ -20,7 +20,7 @@ from helpers import slow, strict
 from matplotlib.image import imread
 from matplotlib.text import Annotation
 
-from beamviz import Beam, __version__, export, loci, solve
+from beamviz import Beam, Units, __version__, export, loci, solve
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.frequency_loci.forced_response import resonances
 from beamviz.lessons import lesson
@@ -349,11 +349,15 @@ def test_plot_of_loci(run, tmp_path):
     assert (picture == 255).all(axis=2).mean() > 0.8
 
 
+IN_SI = Beam(alpha=1, units=Units(length=1.0, time=0.5))
+
+
 @pytest.mark.parametrize(
     ("beam", "over", "stop", "options", "shown"),
     [
         (Beam(alpha=1), "gamma", 20, {}, ""),
         (Beam(alpha=1), "gamma", 20, {"coriolis": True}, "veering at γ = 4.6502: gap 0.241"),
+        (IN_SI, "gamma", 20, {"coriolis": True}, "veering at 88.812 rpm: gap 0.0767 Hz"),
         (Beam(delta=-1), "gamma", 10, {}, "unstable\nbeyond γ = 2.9960"),
         (Beam(), "gamma", 60, {"strain": "hencky"}, "no equilibrium\nbeyond γ = 45.420"),
         *slow(
