@@ -47,14 +47,13 @@ class BeamView:
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = Surroundings(api, root, alone=alone)
         self.surroundings.hub.visible = not overlay  # nor are its bolts
-        box = trimesh.creation.box()
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
         # In one piece: the edges of translucent ones would be seen.
         self.body = add_mesh(api, f"{root}/rotor/body", **pale) if overlay else None
         self.beam = add_instances(api, f"{root}/rotor/beam", tube)
-        self.ends = add_instances(api, f"{root}/rotor/ends", box)
+        self.ends = add_instances(api, f"{root}/rotor/ends", trimesh.creation.box())
         opacity = OPACITY if overlay else None
         self.mass = add_instances(api, f"{root}/rotor/mass", collar(), opacity=opacity)
         self.reference = ReferenceShapes(api, root)

@@ -195,8 +195,7 @@ def handshake_request(server: viser.ViserServer, client_id: int) -> Request | No
 
 def disconnect(server: viser.ViserServer, client_id: int) -> None:
     """Close a visitor's connection because of an internal error."""
-    connection = server._websock_server._live_connections.get(client_id)
-    if connection:
+    if connection := server._websock_server._live_connections.get(client_id):
         closing = connection.close(INTERNAL_ERROR, "internal error")
         asyncio.run_coroutine_threadsafe(closing, server.get_event_loop())
 
