@@ -118,6 +118,29 @@ def test_an_invalid_message_closes_its_connection_and_no_other(url, caplog):
         other.choose("gamma", 11.0, until=beam_moved)
 
 
+def test_messages_above_the_rate_are_coalesced(plain):
+    """Of a flood viser reads all messages; here those of a burst, then only some and the last."""
+
+    def read(server: viser.ViserServer) -> list[float]:
+        """What a server reads of 3000 camera positions sent at once, up to the last."""
+        places: list[float] = []
+
+        async def moved(camera: viser.CameraHandle) -> None:
+            places.append(camera.position[0])
+
+        server.on_client_connect(lambda client: client.camera.on_update(moved))
+        with raw_socket(url_of(server)) as socket:
+            socket.send(encoded(**CAMERA_MESSAGE))
+            wait_until(lambda: server.get_clients())
+            for place in range(3000):
+                socket.send(encoded(**CAMERA_MESSAGE | {"position": (place, -3.0, 2.0)}))
+            wait_until(lambda: places and places[-1] == 2999)
+        return places
+
+    with run_server() as server:
+        assert len(read(server)) < 1500 < 2900 < len(read(plain))
+
+
 def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, line, slider, url):
     """viser shares controls, whose edits all receive. Here nobody shares control, text or scene."""
     with raw_socket(url_of(plain)) as other:
