@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.polynomial import Chebyshev
 
 from beamviz.frequency_loci.curves import Curves, Root, polish
 from beamviz.frequency_loci.interpolation.chebyshev import lobatto, on_piece
+from beamviz.frequency_loci.interpolation.roots import derivative, extrema
 from beamviz.frequency_loci.mode_vectors import Points
 from beamviz.frequency_loci.sweep import Sweep
-from beamviz.frequency_loci.two_modes import FLOOR, TOUCHING, Approach, closest, reduce
+from beamviz.frequency_loci.two_modes import FLOOR, TINY, TOUCHING, Approach, closest, reduce
 
 # A veering is a least gap below CLOSE of the frequency with a veering index of at least MIN_INDEX,
 # and shapes that rotate into each other by ROTATED or more (a complete veering: 90 degrees) between
@@ -231,32 +231,35 @@ def _interpolated_gaps(
 ) -> dict[Candidate, Approach]:
     """The least gap of each candidate by interpolated loci. The square of a gap is analytic,
     least^2 (1 + ((p - at) / width)^2) near its minimum, however narrow that is."""
-    found: dict[Candidate, Approach] = {}
     if not candidates:
-        return found
-    points = lobatto(GAP_ORDER)
-    values = np.array([on_piece(one.low, one.high, points.nodes) for one in candidates])
+        return {}
+    points, D = lobatto(GAP_ORDER), derivative(GAP_ORDER)
+    family, k, low, middle, high = (np.array(column) for column in list(zip(*candidates))[:5])
+    values = on_piece(low[:, None], high[:, None], points.nodes)  # (n, nodes)
     squares = curves.squares_at(values.ravel()).reshape(*values.shape, *curves.squares.shape[1:])
-    for candidate, own in zip(candidates, squares, strict=True):
-        family, k, low, at, high, *_ = candidate
-        lower, upper = np.sqrt(np.maximum(own[:, family, k : k + 2].T, FLOOR))
-        mean, square = (
-            Chebyshev(points.coefficients @ function, (low, high))
-            for function in ((lower + upper) / 2, (upper - lower) ** 2)
-        )
-        slope = square.deriv()
-        stationary = slope.roots()
-        stationary = stationary[stationary.imag == 0].real
-        inside = stationary[(stationary > low) & (stationary < high)]
-        at = min((at, *inside.tolist()), key=square)
-        gap, frequency = math.sqrt(max(float(square(at)), 0.0)), float(mean(at))
-        curvature = max(float(slope.deriv()(at)) / 2, float(np.finfo(float).tiny))
-        width = max(gap / math.sqrt(curvature), FINEST * (high - low))
-        middle = own[len(own) // 2]
-        below = int((middle < middle[family, k + 1]).sum())
-        gap = gap if gap > TOUCHING * frequency else 0.0
-        found[candidate] = Approach(at, frequency, gap, width, (k, below))
-    return found
+    each = np.arange(len(candidates))
+    pair = squares[each, :, family, k], squares[each, :, family, k + 1]
+    lower, upper = np.sqrt(np.maximum(pair, FLOOR))
+    mean, square = (lower + upper) / 2, (upper - lower) ** 2
+    slope = square @ D.T
+    bend = slope @ D.T
+    sampled = (square @ points.dense.T)[:, 1:-1].argmin(axis=1)
+    bracket = tuple(points.dense_nodes[sampled + side] for side in range(3))
+    x, curvature = extrema(points, slope, bend, bracket, np.ones(len(candidates), bool))
+    rows, half = points.rows(x), (high - low) / 2
+    gap = np.sqrt(np.maximum(np.vecdot(rows, square), 0.0))
+    frequency = np.vecdot(rows, mean)
+    width = gap * half / np.sqrt(np.maximum(curvature / 2, TINY))
+    width = np.maximum(width, FINEST * (high - low))
+    gap = np.where(gap > TOUCHING * frequency, gap, 0.0)
+    own = squares[:, GAP_ORDER // 2]
+    below = (own < own[each, family, k + 1][:, None, None]).sum(axis=(1, 2))
+    numbers = np.column_stack((low + half * (x + 1), frequency, gap, width)).tolist()
+    modes = zip(k.tolist(), below.tolist(), strict=True)
+    return {
+        one: Approach(*own, pair)
+        for one, own, pair in zip(candidates, numbers, modes, strict=True)
+    }
 
 
 def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:

@@ -7,10 +7,10 @@ half the difference d of its diagonal and the entry c beside it,
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyvander
+from numpy.polynomial.polynomial import polyvander
 from scipy.optimize import brentq
 
 from beamviz.frequency_loci.mode_vectors import Points
@@ -21,6 +21,7 @@ CAPTURED = 0.7  # least share of the reference shapes in the two modes of a poin
 SPACING = 1e-3  # of the interval: least distance of the points interpolated from
 SAMPLES = 33  # of an interpolated gap, between two of which is the minimum
 FLOOR = 1e-12  # replaces an interpolated omega^2 below it
+TINY = float(np.finfo(float).tiny)
 
 
 class Approach(NamedTuple):
@@ -48,36 +49,33 @@ def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
 
 
 class TwoModes(NamedTuple):
-    """The 2 x 2 problem: its entries as polynomials of (p - origin) / scale."""
+    """The 2 x 2 problem: its entries as polynomials of x = (p - origin) / scale."""
 
     origin: float
     scale: float
-    coefficients: np.ndarray  # (powers, 3) of mean, d and c
-    rates: np.ndarray  # (powers - 1, 3) of their derivatives
+    coefficients: list[list[Any]]  # (powers, 3) of mean, d and c, the highest power first
     uncoupled: bool  # c vanishes everywhere
 
-    def entries(self, p: float | np.ndarray) -> np.ndarray:
-        """Mean, d and c (..., 3) at p."""
-        return self._powers(p, len(self.coefficients)) @ self.coefficients
+    def entries(self, p: Any) -> tuple[list[Any], list[Any]]:
+        """Mean, d and c at p, a float or an array, and their derivatives."""
+        x, values, rates = (p - self.origin) / self.scale, [0.0] * 3, [0.0] * 3
+        for row in self.coefficients:
+            rates = [rate * x + value for rate, value in zip(rates, values, strict=True)]
+            values = [value * x + term for value, term in zip(values, row, strict=True)]
+        return values, [rate / self.scale for rate in rates]
 
-    def slopes(self, p: float) -> np.ndarray:
-        """The derivatives (3,) of mean, d and c at p."""
-        return self._powers(p, len(self.rates)) @ self.rates / self.scale
-
-    def _powers(self, p: float | np.ndarray, count: int) -> np.ndarray:
-        return np.power.outer((p - self.origin) / self.scale, range(count))
-
-    def frequencies(self, p: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def frequencies(self, p: Any) -> tuple[Any, Any]:
         """Mean and difference of the two frequencies at p."""
-        mean, d, c = np.moveaxis(self.entries(p), -1, 0)
-        mean, r = mean.real, abs(d) if self.uncoupled else np.hypot(abs(d), abs(c))
-        low, high = (np.sqrt(np.maximum(mean + side * r, FLOOR)) for side in (-1, 1))
+        (mean, d, c), _ = self.entries(p)
+        r = abs(d) if self.uncoupled else np.hypot(abs(d), abs(c))
+        low, high = (np.sqrt(np.maximum(mean.real + side * r, FLOOR)) for side in (-1, 1))
         return (low + high) / 2, 2 * r / (low + high)
 
     def slope(self, p: float) -> float:
-        """Twice the derivative of the difference of the two frequencies at p."""
-        mean, *pair = self.entries(p).tolist()
-        mean_rate, *rates = self.slopes(p).tolist()
+        """A number with the sign of the derivative of the gap at p: for uncoupled modes d."""
+        (mean, *pair), (mean_rate, *rates) = self.entries(p)
+        if self.uncoupled:
+            return pair[0].real
         r = max(math.hypot(*map(abs, pair)), FLOOR)
         r_rate = sum((v.conjugate() * rate).real for v, rate in zip(pair, rates, strict=True)) / r
         low, high = (math.sqrt(max(mean.real + side * r, FLOOR)) for side in (-1, 1))
@@ -87,11 +85,10 @@ class TwoModes(NamedTuple):
         """The parameter of the least gap: the root of d for uncoupled modes."""
         p = np.linspace(low, high, SAMPLES)
         k = int(self.frequencies(p)[1].argmin())
-        low, high = p[max(k - 1, 0)], p[min(k + 1, SAMPLES - 1)]
-        function = (lambda at: self.entries(at)[1].real) if self.uncoupled else self.slope
-        if function(low) * function(high) > 0:
-            return float(p[k])
-        return brentq(function, low, high, xtol=1e-14 * (high - low))
+        low, at, high = p[[max(k - 1, 0), k, min(k + 1, SAMPLES - 1)]].tolist()
+        if self.slope(low) * self.slope(high) > 0:
+            return at
+        return brentq(self.slope, low, high, xtol=1e-14 * (high - low))
 
 
 def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
@@ -105,13 +102,13 @@ def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approa
             nearest.append(k)
     values, scale = entries[nearest, 1:4], float(np.ptp(p[nearest]))
     powers = polyvander((p[nearest] - near) / scale, len(nearest) - 1)
-    coefficients = np.linalg.solve(powers, values)
+    coefficients = np.linalg.solve(powers, values)[::-1].tolist()
     uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
-    local = TwoModes(near, scale, coefficients, polyder(coefficients), uncoupled)
+    local = TwoModes(near, scale, coefficients, uncoupled)
     at = local.closest(low, high)
     frequency, gap = map(float, local.frequencies(at))
     touching = gap <= TOUCHING * frequency
-    (_, *pair), (_, *rates) = local.entries(at), local.slopes(at)
-    width = float(np.linalg.norm(pair) / max(np.linalg.norm(rates), np.finfo(float).tiny))
+    (_, *pair), (_, *rates) = local.entries(at)
+    width = math.hypot(*map(abs, pair)) / max(math.hypot(*map(abs, rates)), TINY)
     i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
     return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))

@@ -23,13 +23,13 @@ from beamviz.solver import is_small_strain
 FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
 STRETCHED_ORDERS = 24, 32  # over gamma, up to a large strain; the second with an inner mass
 PER_MODE = (4, 6), (6, 8)  # over beta, and in addition; the second where all modes couple
-COUPLED_ORDERS = {"gamma": 20, "alpha": 20, "delta": 20, "mu": 28}  # where all modes couple
+COUPLED_ORDERS = {"gamma": 20, "alpha": 18, "delta": 12, "mu": 28}  # where all modes couple
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
 FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
 SHORTEST = 1 / 64  # of the axis: length below which a piece is not halved
 AT_REST = 1e-7  # replaces gamma = 0 where all modes couple: omega^2 differs by its square
-BLOCK_FIRST = ("gamma", "delta")  # where shapes vary little a block takes fewer nodes
+BLOCK_FIRST = ("gamma",)  # where shapes vary little a block takes fewer nodes
 
 
 class _Attempt(NamedTuple):

@@ -14,6 +14,7 @@ EPS = float(np.finfo(float).eps)
 TAIL, MISFIT = 4.0, 8.0  # safety factors of the two error estimates
 BENDING_ERROR = 1e-3  # accepted error of the bending fraction
 SHIFT = 12.0  # omega^2 of bending at rest: added before a root or logarithm is taken
+SHIFTS = {"gamma": 200.0, "delta": 800.0}  # the same over these, which change omega^2 by more
 
 
 @dataclass(frozen=True)
@@ -78,9 +79,9 @@ def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
 
 
-def positive_shift(squares: np.ndarray) -> float:
-    """Number whose addition makes omega^2 positive."""
-    return SHIFT + 2 * max(-float(squares.min()), 0.0)
+def positive_shift(squares: np.ndarray, over: str) -> float:
+    """Number whose addition makes omega^2 positive, over a parameter."""
+    return SHIFTS.get(over, SHIFT) + 2 * max(-float(squares.min()), 0.0)
 
 
 def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:

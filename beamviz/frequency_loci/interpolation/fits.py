@@ -139,7 +139,7 @@ def by_block(nodes: Nodes) -> Fit | None:
     if len(points.at) < len(solved.squares) or not points.kinetic.size:
         return None
     squares, chebyshev, own = points.omega_squared, lobatto(order), slice(order + 1)
-    m, shift = squares.shape[1], positive_shift(squares)
+    m, shift = squares.shape[1], positive_shift(squares, nodes.sweep.over)
     U, _, V = np.linalg.svd(points.shapes[order // 2] @ points.duals.mT)
     Q = U @ V  # (n, m, m): modes -> aligned with those of the middle
     f = np.log(squares + shift)
@@ -202,9 +202,9 @@ def _characteristic(
         return None
     if nodes.sweep.coupled:
         kinetic = nodes.sweep.kinetic_energies(nodes.values[:count])
-    shift = positive_shift(spectrum[:, :modes])
+    shift = positive_shift(spectrum[:, :modes], nodes.sweep.over)
     found, bending, changes, falls = characteristic.fit(
-        spectrum[:count], spectrum[count:, :modes], modes, shift, kinetic
+        spectrum[:count], spectrum[count:, :modes], modes, shift, 3 if nodes.sweep.over == 'gamma' else 2, kinetic
     )
     errors = estimated_error(changes, found.misfit)
     errors = np.where(np.isfinite(errors), errors, np.inf)

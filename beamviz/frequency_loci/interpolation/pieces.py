@@ -113,7 +113,7 @@ class Piece:
         squares = self._squares(rows, self._scale(self.dense if t is None else t))
         for f, one in enumerate(self.characteristics):
             if one:
-                squares[:, f, : one.modes] = one.roots(rows)[0]
+                squares[:, f, : one.modes] = one.samples if t is None else one.roots(rows)[0]
         return squares
 
     def _local(self, t: np.ndarray) -> np.ndarray:

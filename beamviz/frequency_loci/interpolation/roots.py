@@ -31,7 +31,7 @@ class Roots(NamedTuple):
 def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
     """The `count` lowest roots of functions with values (n, k) at the points, by Halley's method;
     fewer where a function has fewer."""
-    D = _derivative(len(points.nodes) - 1)
+    D = derivative(len(points.nodes) - 1)
     functions = values, values @ D.T, values @ D.T @ D.T  # and their derivatives
     i, *brackets = _brackets(points, functions, count)
     place = np.arange(len(i)) - np.searchsorted(i, i)
@@ -86,23 +86,24 @@ def _sampled_brackets(
     """`_brackets` by samples at x, values of the interpolation `rows`; and whether there may be
     three roots between two samples (n,). Two are separated by an extremum, or coincide with it."""
     f, slopes = (one @ rows.T for one in functions[:2])
-    before, after, falls, rises = f[:, :-1], f[:, 1:], slopes[:, :-1], slopes[:, 1:]
-    changes = (before < 0) != (after < 0)
+    below, falling = f < 0, slopes < 0
+    changes = below[:, :-1] != below[:, 1:]
+    turns = (falling[:, :-1] != below[:, :-1]) & (falling[:, 1:] == below[:, 1:]) & ~changes
     i, cell = changes.nonzero()
-    low, length, below = x[cell], x[cell + 1] - x[cell], before[i, cell]
-    rise = after[i, cell] - below
-    first, last = (length * slope[i, cell] / rise for slope in (falls, rises))
+    low, length, before = x[cell], x[cell + 1] - x[cell], f[i, cell]
+    rise = f[i, cell + 1] - before
+    first, last = length * slopes[i, cell] / rise, length * slopes[i, cell + 1] / rise
     unclear = np.zeros(len(f), bool)
     unclear[i[first + last > CURVED]] = True
-    guess = low + length * _inverse_cubic(-below / rise, first, last)
-    single = [i, low, low + length, guess, below]
-    i, cell = (~changes & (before * falls < 0) & (after * rises > 0)).nonzero()
+    guess = low + length * _inverse_cubic(-before / rise, first, last)
+    single = [i, low, low + length, guess, before]
+    i, cell = turns.nonzero()
     if not len(i):
         return single, unclear
-    low, high, slope = x[cell], x[cell + 1], falls[i, cell]
-    extremum = low + (high - low) * slope / (slope - rises[i, cell])
+    low, high, slope = x[cell], x[cell + 1], slopes[i, cell]
+    extremum = low + (high - low) * slope / (slope - slopes[i, cell + 1])
     own = [one[i] for one in functions]
-    close = _close_roots(points, own, low, extremum, high, before[i, cell])
+    close = _close_roots(points, own, low, extremum, high, f[i, cell])
     pairs = zip(single, (np.append(i, i), *close), strict=True)
     columns = [np.concatenate(pair) for pair in pairs]
     order = np.lexsort((columns[3], columns[1], columns[0]))
@@ -121,18 +122,7 @@ def _close_roots(
     an interval, first guess, value at the lower end. extremum: its first guess between low and
     high. below: the value at low."""
     value, slope, bend = functions
-    first, last = low, high
-    for _ in range(STEPS):
-        local = points.rows(extremum)
-        rate, curve = np.vecdot(local, slope), np.vecdot(local, bend)
-        before = (rate < 0) == (below > 0)  # as at low: the extremum is above
-        first, last = np.where(before, (extremum, last), (first, extremum))
-        newton = extremum - rate / curve
-        inside = (newton >= first) & (newton <= last)
-        step = np.where(inside, newton, (first + last) / 2) - extremum
-        extremum = extremum + step
-        if (abs(step) <= SETTLED).all():
-            break
+    extremum, curve = extrema(points, slope, bend, (low, extremum, high), below > 0)
     least = np.vecdot(points.rows(extremum), value)
     apart = (least < 0) != (below < 0)
     low, high = np.where(apart, low, extremum), np.where(apart, high, extremum)
@@ -140,6 +130,33 @@ def _close_roots(
     lows, highs = np.append(low, extremum), np.append(extremum, high)
     guesses = np.append(np.maximum(extremum - away, low), np.minimum(extremum + away, high))
     return lows, highs, guesses, np.append(np.where(apart, below, least), least)
+
+
+def extrema(
+    points: Lobatto,
+    slope: np.ndarray,
+    bend: np.ndarray,
+    bracket: tuple[np.ndarray, np.ndarray, np.ndarray],
+    least: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The extremum (n,) in a bracket of each function, and the second derivative there, by Newton's
+    method. slope, bend: the derivatives (n, k) at the points. bracket: lower end, guess and upper
+    end. least: whether it is a minimum."""
+    first, at, last = bracket
+    curve = np.zeros(len(at))
+    for _ in range(STEPS):
+        rows = points.rows(at)
+        rate, curve = np.vecdot(rows, slope), np.vecdot(rows, bend)
+        before = (rate < 0) == least  # the extremum is above
+        first, last = np.where(before, (at, last), (first, at))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            newton = at - rate / curve
+        inside = (newton >= first) & (newton <= last)
+        step = np.where(inside, newton, (first + last) / 2) - at
+        at = at + step
+        if (abs(step) <= SETTLED).all():
+            break
+    return at, curve
 
 
 def _inverse_cubic(t: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.ndarray:
@@ -151,7 +168,7 @@ def _inverse_cubic(t: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.nda
 
 
 @lru_cache
-def _derivative(order: int) -> np.ndarray:
+def derivative(order: int) -> np.ndarray:
     """Matrix: values at the Chebyshev points -> the derivative of their interpolant there."""
     points = lobatto(order)
     away = points.nodes[:, None] - points.nodes + np.eye(order + 1)
