@@ -234,7 +234,7 @@ def _interpolated_gaps(
     if not candidates:
         return {}
     points, D = lobatto(GAP_ORDER), derivative(GAP_ORDER)
-    family, k, low, middle, high = (np.array(column) for column in list(zip(*candidates))[:5])
+    family, k, low, _, high, *_ = map(np.array, zip(*candidates, strict=True))
     values = on_piece(low[:, None], high[:, None], points.nodes)  # (n, nodes)
     squares = curves.squares_at(values.ravel()).reshape(*values.shape, *curves.squares.shape[1:])
     each = np.arange(len(candidates))
@@ -257,8 +257,7 @@ def _interpolated_gaps(
     numbers = np.column_stack((low + half * (x + 1), frequency, gap, width)).tolist()
     modes = zip(k.tolist(), below.tolist(), strict=True)
     return {
-        one: Approach(*own, pair)
-        for one, own, pair in zip(candidates, numbers, modes, strict=True)
+        one: Approach(*own, pair) for one, own, pair in zip(candidates, numbers, modes, strict=True)
     }
 
 

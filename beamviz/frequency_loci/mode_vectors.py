@@ -24,7 +24,6 @@ class Points(NamedTuple):
     omega_squared: np.ndarray  # (n, m) ascending in each row
     shapes: np.ndarray  # (n, m, d)
     duals: np.ndarray  # (n, m, d)
-    kinetic: np.ndarray  # (n, 2, m, m) products across the beam and total; empty if not gyroscopic
 
     def take(self, index: np.ndarray | slice) -> "Points":
         """The points with these indices."""
@@ -49,18 +48,17 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
-        return Points(at, *(np.empty((0, 0, 0, 0)[:d]) for d in (2, 3, 3, 4)))
+        return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
     squares = np.array([solution.omega_squared for solution in solutions])
-    none = np.empty((len(at), 2, 0, 0))
     fields, masses = _fields(solutions, count)
     if solutions[0].problem.state != "straight":
         vectors = fields * np.sqrt(masses)
-        return Points(at, squares, *_complex_vectors(vectors, solutions), none)
+        return Points(at, squares, *_complex_vectors(vectors, solutions))
     gamma = np.array([solution.beam.gamma for solution in solutions])
     if np.iscomplexobj(fields) and gamma.any():
         return Points(at, squares, *_gyroscopic(_in_phase(fields, squares), masses, squares, gamma))
     shapes = fields.reshape(*squares.shape, -1)
-    return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape), none)
+    return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
 
 def kinetic_energies(solutions: Sequence[Solution], count: int) -> np.ndarray:
@@ -109,8 +107,8 @@ def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.n
 
 def _gyroscopic(
     fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shapes, duals and kinetic energies in the product in which modes of M q" + 2 gamma G q' + K q
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q
     = 0 are orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
 
     It is the difference of the equation of mode j times phi_i* and that of mode i times phi_j*. An
@@ -131,11 +129,7 @@ def _gyroscopic(
         + (half * carried_w, half * omega * carried_u, -half * double * carried_w),
         axis=2,
     )
-    shapes, duals, size = _normalised(shapes, duals)
-    u, w, carried_u, carried_w = (part / size for part in (u, w, carried_u, carried_w))
-    bending = w @ carried_w.mT
-    kinetic = np.stack((bending, bending + u @ carried_u.mT), axis=1)
-    return shapes, duals, kinetic
+    return _normalised(shapes, duals)
 
 
 def _complex_vectors(
@@ -159,11 +153,11 @@ def _complex_vectors(
     others = np.concatenate((u.imag, u.real, w.imag, w.real), axis=2)
     shapes = np.concatenate((omega * both, both, root * swirl), axis=2)
     duals = np.concatenate((both, omega * both, 2 * root * others), axis=2)
-    return _normalised(shapes, duals)[:2]
+    return _normalised(shapes, duals)
 
 
-def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d) of product 1, and the sizes (n, m, 1) they were divided by."""
+def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes and duals (n, m, d) of product 1."""
     norms = (shapes * duals).sum(axis=2, keepdims=True)
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
-    return shapes / size, duals / size * np.sign(norms), size
+    return shapes / size, duals / size * np.sign(norms)

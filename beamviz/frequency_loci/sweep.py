@@ -23,7 +23,6 @@ from beamviz.solver import (
     Problem,
     family_spectrum,
     greatest_force,
-    mesh_spectrum,
     solve_many,
 )
 from beamviz.solver.solution import Solution, read_only
@@ -219,13 +218,14 @@ class Sweep:
             bending[:, 0], bending[:, 1] = 1.0, 0.0
         return spectra
 
-    def mesh_spectra(self, values: np.ndarray) -> np.ndarray | None:
-        """omega^2 (n, families, k) of all modes of the meshes at values (n,), infinite beyond the
-        last; None unless known at all values."""
+    def full_spectra(self, values: np.ndarray) -> np.ndarray | None:
+        """omega^2 (n, families, k) of all modes of the discretisation at values (n,), infinite
+        beyond the last; None unless known at all values."""
         families = 1 if self.coupled else 2
-        found = [isinstance(one, Solution) and mesh_spectrum(one) for one in self.solve(values)]
-        known = [one for one in found if isinstance(one, np.ndarray) and len(one) == families]
-        if len(known) < len(found):
+        fields = [one.fields for one in self.solve(values) if isinstance(one, Solution)]
+        found = [getattr(one, "spectrum", None) for one in fields]
+        known = [one for one in found if one is not None and len(one) == families]
+        if len(known) < len(values):
             return None
         spectra = np.full((len(known), families, max(one.shape[1] for one in known)), np.inf)
         for row, one in zip(spectra, known, strict=True):

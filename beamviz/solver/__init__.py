@@ -17,7 +17,6 @@ from beamviz.solver.hp import (  # noqa: F401
     CommonMesh,
     displacements,
     family_spectrum,
-    mesh_spectrum,
     solve_hp,
 )
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401

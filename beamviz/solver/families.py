@@ -4,7 +4,7 @@ Errors are estimated by the difference from the default method, which converges 
 """
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -46,14 +46,25 @@ def merge(stretching: Family, bending: Family, modes: int) -> Modes:
     return omega_squared[order], fraction, fields
 
 
-def _fields(along: Shapes, across: Shapes, order: np.ndarray | None, x: np.ndarray) -> np.ndarray:
-    """Displacement (len(x), 2, modes): of merged families, or of modes with both components."""
+def _fields(along: Shapes, across: Shapes, order: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Displacement (len(x), 2, modes) of merged families."""
     u, w = along(x), across(x)
-    if order is None:
-        return np.stack((u, w), axis=1)
     uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
     uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
     return uncoupled[:, :, order]
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledFields:
+    """Modes with both components as functions of x: the `fields` of a Solution."""
+
+    along: Shapes
+    across: Shapes
+    spectrum: np.ndarray  # (1, n) all omega^2 of the matrices; infinite where lost to rounding
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Displacements (len(x), 2, modes) along and across the beam."""
+        return np.stack((self.along(x), self.across(x)), axis=1)
 
 
 def modes_of_matrices(
@@ -68,7 +79,7 @@ def modes_of_matrices(
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
         found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
         a, b = found.a[0], found.b[0]
-        fields = partial(_fields, shapes[0](a), shapes[1](b), None)
+        fields = CoupledFields(shapes[0](a), shapes[1](b), found.spectrum)
         return found.omega_squared[0], (abs(F[1] @ b) ** 2).sum(axis=0), fields
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     stretching, U = eigen.symmetric_modes(K[0], Ma, problem.modes)

@@ -1,21 +1,14 @@
 """omega^2 along one parameter as interpolants on pieces of its range, refined until they converge:
 the order grows, or the piece is halved."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation.chebyshev import LEAST, lobatto, on_piece
-from beamviz.frequency_loci.interpolation.fits import (
-    Fit,
-    Nodes,
-    Way,
-    by_block,
-    by_characteristics,
-    by_squares,
-)
+from beamviz.frequency_loci.interpolation.fits import Nodes, by_characteristics, by_squares
 from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.sweep import Spectra, Sweep
 from beamviz.solver import is_small_strain
@@ -29,7 +22,6 @@ FEW = 64  # greatest order of a part of the axis; below it the convergence rate 
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
 SHORTEST = 1 / 64  # of the axis: length below which a piece is not halved
 AT_REST = 1e-7  # replaces gamma = 0 where all modes couple: omega^2 differs by its square
-BLOCK_FIRST = ("gamma",)  # where shapes vary little a block takes fewer nodes
 
 
 class _Attempt(NamedTuple):
@@ -44,7 +36,7 @@ def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
     whole = stop - start
     if not whole:
         return [unresolved(axis, sweep.spectra(np.array([axis.low])))]
-    pending, ways = [_first(sweep, axis)], _ways(sweep)
+    pending = [_first(sweep, axis)]
     pieces: list[Piece] = []
     while pending:
         values = [_values_of(axis, attempt) for attempt in pending]
@@ -52,7 +44,7 @@ def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
         for attempt, own in zip(pending, values, strict=True):
             solved = spectra.take(slice(start, start := start + len(own)))
             low, high, order = attempt
-            piece, next_order = _fit(Nodes(sweep, axis, low, high, order, own, solved), ways)
+            piece, next_order = _fit(Nodes(sweep, axis, low, high, order, own, solved))
             if high - low == whole and order < ORDERS[1]:
                 next_order = max(next_order, 2 * order)
             short = high - low <= SHORTEST * whole
@@ -71,35 +63,26 @@ def interpolate(sweep: Sweep, axis: Axis) -> list[Piece]:
 
 
 @np.errstate(all="ignore")  # modes not known at all values are nan
-def _fit(nodes: Nodes, ways: Sequence[Way]) -> tuple[Piece, int]:
+def _fit(nodes: Nodes) -> tuple[Piece, int]:
     """The piece, with errors if an interpolant was accepted, and the next order."""
-    tried: list[Fit] = []
+    orders = []
     if np.isfinite(nodes.solved.squares[:, nodes.needed]).all():
-        for fit in filter(None, (way(nodes) for way in ways)):
+        for fit in filter(None, (way(nodes) for way in (by_squares, by_characteristics))):
             if fit.ratio(0) <= 1:
                 return fit.piece, nodes.order
-            tried.append(fit)
-    orders = {_next_order(nodes.order, fit.ratio) for fit in tried} - {nodes.order}
-    return nodes.piece, min(orders, default=nodes.order)
+            orders.append(_next_order(nodes.order, fit.ratio))
+    return nodes.piece, min((order for order in orders if order > nodes.order), default=nodes.order)
 
 
-def _ways(sweep: Sweep) -> tuple[Way, ...]:
-    """The interpolants to try, the fastest first."""
-    if not sweep.coupled:
-        return by_squares, by_characteristics
-    if sweep.over in BLOCK_FIRST:
-        return by_squares, by_block, by_characteristics
-    return by_squares, by_characteristics, by_block
-
-
+@np.errstate(all="ignore")
 def _faster(sweep: Sweep, axis: Axis, piece: Piece) -> Piece:
     """The modes of a piece of characteristic functions as polynomials, where these converge."""
     attempt = _Attempt(piece.low, piece.high, ORDERS[2])
     values = _values_of(axis, attempt)
     squares, solver_error, bending, error = piece.at(axis.t(values))
     spectra = Spectra(squares, solver_error + error, bending)
-    other, _ = _fit(Nodes(sweep, axis, *attempt, values, spectra), [by_squares])
-    return piece if other.errors is None else other
+    fit = by_squares(Nodes(sweep, axis, *attempt, values, spectra))
+    return fit.piece if fit.ratio(0) <= 1 else piece
 
 
 def first_values(sweep: Sweep, axis: Axis) -> np.ndarray:

@@ -2,8 +2,7 @@
 
 Within a family the k-th omega^2 is an analytic function of the parameter. Two that veer have branch
 points near the real axis: where omega^2 does not converge, a characteristic function of the family
-is interpolated. Coupled modes have many narrow veerings: it is one of all modes, or the matrix of a
-block of modes is interpolated.
+is interpolated. Coupled modes, which have many narrow veerings, are one family.
 
 Solves at check points between the nodes measure the error of each interpolant.
 """
@@ -27,7 +26,7 @@ from beamviz.frequency_loci.interpolation.chebyshev import (
     positive_shift,
     tail_and_rates,
 )
-from beamviz.frequency_loci.interpolation.pieces import Block, Piece
+from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.sweep import Spectra, Sweep
 
 SHARE = 0.5  # accepted interpolation error, of the tolerance and of the solver's error
@@ -41,9 +40,6 @@ class Fit(NamedTuple):
 
     piece: Piece
     ratio: Callable[[int], float]
-
-
-Way = Callable[["Nodes"], Fit | None]  # one kind of interpolant; None where it does not apply
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,43 +129,10 @@ def by_squares(nodes: Nodes) -> Fit:
     return Fit(replace(nodes.piece, errors=errors[0]), ratio)
 
 
-def by_block(nodes: Nodes) -> Fit | None:
-    """A block of coupled modes; None without shapes."""
-    points, solved, order = nodes.sweep.points(nodes.values), nodes.solved, nodes.order
-    if len(points.at) < len(solved.squares) or not points.kinetic.size:
-        return None
-    squares, chebyshev, own = points.omega_squared, lobatto(order), slice(order + 1)
-    m, shift = squares.shape[1], positive_shift(squares, nodes.sweep.over)
-    U, _, V = np.linalg.svd(points.shapes[order // 2] @ points.duals.mT)
-    Q = U @ V  # (n, m, m): modes -> aligned with those of the middle
-    f = np.log(squares + shift)
-    forms = np.concatenate(((np.eye(m) * f[:, None, :])[:, None], points.kinetic), axis=1)
-    matrices = (Q[:, None] @ forms @ Q[:, None].mT)[own]
-    tail, rates = tail_and_rates(
-        abs(np.tensordot(chebyshev.coefficients, matrices[:, 0], 1)), order
-    )
-    block = Block(matrices, shift, tail, np.zeros(m))
-    tails, middles = (
-        block._replace(tail=terms).tails(f[own], Q.mT[own]).max(axis=0)
-        for terms in (tail, tail / rates)
-    )
-    found, bending, _ = block.at(chebyshev.checks)
-    block = block._replace(misfit=abs(found - squares[order + 1 :]).max(axis=0))
-    off = abs(bending - solved.bending[order + 1 :, 0, :m]).max(axis=0)
-    errors = np.where(off > BENDING_ERROR, np.inf, estimated_error(tails, block.misfit))
-    falls = np.minimum(tails / middles, 1.0)
-    accepted, needed = nodes.accepted[0, :m], nodes.needed[0, :m]
-    ratios = errors / accepted
-    known = np.zeros(nodes.needed.shape, bool)
-    known[0, :m] = (ratios <= 1) & np.isfinite(accepted)
-    piece = replace(nodes.piece, errors=nodes.estimates[0][0], needed=known, block=block)
-    return Fit(piece, lambda power: float((ratios * falls**power)[needed].max()))
-
-
 def by_characteristics(nodes: Nodes) -> Fit | None:
-    """Characteristic functions of the families whose omega^2 do not converge; None without the
-    spectra of all meshes."""
-    spectra = nodes.sweep.mesh_spectra(nodes.values)
+    """Characteristic functions of the families whose omega^2 do not converge; None where not all
+    eigenvalues are known."""
+    spectra = nodes.sweep.full_spectra(nodes.values)
     if spectra is None:
         return None
     ratios, needed = nodes.ratios.copy(), np.isfinite(nodes.accepted)
@@ -204,7 +167,12 @@ def _characteristic(
         kinetic = nodes.sweep.kinetic_energies(nodes.values[:count])
     shift = positive_shift(spectrum[:, :modes], nodes.sweep.over)
     found, bending, changes, falls = characteristic.fit(
-        spectrum[:count], spectrum[count:, :modes], modes, shift, 3 if nodes.sweep.over == 'gamma' else 2, kinetic
+        spectrum[:count],
+        spectrum[count:, :modes],
+        modes,
+        shift,
+        3 if nodes.sweep.over == "gamma" else 2,
+        kinetic,
     )
     errors = estimated_error(changes, found.misfit)
     errors = np.where(np.isfinite(errors), errors, np.inf)

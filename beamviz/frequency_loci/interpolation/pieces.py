@@ -1,54 +1,20 @@
-"""Modes on a part of an axis: Chebyshev interpolants of omega^2, of the logarithm of a small matrix
-or of a characteristic function, with their estimated errors."""
+"""Modes on a part of an axis: Chebyshev interpolants of omega^2 or of characteristic functions, and
+their estimated errors."""
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from beamviz.frequency_loci.axis import Axis
 from beamviz.frequency_loci.interpolation.characteristic import Characteristic
 from beamviz.frequency_loci.interpolation.chebyshev import (
-    EPS,
     estimated_error,
     interpolated,
     lobatto,
     on_piece,
 )
 from beamviz.frequency_loci.sweep import Spectra
-
-
-class Block(NamedTuple):
-    """The m lowest of coupled modes as those of small symmetric matrices, in the basis of shapes at
-    the middle of a piece and elsewhere in one as close to it as possible.
-
-    They are smooth however narrowly the modes veer. The logarithm is interpolated, and diagonalised
-    at each value. Unlike a characteristic function this needs no spectra of whole meshes.
-    """
-
-    matrices: np.ndarray  # (n, 3, m, m) at the nodes: logarithm of H + shift, energies as Points
-    shift: float  # of omega^2, which may be negative
-    tail: np.ndarray  # (m, m) of the logarithm: sum of the truncated coefficients
-    misfit: np.ndarray  # (m,) largest error of omega^2 at the check points
-
-    def squares(self, rows: np.ndarray) -> np.ndarray:
-        """omega^2 (n, m) by interpolation `rows`."""
-        return np.exp(np.linalg.eigvalsh(interpolated(rows, self.matrices[:, 0]))) - self.shift
-
-    def at(self, rows: np.ndarray) -> np.ndarray:
-        """omega^2, bending fraction and interpolation error of omega^2 by interpolation `rows`:
-        (3, n, m)."""
-        logarithm, across, kinetic = np.moveaxis(interpolated(rows, self.matrices), 1, 0)
-        f, y = np.linalg.eigh(logarithm)
-        bending, whole = ((y * (form @ y)).sum(axis=1) for form in (across, kinetic))
-        error = estimated_error(self.tails(f, y), self.misfit)
-        shifted = np.exp(f)
-        return np.array([shifted - self.shift, bending / whole, error + EPS * shifted])
-
-    def tails(self, f: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Change of omega^2 = exp(f) - shift by the tail, to first order."""
-        return np.exp(f) * (abs(y) * (self.tail @ abs(y))).sum(axis=-2)
 
 
 @dataclass(frozen=True)
@@ -62,8 +28,7 @@ class Piece:
     spectra: Spectra
     errors: np.ndarray | None  # (families, k) of omega^2 divided by the scale
     needed: np.ndarray  # (families, k) whether the mode is interpolated
-    block: Block | None = None  # interpolated instead, if any
-    characteristics: tuple[Characteristic | None, ...] = ()  # of families, the same
+    characteristics: tuple[Characteristic | None, ...] = ()  # of families, instead, if any
 
     @property
     def order(self) -> int:
@@ -87,10 +52,6 @@ class Piece:
         _, solved, fractions = self.spectra
         kept = np.where(self.needed, 1.0, np.nan)
         solver_error[:] = np.maximum(solved[after - 1], solved[after]) * kept
-        if self.block:
-            found[[0, 2, 3], :, 0, : len(self.block.misfit)] = self.block.at(rows)
-            found[:, :, ~self.needed] = np.nan
-            return found
         scale = self._scale(t)
         squares[:] = self._squares(rows, scale)
         error[:] = self.errors * scale * kept
@@ -131,9 +92,4 @@ class Piece:
         return self.spectra.squares / self._scale(nodes)
 
     def _squares(self, rows: np.ndarray, scale: np.ndarray) -> np.ndarray:
-        if self.block:
-            found = np.full((len(rows), *self.needed.shape), np.nan)
-            found[:, 0, : len(self.block.misfit)] = self.block.squares(rows)
-            found[:, ~self.needed] = np.nan
-            return found
         return interpolated(rows, self._scaled * np.where(self.needed, 1.0, np.nan)) * scale

@@ -70,6 +70,20 @@ class Shapes:
         """Displacements (len(x), 2, modes) along and across the beam."""
         return _displacements(_rows(self.found.grid.from_clamp, x.tobytes()), self.found)
 
+    @property
+    def spectrum(self) -> np.ndarray | None:
+        """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
+        forces of all, (1, n)."""
+        found = self.found
+        if found.nu is None:
+            return None
+        with np.errstate(divide="ignore", over="ignore"):  # the highest may be zero by rounding
+            spectrum = 1 / found.nu
+        if found.family_omega_squared is None:
+            return spectrum
+        shift = spectrum[:, :1] - found.family_omega_squared[:, :1]  # of each family
+        return spectrum - shift
+
 
 def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
     """omega^2 of the lowest k modes of each family, bending first, and its estimated errors, (2, k)
@@ -78,20 +92,6 @@ def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
     if found is None or found.family_omega_squared is None or found.family_errors is None:
         return None
     return found.family_omega_squared, found.family_errors
-
-
-def mesh_spectrum(solution: Solution) -> np.ndarray | None:
-    """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
-    forces of all, (1, n). None by other methods."""
-    found = solution.fields.found if isinstance(solution.fields, Shapes) else None
-    if found is None or found.nu is None:
-        return None
-    with np.errstate(divide="ignore", over="ignore"):  # the highest may be zero by rounding
-        spectrum = 1 / found.nu
-    if found.family_omega_squared is None:
-        return spectrum
-    shift = spectrum[:, :1] - found.family_omega_squared[:, :1]  # of each family
-    return spectrum - shift
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:

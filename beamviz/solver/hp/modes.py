@@ -53,7 +53,7 @@ class StraightModes(NamedTuple):
     # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
     family_omega_squared: NDArray | None = None
     family_errors: NDArray | None = None  # of omega^2, truncation and rounding
-    nu: NDArray | None = None  # (..., families, n) of all modes: see `mesh_spectrum`
+    nu: NDArray | None = None  # (..., families, n) of all modes: see `Shapes.spectrum`
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
