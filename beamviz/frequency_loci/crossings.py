@@ -254,11 +254,9 @@ def _interpolated_gaps(
     gap = np.where(gap > TOUCHING * frequency, gap, 0.0)
     own = squares[:, GAP_ORDER // 2]
     below = (own < own[each, family, k + 1][:, None, None]).sum(axis=(1, 2))
-    numbers = np.column_stack((low + half * (x + 1), frequency, gap, width)).tolist()
+    numbers = (column.tolist() for column in (low + half * (x + 1), frequency, gap, width))
     modes = zip(k.tolist(), below.tolist(), strict=True)
-    return {
-        one: Approach(*own, pair) for one, own, pair in zip(candidates, numbers, modes, strict=True)
-    }
+    return dict(zip(candidates, map(Approach, *numbers, modes), strict=True))
 
 
 def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:

@@ -24,7 +24,11 @@ PER_MODE, MORE = 5, 24  # greatest order of the interpolation in lambda: per mod
 TRUNCATED = 1e-14  # relative: terms of this interpolation below which it ends
 FURTHER = 4  # number of terms after the last above that, which are still used
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
-SMOOTH = 3  # number of coefficients of the logarithm of the size
+# Shift of omega^2, by default that of bending at rest, and number of coefficients of the logarithm
+# of the unit of lambda, for which the function converges fastest over most ranges of a parameter.
+SHIFTS = {"gamma": (200.0, 3), "delta": (800.0, 2)}
+SHIFT = 12.0, 2
+SIZE = 3  # number of coefficients of the logarithm of the size
 WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 
 
@@ -42,7 +46,9 @@ class Characteristic:
     misfit: np.ndarray  # (modes,) largest error of lambda at the check points
     scale: np.ndarray  # (nodes,) logarithm of the unit of lambda + shift, about its highest value
     energies: np.ndarray | None = None  # (nodes, 2, k) of the modes: see _energies
-    samples: np.ndarray | None = None  # (samples, modes) the lowest eigenvalues at points.dense
+    samples: np.ndarray | None = (
+        None  # (samples, modes) of coupled modes: eigenvalues at points.dense
+    )
 
     @property
     def points(self) -> Lobatto:
@@ -77,20 +83,20 @@ def fit(
     spectra: np.ndarray,
     known: np.ndarray,
     modes: int,
-    shift: float,
-    terms: int,
+    over: str,
     kinetic: np.ndarray | None = None,
 ) -> tuple[Characteristic, np.ndarray, np.ndarray, float]:
     """The characteristic function of all eigenvalues `spectra` (nodes, n) at the nodes.
 
-    known: eigenvalues (checks, modes) at the check points, for the misfit. terms: number of
-    coefficients of the logarithm of the unit of lambda. kinetic: energies
-    (nodes, 2, m) of the lowest modes, across the beam and total. Returns also the bending fractions
-    (checks, modes); the largest changes (modes,) of eigenvalues by the tail; and the factor by
-    which these fall when the order grows by a half.
+    known: eigenvalues (checks, modes) at the check points, for the misfit. over: the parameter.
+    kinetic: energies (nodes, 2, m) of the lowest modes, across the beam and total. Returns also the
+    bending fractions (checks, modes); the largest changes (modes,) of eigenvalues by the tail; and
+    the factor by which these fall when the order grows by a half.
     """
     points = lobatto(len(spectra) - 1)
-    smooth = _smoothing(points, SMOOTH)
+    shift, terms = SHIFTS.get(over, SHIFT)
+    shift += 2 * max(-float(min(spectra[:, 0].min(), known[:, 0].min())), 0.0)
+    smooth = _smoothing(points, SIZE)
     scale = _smoothing(points, terms) @ np.log(spectra[:, modes - 1] + shift)
     scaled = (spectra + shift) / np.exp(scale)[:, None]
     low, high = scaled[:, 0].min() ** 0.25, scaled[:, modes - 1].max() ** 0.25
@@ -101,10 +107,11 @@ def fit(
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
     tail = tail + truncated
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
-    checks = len(known)
-    eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, points.dense)))
+    checks, dense = len(known), points.dense if energies is not None else points.dense[2::4]
+    eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, dense)))
     misfit = abs(eigenvalues[:checks] - known).max(axis=0)
-    found = replace(found, misfit=misfit, samples=eigenvalues[checks:])
+    samples = eigenvalues[checks:] if dense is points.dense else None
+    found = replace(found, misfit=misfit, samples=samples)
     falls = float((tail * rates).max() / tail.max())
     return found, bending[:checks], changes[checks:].max(axis=0), falls
 

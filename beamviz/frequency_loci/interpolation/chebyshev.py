@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,6 @@ FINE = 96  # order up to which there are three samples between two nodes; above 
 EPS = float(np.finfo(float).eps)
 TAIL, MISFIT = 4.0, 8.0  # safety factors of the two error estimates
 BENDING_ERROR = 1e-3  # accepted error of the bending fraction
-SHIFT = 12.0  # omega^2 of bending at rest: added before a root or logarithm is taken
-SHIFTS = {"gamma": 200.0, "delta": 800.0}  # the same over these, which change omega^2 by more
 
 
 @dataclass(frozen=True)
@@ -79,11 +78,6 @@ def interpolated(rows: np.ndarray, values: np.ndarray) -> np.ndarray:
     return (rows @ values.reshape(len(values), -1)).reshape(len(rows), *values.shape[1:])
 
 
-def positive_shift(squares: np.ndarray, over: str) -> float:
-    """Number whose addition makes omega^2 positive, over a parameter."""
-    return SHIFTS.get(over, SHIFT) + 2 * max(-float(squares.min()), 0.0)
-
-
-def on_piece(low: float, high: float, x: np.ndarray) -> np.ndarray:
-    """Points x of -1 .. 1 mapped to low .. high; the ends exactly."""
+def on_piece(low: Any, high: Any, x: np.ndarray) -> np.ndarray:
+    """Points x of -1 .. 1 mapped to low .. high, floats or arrays; the ends exactly."""
     return np.where(x == 1, high, low + (high - low) * (x + 1) / 2)

@@ -23,7 +23,6 @@ from beamviz.frequency_loci.interpolation.chebyshev import (
     estimated_error,
     interpolated,
     lobatto,
-    positive_shift,
     tail_and_rates,
 )
 from beamviz.frequency_loci.interpolation.pieces import Piece
@@ -165,14 +164,8 @@ def _characteristic(
         return None
     if nodes.sweep.coupled:
         kinetic = nodes.sweep.kinetic_energies(nodes.values[:count])
-    shift = positive_shift(spectrum[:, :modes], nodes.sweep.over)
     found, bending, changes, falls = characteristic.fit(
-        spectrum[:count],
-        spectrum[count:, :modes],
-        modes,
-        shift,
-        3 if nodes.sweep.over == "gamma" else 2,
-        kinetic,
+        spectrum[:count], spectrum[count:, :modes], modes, nodes.sweep.over, kinetic
     )
     errors = estimated_error(changes, found.misfit)
     errors = np.where(np.isfinite(errors), errors, np.inf)

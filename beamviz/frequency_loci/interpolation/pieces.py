@@ -74,7 +74,8 @@ class Piece:
         squares = self._squares(rows, self._scale(self.dense if t is None else t))
         for f, one in enumerate(self.characteristics):
             if one:
-                squares[:, f, : one.modes] = one.samples if t is None else one.roots(rows)[0]
+                known = t is None and one.samples is not None
+                squares[:, f, : one.modes] = one.samples if known else one.roots(rows)[0]
         return squares
 
     def _local(self, t: np.ndarray) -> np.ndarray:
