@@ -52,6 +52,18 @@ def test_work_starts_in_order_two_at_a_time(release):
     assert [sorted(begun[k : k + 2]) for k in (2, 4)] == [[2, 3], [4, 5]]
 
 
+def test_closing_a_pool_discards_waiting_work(release):
+    """Running work is completed, and no thread is left."""
+    done: list[int] = []
+    with closing(WorkerPool(1, "test close")) as pool:
+        pool.submit(lambda: release.wait(60))
+        wait_until(lambda: pool.started)
+        pool.submit(lambda: done.append(1))
+    release.set()
+    wait_until(lambda: "test close" not in [one.name for one in threading.enumerate()])
+    assert not done
+
+
 @pytest.fixture
 def crowd() -> Iterator[Workers]:
     """The queue with many visitors."""
@@ -76,7 +88,7 @@ def test_solves_of_many_visitors_run_in_batches_and_slow_ones_on_workers(crowd, 
         crowd.run_batch(1)
     wait_until(lambda: threads == ["solver", "solver"])
     assert not crowd.waiting
-    for work in (partial(release.wait, 60), partial(order.append, 5), partial(order.append, 6)):
+    for work in (partial(release.wait, 600), partial(order.append, 5), partial(order.append, 6)):
         crowd.solve(work, lambda: True)
     crowd.run_batch(9)
     wait_until(lambda: order == [*range(7)])
