@@ -223,6 +223,14 @@ def test_power_series_that_do_not_converge(gamma, terms, message):
         solve(Beam(gamma=gamma), method="power-series", terms=terms)
 
 
+def test_shapes_have_unit_modal_mass_where_layers_are_not_resolved():
+    """The integral of their squares is of twice the order of the polynomials."""
+    x, weights = np.polynomial.legendre.leggauss(100)
+    shapes = solve(Beam(gamma=160, delta=2), method="chebyshev").displacement((x + 1) / 2)
+    masses = weights / 2 @ (shapes**2).sum(axis=1)
+    assert masses == pytest.approx(np.ones(5), abs=1e-9)
+
+
 @pytest.mark.parametrize(
     ("method", "options", "model", "near"),
     [
