@@ -18,13 +18,7 @@ from beamviz.frequency_loci.mode_vectors import (
     kinetic_energies,
     mode_points,
 )
-from beamviz.solver import (
-    CommonMesh,
-    Problem,
-    family_spectrum,
-    greatest_force,
-    solve_many,
-)
+from beamviz.solver import CommonMesh, Problem, greatest_force, solve_many
 from beamviz.solver.solution import Solution, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
@@ -200,10 +194,10 @@ class Sweep:
         for i, outcome in enumerate(outcomes):
             if not isinstance(outcome, Solution):
                 continue
-            found = None if self.coupled else family_spectrum(outcome)
+            found = None if self.coupled else getattr(outcome.fields, "families", None)
             if found:
-                k = found[0].shape[1]
-                squares[i, :, :k], errors[i, :, :k] = found
+                k = min(found[0].shape[1], count)
+                squares[i, :, :k], errors[i, :, :k] = (one[:, :k] for one in found)
                 continue
             fraction = outcome.bending_energy_fraction
             bends = fraction >= 0.5

@@ -13,12 +13,7 @@ import numpy as np
 from beamviz.beam import Beam, check_choice, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, unknown_keyword
 from beamviz.solver.families import gauss, quadrature  # noqa: F401
-from beamviz.solver.hp import (  # noqa: F401
-    CommonMesh,
-    displacements,
-    family_spectrum,
-    solve_hp,
-)
+from beamviz.solver.hp import CommonMesh, displacements, solve_hp  # noqa: F401
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
 from beamviz.solver.problem import CHOICES, FEATURES, METHODS, OPTIONS, Problem, interruption

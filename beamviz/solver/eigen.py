@@ -32,9 +32,9 @@ INDEFINITE_CONDITION = 2e4  # of omega^2 in such a problem, measured on random b
 
 def symmetric_modes(
     K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0
-) -> tuple[np.ndarray, np.ndarray]:
-    """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, and their vectors
-    (n, count), V' M V = 1.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, their vectors
+    (n, count), V' M V = 1, and all eigenvalues (n,), of which the highest have rounding errors.
 
     M is positive semidefinite. shift: the eigenvalues of K + shift M are computed, with a larger
     shift where that is not positive definite. Give one for an indefinite K (a compressed beam): an
@@ -42,7 +42,9 @@ def symmetric_modes(
     """
     count = min(count, len(K))
     nu, V, added = _largest(M, K, count, shift)
-    return 1 / nu[:count] - added, V.T / np.sqrt(abs(nu[:count]))
+    with np.errstate(divide="ignore"):
+        spectrum = 1 / nu - added
+    return spectrum[:count], V.T / np.sqrt(abs(nu[:count])), spectrum
 
 
 def family_modes(
@@ -238,7 +240,7 @@ def _indefinite(
             f"the straight beam is unstable; with Coriolis forces its {unknowns} unknowns are too"
             f" many (at most {MAX_INDEFINITE}): leave out Coriolis forces, or lower gamma"
         )
-    l, A = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
+    l, A, _ = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
     if l[0] <= 0:
         if np.linalg.eigvalsh(Kb)[0] <= 0:
             raise NotConverged(

@@ -6,7 +6,7 @@ Errors are estimated by the difference from the default method, which converges 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from itertools import pairwise
+from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,7 @@ class Family(NamedTuple):
 
     omega_squared: np.ndarray  # (modes,) ascending
     shapes: Shapes
+    spectrum: np.ndarray | None = None  # (n,) all omega^2 of the matrices
 
 
 Modes = tuple[np.ndarray, np.ndarray, Fields]  # omega^2 and bending energy fraction (modes,)
@@ -42,29 +43,41 @@ def merge(stretching: Family, bending: Family, modes: int) -> Modes:
     omega_squared = np.concatenate((stretching.omega_squared, bending.omega_squared))
     order = omega_squared.argsort(kind="stable")[:modes]
     fraction = (order >= len(stretching.omega_squared)).astype(float)
-    fields = partial(_fields, stretching.shapes, bending.shapes, order)
+    known = [
+        family.omega_squared if family.spectrum is None else family.spectrum
+        for family in (bending, stretching)
+    ]
+    spectrum = np.array([*zip_longest(*known, fillvalue=np.inf)]).T
+    fields = FamilyFields(stretching.shapes, bending.shapes, order, spectrum)
     return omega_squared[order], fraction, fields
 
 
-def _fields(along: Shapes, across: Shapes, order: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Displacement (len(x), 2, modes) of merged families."""
-    u, w = along(x), across(x)
-    uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
-    uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
-    return uncoupled[:, :, order]
-
-
 @dataclass(frozen=True, eq=False)
-class CoupledFields:
-    """Modes with both components as functions of x: the `fields` of a Solution."""
+class FamilyFields:
+    """Displacements of the modes of both families: the `fields` of a Solution."""
 
     along: Shapes
     across: Shapes
-    spectrum: np.ndarray  # (1, n) all omega^2 of the matrices; infinite where lost to rounding
+    order: np.ndarray | None  # of the modes of merged families; None: all have both components
+    spectrum: np.ndarray  # (families, n) all omega^2 that are known, bending first
+
+    @property
+    def families(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """omega^2 (2, n) of merged families, nan beyond the last, and their errors, which are not
+        estimated: nan."""
+        if self.order is None:
+            return None
+        squares = np.where(np.isfinite(self.spectrum), self.spectrum, np.nan)
+        return squares, np.full_like(squares, np.nan)
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Displacements (len(x), 2, modes) along and across the beam."""
-        return np.stack((self.along(x), self.across(x)), axis=1)
+        u, w = self.along(x), self.across(x)
+        if self.order is None:
+            return np.stack((u, w), axis=1)
+        uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
+        uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
+        return uncoupled[:, :, self.order]
 
 
 def modes_of_matrices(
@@ -79,14 +92,15 @@ def modes_of_matrices(
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
         found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
         a, b = found.a[0], found.b[0]
-        fields = CoupledFields(shapes[0](a), shapes[1](b), found.spectrum)
+        fields = FamilyFields(shapes[0](a), shapes[1](b), None, found.spectrum)
         return found.omega_squared[0], (abs(F[1] @ b) ** 2).sum(axis=0), fields
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-    stretching, U = eigen.symmetric_modes(K[0], Ma, problem.modes)
-    bending, W = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
-    bending -= beam.gamma**2 * problem.chordwise
-    along, across = Family(stretching - beam.gamma**2, shapes[0](U)), Family(bending, shapes[1](W))
-    return merge(along, across, problem.modes)
+    softening = beam.gamma**2, beam.gamma**2 * problem.chordwise
+    families = []
+    for k, M in enumerate((Ma, Mb)):
+        omega_squared, V, spectrum = eigen.symmetric_modes(K[k], M, problem.modes, k * shift)
+        families.append(Family(omega_squared - softening[k], shapes[k](V), spectrum - softening[k]))
+    return merge(families[0], families[1], problem.modes)
 
 
 def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:

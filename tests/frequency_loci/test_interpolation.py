@@ -38,6 +38,18 @@ def test_few_solves(beam, over, stop, modes, coriolis, most):
     assert found.solves < most
 
 
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize("method", ["ancf", "assumed-modes", "linear"])
+def test_other_methods_take_few_solves_too(method, coriolis):
+    """All eigenvalues of their matrices are known, as those of the default method are."""
+    beam, options = Beam(alpha=1, beta=0.5, gamma=8), {"method": method, "coriolis": coriolis}
+    found = loci(beam, "mu", np.linspace(20, 100, 9), **options)
+    assert found.solves < 50
+    exact = solve_many([beam.replace(mu=mu) for mu in found.values.tolist()], **options)
+    frequencies = np.sort([branch.frequency for branch in found.branches], axis=0)[:5]
+    assert frequencies.T == pytest.approx(np.array([one.frequencies for one in exact]), rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("beam", "over", "values"),
     [

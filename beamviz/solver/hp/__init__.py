@@ -71,6 +71,13 @@ class Shapes:
         return _displacements(_rows(self.found.grid.from_clamp, x.tobytes()), self.found)
 
     @property
+    def families(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """omega^2 of the lowest k modes of each family, bending first, and its estimated errors,
+        (2, k) each, k the number of modes solved for; None with Coriolis forces."""
+        squares, errors = self.found.family_omega_squared, self.found.family_errors
+        return None if squares is None or errors is None else (squares, errors)
+
+    @property
     def spectrum(self) -> np.ndarray | None:
         """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
         forces of all, (1, n)."""
@@ -83,15 +90,6 @@ class Shapes:
             return spectrum
         shift = spectrum[:, :1] - found.family_omega_squared[:, :1]  # of each family
         return spectrum - shift
-
-
-def family_spectrum(solution: Solution) -> tuple[np.ndarray, np.ndarray] | None:
-    """omega^2 of the lowest k modes of each family, bending first, and its estimated errors, (2, k)
-    each, k the number of modes solved for; None with Coriolis forces and by other methods."""
-    found = solution.fields.found if isinstance(solution.fields, Shapes) else None
-    if found is None or found.family_omega_squared is None or found.family_errors is None:
-        return None
-    return found.family_omega_squared, found.family_errors
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
