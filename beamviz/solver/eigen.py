@@ -60,14 +60,19 @@ def family_modes(
     n, r = S.shape[-2:]
     count = min(count, n)
     few = min(count, r)
-    nu, V = np.zeros((len(S), 2, n)), np.empty((len(S), 2, count, n))
-    added, size = np.zeros((len(S), 2, 1)), np.empty((len(S), 2, count))
-    V[:, 1, few:], size[:, 1, few:] = np.nan, np.nan
+    nu, V, added = (
+        np.zeros((len(S), 2, n)),
+        np.empty((len(S), 2, count, n)),
+        np.zeros((len(S), 2, 1)),
+    )
     for k in range(len(S)):
         nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
         nu[k, 1, :r], C = largest(A[k], few)
         np.matmul(C, S[k].T, out=V[k, 1, :few])
-    size[:, 0], size[:, 1, :few] = 1 / nu[:, 0, :count], 1 / nu[:, 1, :few]
+    lowest = nu[..., :count]
+    if few < count:
+        lowest, V[:, 1, few:] = np.where(lowest, lowest, np.nan), np.nan
+    size = 1 / lowest
     V *= np.sqrt(abs(size))[..., None]
     return V.mT, size, added, nu
 
