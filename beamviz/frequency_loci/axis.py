@@ -7,21 +7,24 @@ from functools import cached_property
 import numpy as np
 
 SHORT_OF = 1e-4  # of an axis: distance from a limit of equilibrium at which the loci end
-SHIFTS = {"alpha": 0.15, "mu": 5.0}  # see Axis
-GAMMA_SHIFTS = 24.0, 49.0  # of gamma^2 moment; the second where all modes couple
+# Added before a logarithm is taken, see Axis; the second where all modes couple.
+ALPHA_SHIFTS = 0.07, 0.15
+GAMMA_SHIFTS = 24.0, 49.0  # of gamma^2 moment
+MU_SHIFT = 5.0
 COUPLED_MU_SHIFTS = 8.0, 1.5  # the second per gamma sqrt(moment)
 
 
 @dataclass(frozen=True)
 class Axis:
     """A range of the parameter, and the variable t of the interpolation on it, in which
-    singularities of the loci are far away: log(alpha + 0.15), log(gamma^2 + 24 / moment),
+    singularities of the loci are far away: log(alpha + 0.07), log(gamma^2 + 24 / moment),
     log(mu + 5), log(delta + 1) or beta itself.
 
     moment: tension at the clamp over gamma^2; the nearest singularities are at a tension of -24.
     gamma: of the beam, over other parameters.
     coupled: whether Coriolis forces, proportional to gamma, couple all modes. Then over gamma
-    t = arsinh(gamma sqrt(moment) / 7), over mu t = -1 / (mu + 8 + 1.5 gamma sqrt(moment)).
+    t = arsinh(gamma sqrt(moment) / 7), over mu t = -1 / (mu + 8 + 1.5 gamma sqrt(moment)), over
+    alpha t = log(alpha + 0.15).
     limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has a square-root
     singularity, which t removes.
     """
@@ -114,4 +117,6 @@ class Axis:
         if self.over == "mu" and self.coupled:
             least, each = COUPLED_MU_SHIFTS
             return least + each * self.gamma * math.sqrt(self.moment)
-        return 1 - min(self.low, 0.0) if self.over == "delta" else SHIFTS.get(self.over)
+        if self.over == "delta":
+            return 1 - min(self.low, 0.0)
+        return {"alpha": ALPHA_SHIFTS[self.coupled], "mu": MU_SHIFT}.get(self.over)
