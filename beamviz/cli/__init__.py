@@ -1,12 +1,13 @@
 """The command line: data on stdout, messages on stderr, one exit code for each kind of failure."""
 
+import json
 import os
 import sys
 from itertools import pairwise
 from typing import Any
 
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.files import json_text
+from beamviz.files import plain
 from beamviz.signals import Terminated, terminate_on_signal
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
@@ -59,5 +60,6 @@ def report(code: int, kind: str, message: str, arguments: list[str], **details: 
     line = " ".join(message.split())
     print(f"beamviz: {line}", file=sys.stderr)
     if "--format=json" in arguments or ("--format", "json") in pairwise(arguments):
-        print(json_text({"error": {"kind": kind, "message": line, **details}}, indent=None))
+        error = {"kind": kind, "message": line, **details}
+        print(json.dumps({"error": plain(error)}))  # in ASCII, whatever the encoding of stdout
     return code

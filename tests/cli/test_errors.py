@@ -29,6 +29,7 @@ EXACT = {  # the whole message
     "modes --modes many": f"modes = 'many': {WHOLE}",
     "modes --elements 8": f"elements = 8: method auto {NO_ELEMENTS}",
     "modes --si none.toml": "none.toml: No such file or directory",
+    "modes --si größe.toml": "größe.toml: No such file or directory",
     "modes --si none.toml --gamma 0": "--gamma 0 and --si none.toml exclude each other: the file"
     " gives all numbers",
     "screenshot a.png --scene $SCENE": "$SCENE [beam]: unknown key 'gama'; known: "
@@ -116,7 +117,8 @@ def files(tmp_path_factory):
 
 @pytest.mark.parametrize("line", [*EXACT, *NAMED])
 def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
-    """stdout is empty, or with --format json the error as JSON."""
+    """stdout is empty, or with --format json the error as JSON, in ASCII: a terminal may lack the
+    letters of a path."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file.zarr").write_text("kept")
     command, *options = Template(line).substitute(files).split()
@@ -133,6 +135,7 @@ def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
             code, out, again = run(command, *json_option, *options)
             error = {"kind": "invalid-input", "message": message}
             assert (code, strict(out), again) == (2, {"error": error}, err)
+            assert out.isascii()
     assert [path.name for path in tmp_path.iterdir()] == ["file.zarr"]
     assert (tmp_path / "file.zarr").read_text() == "kept"
 
