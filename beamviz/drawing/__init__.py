@@ -35,8 +35,9 @@ class BeamView:
     """One beam in a scene: `show` draws another beam or view, `move` another moment.
 
     root: name of its node; alone: the only beam of the scene, with floor and post; overlay:
-    translucent, without a hub, drawn over another beam in the frame of its hub; height: [beam
-    lengths] of its middle; fixed: its frame stays when its shape changes, as in a drag of the mass.
+    translucent, of one colour, drawn over another beam in the frame of its hub and without
+    surroundings; height: [beam lengths] of its middle; fixed: its frame stays when its shape
+    changes, as in a drag of the mass.
     """
 
     def __init__(
@@ -45,8 +46,8 @@ class BeamView:
         self.height, self.fixed, self.overlay = 0.0, overlay, overlay
         self.frame = api.add_frame(root, show_axes=False)
         self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
-        self.surroundings = Surroundings(api, root, alone=alone)
-        self.surroundings.hub.visible = not overlay  # nor are its bolts
+        self.surroundings = None if overlay else Surroundings(api, root, alone=alone)
+        self.reference = None if overlay else ReferenceShapes(api, root)
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
@@ -56,7 +57,6 @@ class BeamView:
         self.ends = add_instances(api, f"{root}/rotor/ends", trimesh.creation.box())
         opacity = OPACITY if overlay else None
         self.mass = add_instances(api, f"{root}/rotor/mass", collar(), opacity=opacity)
-        self.reference = ReferenceShapes(api, root)
         self.nodes = Nodes(api, root, colours.BEFORE if overlay else colours.NODE)
         self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
         self.title = Caption(api, f"{root}/title", "bottom")
@@ -64,13 +64,15 @@ class BeamView:
     def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the mode that it moves in."""
         self.drawn, view, beam = drawn, drawn.view, drawn.shapes.beam
-        self.shapes = shapes = subdivide(drawn)
+        self.shapes = shapes = subdivide(drawn, one_colour=self.overlay)
         inset = INSET if self.overlay else 1.0
         thickness, breadth = section_size(beam, view.thicken)
         self.section = inset * thickness, inset * breadth
         self.choose_frame(float(view.rotating_frame))
-        self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
-        self.reference.show(shapes, self.section, visible=view.ghosts and not self.overlay)
+        if self.surroundings:
+            self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
+        if self.reference:
+            self.reference.show(shapes, self.section, visible=view.ghosts)
         one = len(drawn.shown) == 1 and not drawn.warning
         marked = drawn.shown if view.nodes and one else []
         labels = not (view.all_modes or self.overlay)
@@ -94,7 +96,8 @@ class BeamView:
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene."""
-        texts = [*self.nodes.captions, self.warning, self.title, self.surroundings.speed]
+        texts = [*self.nodes.captions, self.warning, self.title]
+        texts += [self.surroundings.speed] if self.surroundings else []
         return [caption for caption in texts if caption.text and self.frame.visible]
 
     def hide(self) -> None:
@@ -128,7 +131,8 @@ class BeamView:
         self.nodes.move(points, wxyz)
         along = wxyz[[min(shapes.mass, len(wxyz) - 1)]]
         set_properties(self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along)
-        self.surroundings.rotate(angle, self.share)
+        if self.surroundings:
+            self.surroundings.rotate(angle, self.share)
         set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
 
 

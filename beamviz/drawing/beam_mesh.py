@@ -127,11 +127,12 @@ class DrawnBeam:
         return self.view.all_modes and len(self.shapes.modes) > 0 and not self.warning
 
 
-def subdivide(drawn: DrawnBeam) -> SampledModes:
+def subdivide(drawn: DrawnBeam, *, one_colour: bool = False) -> SampledModes:
     """The shapes sampled at the ends of the pieces that the beam is drawn in, of which one is at
-    the mass, with the mean strain of each piece."""
+    the mass, with the mean strain of each piece. one_colour: the pieces do not differ in colour."""
     shapes, x = drawn.shapes, drawn.shapes.x
-    need = np.append(0.0, np.cumsum(required_density(drawn) * np.diff(x)))  # from the clamp
+    pieces = required_density(drawn, one_colour=one_colour) * np.diff(x)
+    need = np.append(0.0, np.cumsum(pieces))  # from the clamp
     mass, whole = need[shapes.mass], need[-1]
     scale = min(1.0, (MAX_PIECES - 1) / whole)
     inner, outer = math.ceil(scale * mass), math.ceil(scale * (whole - mass))
@@ -155,10 +156,10 @@ def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
     )
 
 
-def required_density(drawn: DrawnBeam) -> np.ndarray:
+def required_density(drawn: DrawnBeam, *, one_colour: bool) -> np.ndarray:
     """Required pieces per beam length (n - 1,) between stations: by the curvature of the moving
     beam (a chord of length h deviates from a curve of curvature kappa by kappa h^2 / 8) and by the
-    change of colour along x, both as bounds over time."""
+    change of colour along x, unless it has one colour, both as bounds over time."""
     shapes, shown = drawn.shapes, drawn.shown
     moving = drawn.amplitudes[shown, None, None] * shapes.modes[shown]
     fields = np.concatenate([shapes.centreline[None], moving])
@@ -172,8 +173,8 @@ def required_density(drawn: DrawnBeam) -> np.ndarray:
         colour = axial / (2 * drawn.largest)
     else:
         colour = np.hypot(along, across).sum(axis=0) / drawn.largest
-    chords = np.sqrt(curvature * drawn.scale / (8 * DEVIATION))
-    return np.maximum(np.maximum(chords, colour / STEP), 1 / LONGEST)
+    density = np.maximum(np.sqrt(curvature * drawn.scale / (8 * DEVIATION)), 1 / LONGEST)
+    return density if one_colour else np.maximum(density, colour / STEP)
 
 
 def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -144,7 +144,7 @@ class SceneView(Feature):
         """The texts that the page writes over the scene. The warning is not one of them, as it is
         above the scene, nor is the speed while the beam of an earlier answer is drawn."""
         answer, hidden = self.visitor.answer, [self.beam.warning]
-        if answer and answer.beam != self.shapes.beam:
+        if self.beam.surroundings and answer and answer.beam != self.shapes.beam:
             hidden.append(self.beam.surroundings.speed)
         captions = [*self.scene.captions, *self.comparison.captions]
         return [caption for caption in captions if caption not in hidden]

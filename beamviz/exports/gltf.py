@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from beamviz import __version__
 from beamviz.drawing import BeamView, beam_mesh, colours
 from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.surroundings import hub_body, hub_radius
 from beamviz.exports.solved_scene import Loop, Moment, SolvedScene
 from beamviz.server.viser_private import offline_scene
 
@@ -85,7 +86,7 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))
         parts = np.linspace(0.0, 1.0, KEYS * max(1, round(farthest / (2 * math.pi))) + 1)
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
-    hub = drawn.surroundings.hub
+    hub = hub_body(hub_radius(beam), inward=beam.delta < 0)
     nodes = [gltf.node("hub", hub.vertices, hub.faces, colours.HUB)]
     channels = [add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))]
     nodes.append(channels[0][0])
