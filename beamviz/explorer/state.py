@@ -84,9 +84,9 @@ class State:
     force_per_rev, damping: periods of the force per revolution and damping ratio of the run-up;
     forced_response: the scene shows the response to that force; run_speed: the speed during a
     run-up, 0 until that is computed, in place of the beam's own, of which an edit ends it;
-    time_methods: the tab Methods times all methods; section: the sizes that the panel of a real
-    beam shows; lesson, step: the open one, "" for none, and its step (from 0); following: a
-    presenter is followed.
+    time_methods: the tab Methods times all methods; film_length: of exported films; section: the
+    sizes that the panel of a real beam shows; lesson, step: the open one, "" for none, and its step
+    (from 0); following: a presenter is followed.
     """
 
     scene: Scene

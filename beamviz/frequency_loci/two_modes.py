@@ -72,7 +72,8 @@ class TwoModes(NamedTuple):
         return (low + high) / 2, 2 * r / (low + high)
 
     def slope(self, p: float) -> float:
-        """A number with the sign of the derivative of the gap at p: for uncoupled modes d."""
+        """Twice the derivative of the difference of the two frequencies at p; for uncoupled modes
+        d, which is zero at the least gap too."""
         (mean, *pair), (mean_rate, *rates) = self.entries(p)
         if self.uncoupled:
             return pair[0].real

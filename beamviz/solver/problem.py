@@ -134,7 +134,7 @@ class Method(NamedTuple):
 
 
 HP = "hp", ("elements", "terms"), None
-FEM = "fem.solve", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)
+FEM = "fem.solve", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: the paper's
 METHODS = {
     "auto": Method(
         *HP,

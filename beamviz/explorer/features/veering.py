@@ -78,8 +78,10 @@ class VeeringRequest:
         own = [one.at + (BESIDE * half if one.kind == "crossing" else 0) for one in events if one]
         near = np.linspace(max(centre - half, low), min(centre + half, high), POINTS)
         values = np.union1d(near, own)
-        both = zip(found, events, strict=True)
-        return tuple(loci_pair(at_values(a, values), b, self.event, centre) for a, b in both)
+        return tuple(
+            loci_pair(at_values(one, values), event, self.event, centre)
+            for one, event in zip(found, events, strict=True)
+        )
 
     def view(self, events: list[Event]) -> tuple[float, float]:
         """Centre and half width of a view of these events and of the whole gap."""

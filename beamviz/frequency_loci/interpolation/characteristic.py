@@ -46,9 +46,7 @@ class Characteristic:
     misfit: np.ndarray  # (modes,) largest error of lambda at the check points
     scale: np.ndarray  # (nodes,) logarithm of the unit of lambda + shift, about its highest value
     energies: np.ndarray | None = None  # (nodes, 2, k) of the modes: see _energies
-    samples: np.ndarray | None = (
-        None  # (samples, modes) of coupled modes: eigenvalues at points.dense
-    )
+    samples: np.ndarray | None = None  # (n, modes) of coupled modes: lambda at the dense points
 
     @property
     def points(self) -> Lobatto:

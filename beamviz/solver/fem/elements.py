@@ -195,8 +195,8 @@ class PlanarBeam:
 
 
 def bending(s: NDArray, f: NDArray, power: int) -> tuple[NDArray, NDArray]:
-    """kappa (...) and its derivative by s (..., 4); s' CROSS is (Gamma q_e of the paper's eq. 17,
-    before S)."""
+    """kappa (...) and its derivative by s (..., 4); s' CROSS is Gamma q_e of the paper's eq. 17,
+    before S."""
     kappa = (s[..., 0] * s[..., 3] - s[..., 1] * s[..., 2]) / f**power
     dkappa = s @ CROSS / (f**power)[..., None]
     dkappa[..., :2] -= (power * kappa / f**2)[..., None] * s[..., :2]
