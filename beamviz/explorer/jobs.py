@@ -41,8 +41,11 @@ Submit = Callable[[Callback], None]
 
 
 class WorkerPool:
-    """Runs work in order of submission, on `workers` threads besides those replaced. They are
-    daemons: the process may end before them. Work must not raise. started: [s], by busy thread."""
+    """Runs work in order of submission, on `workers` threads besides those that are late and were
+    replaced. They are daemons: the process may end before them. Work must not raise.
+
+    started: the time [s] when each busy thread began its work, without those replaced.
+    """
 
     def __init__(self, workers: int, name: str):
         self.workers, self.name, self.closed = workers, name, False
@@ -68,7 +71,8 @@ class WorkerPool:
                 return
 
     def replace(self, late: float = LONG) -> None:
-        """Let others take the place of threads whose work has taken `late` seconds."""
+        """Start threads in place of those whose work has taken `late` seconds, which end after it.
+        The frame loop calls this at least every PATIENCE seconds while a job is busy."""
         for thread, started in list(self.started.items()):
             if time.monotonic() >= started + late and self.started.pop(thread, 0.0):
                 self.add_thread()

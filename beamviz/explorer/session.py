@@ -80,9 +80,9 @@ class SceneView(Feature):
         return not (self.camera.change or 1 / ZOOMED < ratio < ZOOMED)
 
     def show(self) -> None:
-        """Draw the state and the latest answer, an unstable beam or an error in the last stable
-        shapes of the scene, or else unloaded. Unless it is the answer to the case of the state,
-        camera and playback rate are chosen again at the next answer."""
+        """Draw the state and the latest answer. For an unstable beam, or an error, draw the last
+        stable shapes of the scene, or else the unloaded beam. Unless it is the answer to the case
+        of the state, camera and playback rate are chosen again at the next answer."""
         visitor = self.visitor
         with visitor.lock:
             state, visitor.answer = visitor.state, visitor.solver.answer

@@ -175,9 +175,12 @@ class Connection(ServerConnection):
     def has_credit(self) -> bool:
         """Take a token from the token bucket; False if it is empty."""
         now = time.monotonic()
-        credit = min(self.credit + (now - self.updated) * RATE, BURST)
-        self.credit, self.updated = credit - (credit >= 1), now
-        return credit >= 1
+        self.credit = min(self.credit + (now - self.updated) * RATE, BURST)
+        self.updated = now
+        if self.credit < 1:
+            return False
+        self.credit -= 1
+        return True
 
 
 # Requests
