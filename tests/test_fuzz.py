@@ -13,6 +13,7 @@ FAILED = {
     "solve": [
         (Beam(alpha=83, beta=0.8125, gamma=25, mu=10), {}),
         (Beam(gamma=92, beta=0, delta=-2, mu=264), {"method": "ancf"}),
+        (Beam(gamma=1e-155, delta=1), {"strain": "hencky"}),
     ],
     "solve, odd keywords": [(Beam(mu=10), {"elements": "\n"})],
     "loci": [((HEAVY, "beta", (0.0, 1.0)), 5, 1, {"strain": "hencky"})],

@@ -60,8 +60,8 @@ class StrainLaw:
     def force_limits(self) -> tuple[float, float]:
         """The least and the greatest force n."""
         with np.errstate(divide="ignore"):  # Hencky's force has no lower limit
-            least = float(self.force(np.float64(self.min_stretch)))
-        return least, math.inf if self.max_stretch == math.inf else self.force(self.max_stretch)
+            least, most = map(float, self.force(np.array([self.min_stretch, self.max_stretch])))
+        return least, most
 
 
 _ROOT3 = math.sqrt(3)
