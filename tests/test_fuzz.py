@@ -16,7 +16,10 @@ FAILED = {
         (Beam(gamma=1e-155, delta=1), {"strain": "hencky"}),
     ],
     "solve, odd keywords": [(Beam(mu=10), {"elements": "\n"})],
-    "loci": [((HEAVY, "beta", (0.0, 1.0)), 5, 1, {"strain": "hencky"})],
+    "loci": [
+        ((HEAVY, "beta", (0.0, 1.0)), 5, 1, {"strain": "hencky"}),
+        ((Beam(alpha=50, beta=0.5, gamma=10, mu=85), "delta", (-2.0, 6.0)), 2, 3, {}),
+    ],
     "loci, wild": [((BUCKLED, "gamma", (0.0, 200.0)), 5, 1, {})],
     "loci, odd ranges": [(Beam(mu=10), "alpha", 10**400)],
 }

@@ -44,8 +44,8 @@ class Axis:
         return self.low + reach * self.limited[0], self.high - reach * self.limited[1]
 
     def t(self, p: np.ndarray) -> np.ndarray:
-        """The variable at values of the parameter."""
-        y = self._stretched(p)
+        """The variable at values of the parameter, beyond the axis that at its end."""
+        y = self._stretched(np.clip(p, self.low, self.high))
         low, high = self._range
         match self.limited:
             case (True, True):

@@ -104,12 +104,11 @@ class Curves:
 
     def uncertain(self, p: np.ndarray) -> np.ndarray:
         """Whether values (n,) are in pieces that did not converge."""
-        found = np.zeros(len(p), bool)
+        t, found = self.axis.t(p), np.zeros(len(p), bool)
         for piece in self.pieces:
             if piece.errors is None:
-                t = self.axis.t(p)
                 found |= (t >= piece.low) & (t <= piece.high)
-        return found
+        return found & (self.axis.low <= p) & (p <= self.axis.high)
 
     @cached_property
     def table(self) -> Table:
