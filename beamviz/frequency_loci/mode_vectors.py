@@ -108,8 +108,8 @@ def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.n
 def _gyroscopic(
     fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q
-    = 0 are orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
+    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
+    orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
 
     It is the difference of the equation of mode j times phi_i* and that of mode i times phi_j*. An
     unstable mode is (u, w) instead of (u, i w), with the growth rate for omega. It is orthogonal to

@@ -60,11 +60,8 @@ def family_modes(
     n, r = S.shape[-2:]
     count = min(count, n)
     few = min(count, r)
-    nu, V, added = (
-        np.zeros((len(S), 2, n)),
-        np.empty((len(S), 2, count, n)),
-        np.zeros((len(S), 2, 1)),
-    )
+    nu, added = np.zeros((len(S), 2, n)), np.zeros((len(S), 2, 1))
+    V = np.empty((len(S), 2, count, n))
     for k in range(len(S)):
         nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
         nu[k, 1, :r], C = largest(A[k], few)

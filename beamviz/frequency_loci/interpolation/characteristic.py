@@ -24,8 +24,9 @@ PER_MODE, MORE = 5, 24  # greatest order of the interpolation in lambda: per mod
 TRUNCATED = 1e-14  # relative: terms of this interpolation below which it ends
 FURTHER = 4  # number of terms after the last above that, which are still used
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
-# Shift of omega^2, by default that of bending at rest, and number of coefficients of the logarithm
-# of the unit of lambda, for which the function converges fastest over most ranges of a parameter.
+# By parameter: the shift of omega^2, by default omega^2 of bending at rest, and the number of
+# coefficients of the logarithm of the unit of lambda. With these most random charts take fewest
+# nodes.
 SHIFTS = {"gamma": (200.0, 3), "delta": (800.0, 2)}
 SHIFT = 12.0, 2
 SIZE = 3  # number of coefficients of the logarithm of the size
