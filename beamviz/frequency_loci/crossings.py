@@ -170,7 +170,9 @@ def _locate(
         near = _near(guess, start, stop)
         points = yield np.concatenate((near, _around(guess, candidate, solved)))
         low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
-        found = yield from _least_gap(points, candidate, sweep, low, high, guess)
+        found = _corrected(guess, points.take(np.isin(points.at, near)), candidate, sweep)
+        if found is None:
+            found = yield from _least_gap(points, candidate, sweep, low, high, guess)
     if found is None:
         guess, low, high = None, candidate.low, candidate.high
         points = yield np.array([low, at, high])
@@ -257,6 +259,29 @@ def _interpolated_gaps(
     numbers = (column.tolist() for column in (low + half * (x + 1), frequency, gap, width))
     modes = zip(k.tolist(), below.tolist(), strict=True)
     return dict(zip(candidates, map(Approach, *numbers, modes), strict=True))
+
+
+def _corrected(
+    guess: Approach, beside: Points, candidate: Candidate, sweep: Sweep
+) -> tuple[Approach, np.ndarray] | None:
+    """The least gap, if it is within SETTLED and SAME of the interpolated `guess`, by the gaps at
+    two points `beside` it, and the shapes (2, d) of the two modes. Near its minimum the square of a
+    gap is gap^2 (1 + ((p - at) / width)^2)."""
+    if len(beside.at) < 2 or not guess.gap:
+        return None
+    family, k = candidate[:2]
+    own = sweep.spectra(beside.at).rank[:, family, k : k + 2]
+    lower, upper = np.sqrt(np.take_along_axis(beside.omega_squared, own, axis=1)).T
+    squares, means = (upper - lower) ** 2, (upper + lower) / 2
+    step, bend = float(np.diff(beside.at)[0]), (guess.gap / guess.width) ** 2
+    shift = float(squares[0] - squares[1]) / (2 * step * bend)
+    square = float(squares.mean()) - bend * ((step / 2) ** 2 + shift**2)
+    if not (abs(shift) <= SETTLED * guess.width and abs(math.sqrt(max(square, 0.0)) - guess.gap) <= SAME * guess.gap):
+        return None
+    gap = math.sqrt(square)
+    frequency = float(means.mean() + shift * np.diff(means)[0] / step)
+    approach = Approach(guess.at + shift, frequency, gap, guess.width, tuple(own[0].tolist()))
+    return approach, beside.shapes[0, own[0]]
 
 
 def _veering_index(beside: Points, near: np.ndarray, shapes: np.ndarray) -> tuple[float, float]:
