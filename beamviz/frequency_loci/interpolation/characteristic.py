@@ -54,9 +54,9 @@ class Characteristic:
         """The Chebyshev points of the interpolation in lambda."""
         return lobatto(len(self.tail) - 1)
 
-    def roots(self, rows: np.ndarray) -> np.ndarray:
+    def roots(self, rows: np.ndarray, fractions: int = 0) -> np.ndarray:
         """The lowest eigenvalues by interpolation `rows`, their change by the tail of the function,
-        and their bending fractions, (3, n, modes); nan where there are fewer."""
+        and for the first `fractions` rows the bending fractions, (3, n, modes); else nan."""
         found = np.full((3, len(rows), self.modes), np.nan)
         i, place, at, error, slope, bend, least = lowest_roots(
             self.points, rows @ self.values, self.modes
@@ -70,11 +70,12 @@ class Characteristic:
         square = s * s  # powers above 2 are slow
         found[0, i, place] = scale * square**2 - self.shift
         found[1, i, place] = scale * (4 * square * s * half * change)
-        if self.energies is not None:
-            energies = np.tensordot(rows, self.energies, 1)[i]
-            across, whole = np.matvec(energies, self.points.rows(at)).T
+        if self.energies is not None and fractions:
+            end = np.searchsorted(i, fractions)
+            energies = np.tensordot(rows[:fractions], self.energies, 1)[i[:end]]
+            across, whole = np.matvec(energies, self.points.rows(at[:end])).T
             across, along = abs(across), abs(whole - across)
-            found[2, i, place] = across / (across + along)
+            found[2, i[:end], place[:end]] = across / (across + along)
         return found
 
 
@@ -107,7 +108,7 @@ def fit(
     tail = tail + truncated
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
     checks, dense = len(known), points.dense if energies is not None else points.dense[2::4]
-    eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, dense)))
+    eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, dense)), checks)
     misfit = abs(eigenvalues[:checks] - known).max(axis=0)
     samples = eigenvalues[checks:] if dense is points.dense else None
     found = replace(found, misfit=misfit, samples=samples)

@@ -61,7 +61,7 @@ class Piece:
             bending[:] = np.clip(interpolated(rows, fractions * kept), 0.0, 1.0)
         for f, one in enumerate(self.characteristics):
             if one:
-                squares[:, f, : one.modes], change, fractions = one.roots(rows)
+                squares[:, f, : one.modes], change, fractions = one.roots(rows, len(t))
                 error[:, f, : one.modes] = estimated_error(change, one.misfit)
                 if len(self.needed) == 1:
                     bending[:, f, : one.modes] = fractions

@@ -39,13 +39,13 @@ def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
     i, place = i[kept], place[kept]
     low, high, at, below = (one[kept] for one in brackets)
     touching = low == high
-    own, left = [f[i] for f in functions], np.arange(len(at))
+    own, left = np.stack(functions, axis=1), np.arange(len(at))  # own (n, 3, k)
     rates, error = np.empty((2, len(at))), np.empty(len(at))
     with np.errstate(divide="ignore", invalid="ignore"):
         for _ in range(STEPS):
             x = at[left]
             rows = points.rows(x)
-            value, rate, curve = (np.vecdot(rows, f[left]) for f in own)
+            value, rate, curve = np.matvec(own[i[left]], rows).T
             rates[:, left] = rate, curve
             same = (value < 0) == (below[left] < 0)  # as at the lower end: the root is above
             low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
