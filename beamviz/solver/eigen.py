@@ -142,6 +142,8 @@ class GyroscopicModes(NamedTuple):
     omega_squared: np.ndarray  # (beams, count) ascending
     a: np.ndarray  # (beams, na, count) complex, unit modal mass
     b: np.ndarray  # (beams, nb, count)
+    fraction: np.ndarray  # (beams, count) share of b in the kinetic energy
+    stored: np.ndarray  # (beams, count) q* K q
     condition: np.ndarray  # (beams, count) relative rounding error of omega^2 in units of EPS
     spectrum: np.ndarray  # (beams, n) all omega^2; infinite where only rounding error is known
     definite: bool  # whether K is positive definite
@@ -167,19 +169,21 @@ def gyroscopic_modes(
         one = K[0][0], F[0][0], K[1][0], F[1][0]
         found = _indefinite(*one, gamma.item(), count)
         omega_squared, a, b, spectrum = (part[None] for part in found)
+        along, across = (np.linalg.vecdot(f @ q, f @ q, axis=1).real for f, q in zip(F, (a, b)))
+        stored = sum(np.linalg.vecdot(q, k @ q, axis=1).real for k, q in zip(K, (a, b)))
+        mass, root = along + across, np.sqrt(along + across)[:, None]
         condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
-        modes = GyroscopicModes(omega_squared, a, b, condition, spectrum, False)
-    else:
-        modes = _definite_gyroscopic(L, F, gamma, count, max_condition)
-    a, b = modes.a, modes.b
-    root = np.sqrt((abs(F[0] @ a) ** 2).sum(axis=1) + (abs(F[1] @ b) ** 2).sum(axis=1))[:, None]
-    return modes._replace(a=a / root, b=b / root)
+        energies = across / mass, stored / mass
+        return GyroscopicModes(
+            omega_squared, a / root, b / root, *energies, condition, spectrum, False
+        )
+    return _definite_gyroscopic(L, F, gamma, count, max_condition)
 
 
 def _definite_gyroscopic(
     L: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_condition: float
 ) -> GyroscopicModes:
-    """The modes for K = diag(La La', Lb Lb'), of any modal mass.
+    """The modes for K = diag(La La', Lb Lb').
 
     With q = (a, i b) e^(i omega t) the problem is real; with the velocities omega Fb b and
     omega Fa a as further unknowns it is linear in 1/omega:
@@ -197,6 +201,8 @@ def _definite_gyroscopic(
     Z = np.zeros((len(La), na + m, nb + m))
     Z[:, :na, :nb] = -2 * gamma * (Ya @ Yb)
     Z[:, :na, nb:], Z[:, na:, :nb] = Ya, Yb
+    if na < nb:
+        Z = Z.mT
     # One by one: numpy's stacked call starts threads, slower on small problems.
     nu, Y = map(np.array, zip(*(largest(one, count) for one in Z.mT @ Z), strict=True))
     with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite
@@ -205,15 +211,23 @@ def _definite_gyroscopic(
     condition = abs(omega_squared / omega_squared[:, :1])
     if condition.max() > max_condition:
         few = condition.max() < FAR_APART
-        basis = Y if few else np.eye(nb + m)
+        basis = Y if few else np.eye(Z.shape[-1])
         _, inverse, rotation = np.linalg.svd(Z @ basis, full_matrices=False)
         omega_squared, Y = 1 / inverse[:, :count] ** 2, basis @ rotation[:, :count].mT
         spectrum[:, :count] = omega_squared
         condition = omega_squared / omega_squared[:, :1]
         condition = np.sqrt(condition) + (EPS * condition**2 if few else 0)  # values, vectors
     X = Z @ Y * np.sqrt(omega_squared)[:, None]
-    a, b = _solve_lower(La, X[:, :na], 1), _solve_lower(Lb, Y[:, :nb], 1)
-    return GyroscopicModes(omega_squared, a.astype(complex), 1j * b, condition, spectrum, True)
+    if na < nb:
+        X, Y = Y, X
+    along, across = np.square(Y[:, nb:]).sum(axis=1), np.square(X[:, na:]).sum(axis=1)
+    mass = (along + across) / omega_squared
+    stored = np.square(X[:, :na]).sum(axis=1) + np.square(Y[:, :nb]).sum(axis=1)
+    root = np.sqrt(mass)[:, None]
+    a, b = _solve_lower(La, X[:, :na] / root, 1), _solve_lower(Lb, Y[:, :nb] / root, 1)
+    energies = across / (along + across), stored / mass
+    shapes = a.astype(complex), 1j * b
+    return GyroscopicModes(omega_squared, *shapes, *energies, condition, spectrum, True)
 
 
 def _solve_lower(L: np.ndarray, B: np.ndarray, transposed: int = 0) -> np.ndarray:

@@ -91,9 +91,8 @@ def modes_of_matrices(
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
         found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
-        a, b = found.a[0], found.b[0]
-        fields = FamilyFields(shapes[0](a), shapes[1](b), None, found.spectrum)
-        return found.omega_squared[0], (abs(F[1] @ b) ** 2).sum(axis=0), fields
+        fields = FamilyFields(shapes[0](found.a[0]), shapes[1](found.b[0]), None, found.spectrum)
+        return found.omega_squared[0], found.fraction[0], fields
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     softening = beam.gamma**2, beam.gamma**2 * problem.chordwise
     families = []

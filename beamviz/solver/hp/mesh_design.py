@@ -40,6 +40,9 @@ PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
 # digits, as the spacing of points at the ends is 1 / order^2; in an element of its own, of length
 # reach * width, d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
 LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 5.2, 2.4, 5.5
+# Where all modes couple, the orders along the beam are those of the half-waves across it less FEWER,
+# the second at a large stretch, as Coriolis forces drive little motion along the beam.
+FEWER = 2.0, 1.0
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope
 MIN_ORDER, MAX_ORDER = 4, 30  # below, elements are too many; above, two of half the length are less
@@ -77,6 +80,14 @@ class Layer(NamedTuple):
     own_order: float  # of that element
     order: float  # of the element of the whole span
     length: float  # of the span
+
+
+class HalfWaves(NamedTuple):
+    """Numbers of half-waves that a mesh resolves."""
+
+    most: float  # of any mode
+    along: float  # of modes along the beam
+    coupled: bool  # whether Coriolis forces couple all modes
 
 
 class Elements(NamedTuple):
@@ -142,19 +153,21 @@ def extra_digits(beam: Beam, positions: Positions, spans: list[Span], problem: P
 def choose_mesh(
     spans: list[Span],
     mu: float,
-    waves: tuple[float, float],
+    waves: HalfWaves,
     curvature_power: int,
     digits: float,
     same_breaks: bool = False,
 ) -> Elements:
-    """Elements for modes with these numbers of half-waves (see `half_waves`) to a number of digits;
-    their unknowns may exceed MAX_UNKNOWNS. A layer gets an element of its own where two elements
-    have fewer unknowns than one. same_breaks: the breaks are the same for all positions of the
-    mass, as layers get no elements of their own, and no element is halved."""
+    """Elements for modes with these numbers of half-waves to a number of digits; their unknowns may
+    exceed MAX_UNKNOWNS. A layer gets an element of its own where two elements have fewer unknowns
+    than one. same_breaks: the breaks are the same for all positions of the mass, as layers get no
+    elements of their own, and no element is halved."""
     power = 2 * curvature_power - 3
-    (most_waves, axial_waves), compression = waves, 0.0
-    if spans[0].f[0] != 1:
-        axial_waves = math.inf  # a large stretch, and with it the stiffness, varies along the beam
+    (most_waves, axial_waves, coupled), compression = waves, 0.0
+    stretched = spans[0].f[0] != 1  # a large stretch, and with it the stiffness, varies along x
+    if stretched and not coupled:
+        axial_waves = math.inf
+    fewer = FEWER[stretched] if coupled else math.inf
     breaks = {0.0}
     for span in spans:
         (N, N_end), (f, f_end) = span.N, span.f
@@ -191,7 +204,8 @@ def choose_mesh(
     whole, axial = [], []
     for (a, b), order in zip(pairwise(ends), orders, strict=True):
         whole.append(min(max(math.ceil(order), MIN_ORDER), highest))
-        along = max(axial_per_length * (b - a) + smooth, least, MIN_ORDER)  # there are no layers
+        waves_along = max(axial_per_length * (b - a), per_length * (b - a) - fewer)
+        along = max(waves_along + smooth, least, MIN_ORDER)  # there are no layers
         axial.append(math.ceil(min(along, whole[-1])))
     return Elements(tuple(ends), tuple(whole), tuple(axial))
 
@@ -234,16 +248,15 @@ def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[
 
 
 @lru_cache(maxsize=64)
-def half_waves(mu: float, modes: int, coupled: bool) -> tuple[float, float]:
-    """The greatest number of half-waves of the lowest `modes` modes at rest, and that of those
-    along the beam; infinite where all modes couple, as they bend and stretch the beam alike."""
+def half_waves(mu: float, modes: int, coupled: bool) -> HalfWaves:
+    """The greatest numbers of half-waves of the lowest `modes` modes at rest."""
     bending = stretching = 0
     while bending + stretching < modes:
         if mu * (stretching + 0.5) < math.pi * (bending + 0.5) ** 2:
             stretching += 1
         else:
             bending += 1
-    return max(bending, stretching), math.inf if coupled else stretching
+    return HalfWaves(max(bending, stretching), stretching, coupled)
 
 
 def distances(first: float, ratio: float, longest: float) -> Iterator[float]:

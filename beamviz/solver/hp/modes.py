@@ -6,9 +6,9 @@ integrals, u = J s and w = J (f J kappa), so the clamp is exact and no continuit
 elements are needed: the jump of the stretch at a concentrated mass costs no accuracy. Convergence
 is exponential in the order.
 
-Few of the low modes stretch the beam, and s has no boundary layers. Without Coriolis forces, which
-couple it to kappa, s times the root of the axial stiffness is a polynomial of lower order, whose
-coefficients are the unknowns.
+Few of the low modes stretch the beam, and s has no boundary layers: s times the root of the axial
+stiffness is a polynomial of lower order, whose coefficients c are the unknowns, s = S c. So the
+stiffness of c is the identity.
 
 All functions take a stack of beams, in the leading axis.
 """
@@ -120,7 +120,7 @@ def uncoupled_modes(
     """The lowest modes of uncoupled families.
 
     The softening is a multiple of M: it shifts every omega^2, does not change the modes, and is
-    subtracted at the end. Along the beam s = S c, which makes the stiffness of c the identity.
+    subtracted at the end.
     """
     mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
@@ -158,45 +158,44 @@ def gyroscopic_modes(
     With T(omega) = K - omega^2 M + 2 gamma omega S, an error e of a shape z changes omega^2 by
     e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega + z' K z / omega.
     """
-    mesh, gamma = axial.mesh, np.reshape(axial.beams.gamma, (-1, 1))
-    K = np.empty((len(state.f), 2, *matrices.K.shape[1:]))
-    K[:, 0], K[:, 1] = matrices.K, mesh.eye * matrices.d[:, None]
+    mesh, gamma = axial.mesh, np.reshape(axial.beams.gamma, (-1, 1, 1))
+    S = mesh.axial / np.sqrt(matrices.d)[..., None]
+    Fa, Fb = weighted_displacements(axial, state.f, S)
+    Ka, Kb = np.eye(S.shape[-1]) + np.zeros((len(S), 1, 1)), matrices.K
     if problem.softening:
-        K[:, 0] -= gamma[..., None] ** 2 * matrices.M
-        K[:, 1] -= gamma[..., None] ** 2 * matrices.G
-    F = weighted_displacements(axial, state.f)
-    stacks = (K[:, 1], K[:, 0]), (F[:, 1], F[:, 0])
-    omega_squared, s, kappa, condition, spectrum, definite = eigen.gyroscopic_modes(
-        *stacks, gamma[..., None], count, problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    )
-    size = abs(omega_squared) + gamma**2
+        Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
+    most_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
+    found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, most_condition)
+    omega_squared, kappa = found.omega_squared, found.b
+    s = (S @ found.a.view(float)).view(complex)
+    size = abs(omega_squared) + gamma[..., 0] ** 2
     v = np.empty((len(s), 2, *s.shape[1:]))
     v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # either is real or imaginary
     scale = size[:, None] + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale).sum(axis=1, keepdims=True)
-    stored = (v * (K @ v)).sum(axis=(1, 2))
-    tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(stored)))[:, None]
-    fractions = ((F[:, 0] @ v[:, 0]) ** 2).sum(axis=1)
-    if not definite:  # unstable: compression cancels, as in uncoupled_modes
-        size = size + np.vecmat(abs(np.linalg.diagonal(K)), v**2).sum(axis=1)
-    truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition[:, None])
+    tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored)))[:, None]
+    if not found.definite:  # unstable: compression cancels, as in uncoupled_modes
+        diagonals = np.linalg.diagonal(Kb), matrices.d
+        size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
+    condition = found.condition[:, None]
+    truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition)
     with np.errstate(divide="ignore"):  # omega^2 is 0 on the limit of stability
-        nu = 1 / spectrum[:, None]
+        nu = 1 / found.spectrum[:, None]
     lowest = omega_squared, truncation[:, 0], rounding[:, 0]
-    shapes = kappa, s, None, fractions
+    shapes = kappa, s, None, found.fraction
     return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu)
 
 
-def weighted_displacements(axial: AxialProblem, f: NDArray) -> NDArray:
-    """F (beams, 2, n + 1, n), bending first, with M = F' F: displacements at the mesh points and at
-    the concentrated mass, times the root of the mass there."""
+def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple[NDArray, NDArray]:
+    """F of both families with M = F' F, along the beam in terms of c, s = S c (beams, n + 1, r),
+    and across it (beams, n + 1, n): displacements at the mesh points and at the concentrated mass,
+    times the root of the mass there."""
     mesh, inertia, *_ = axial
-    across, n = f[..., None] * mesh.J, f.shape[-1]
-    F = np.empty((len(f), 2, n + 1, n))
-    F[:, 0, :n], F[:, 1, :n] = mesh.rooted @ across, mesh.rooted
-    F[:, 1, n] = inertia.alpha**0.5 * inertia.to_mass
-    F[:, 0, n] = np.vecmat(F[:, 1, n], across)
-    return F
+    n = f.shape[-1]
+    F = np.empty((*S.shape[:-2], n + 1, n))
+    F[..., :n, :] = mesh.rooted
+    F[..., n, :] = inertia.alpha**0.5 * inertia.to_mass
+    return F @ S, F @ (f[..., None] * mesh.J)
 
 
 def relative_tail(mesh: Mesh, matrices: Matrices, v: NDArray, scale: NDArray) -> NDArray:

@@ -22,7 +22,7 @@ from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp import equilibrium, mesh_design
 from beamviz.solver.hp.equilibrium import AxialState, BeamStack, State, is_small_strain
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
-from beamviz.solver.hp.mesh_design import AT_END, MAX_UNKNOWNS, Elements, Span, half_waves
+from beamviz.solver.hp.mesh_design import AT_END, MAX_UNKNOWNS, Elements, HalfWaves, Span, half_waves
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
@@ -293,7 +293,7 @@ def common_orders(
     their breaks, or by the number of elements, and the greatest number of extra digits, of those
     that have an equilibrium."""
     waves = [half_waves(beam.mu, problem.modes, problem.gyroscopic) for beam in beams]
-    most_waves, axial_waves = map(max, zip(*waves, strict=True))
+    most_waves = HalfWaves(*map(max, zip(*waves, strict=True)))
     common: dict[Any, np.ndarray] = {}
     greatest = 0.0
     for beam in beams:
@@ -306,7 +306,7 @@ def common_orders(
         breaks, *orders = mesh_design.choose_mesh(
             spans,
             beam.mu,
-            (most_waves, axial_waves),
+            most_waves,
             problem.curvature_power,
             digits,
             same_breaks=not by_breaks,  # layers move with the mass
