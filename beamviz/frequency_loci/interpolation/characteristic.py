@@ -18,7 +18,7 @@ from beamviz.frequency_loci.interpolation.chebyshev import (
     on_piece,
     tail_and_rates,
 )
-from beamviz.frequency_loci.interpolation.roots import lowest_roots
+from beamviz.frequency_loci.interpolation.roots import lowest_roots, sums_of_terms
 
 PER_MODE, MORE = 5, 24  # greatest order of the interpolation in lambda: per mode, and in addition
 TRUNCATED = 1e-14  # relative: terms of this interpolation below which it ends
@@ -72,8 +72,9 @@ class Characteristic:
         found[1, i, place] = scale * (4 * square * s * half * change)
         if self.energies is not None and fractions:
             end = np.searchsorted(i, fractions)
-            energies = np.tensordot(rows[:fractions], self.energies, 1)[i[:end]]
-            across, whole = np.matvec(energies, self.points.rows(at[:end])).T
+            energies = np.tensordot(rows[:fractions], self.energies, 1)
+            terms = self.points.terms(at[:end])
+            across, whole = sums_of_terms(terms, energies, i[:end], self.modes).T
             across, along = abs(across), abs(whole - across)
             found[2, i[:end], place[:end]] = across / (across + along)
         return found

@@ -39,13 +39,14 @@ def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
     i, place = i[kept], place[kept]
     low, high, at, below = (one[kept] for one in brackets)
     touching = low == high
-    own, left = np.stack(functions, axis=1), np.arange(len(at))  # own (n, 3, k)
+    own = np.stack((*functions, np.ones_like(values)), axis=1)
+    left = np.arange(len(at))
     rates, error = np.empty((2, len(at))), np.empty(len(at))
     with np.errstate(divide="ignore", invalid="ignore"):
         for _ in range(STEPS):
             x = at[left]
-            rows = points.rows(x)
-            value, rate, curve = np.matvec(own[i[left]], rows).T
+            *sums, total = sums_of_terms(points.terms(x), own, i[left], count).T
+            value, rate, curve = sums / total
             rates[:, left] = rate, curve
             same = (value < 0) == (below[left] < 0)  # as at the lower end: the root is above
             low[left], high[left] = np.where(same, (x, high[left]), (low[left], x))
@@ -61,6 +62,16 @@ def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
     slope, bend = abs(rates)
     least = np.where(touching, abs(below), 0.0)
     return Roots(i, place, at, np.where(touching, 0.0, error), slope, bend, least)
+
+
+def sums_of_terms(
+    terms: np.ndarray, functions: np.ndarray, i: np.ndarray, count: int
+) -> np.ndarray:
+    """The sums (m, c) of the terms (m, k) at m points with functions (n, c, k), of the functions
+    i (m,), ascending, at most `count` points each."""
+    if len(i) == count * len(functions):  # for each: without a copy
+        return (terms.reshape(len(functions), count, -1) @ functions.mT).reshape(len(i), -1)
+    return np.matvec(functions[i], terms)
 
 
 def _brackets(points: Lobatto, functions: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
@@ -85,25 +96,28 @@ def _sampled_brackets(
 ) -> tuple[list[np.ndarray], np.ndarray]:
     """`_brackets` by samples at x, values of the interpolation `rows`; and whether there may be
     three roots between two samples (n,). Two are separated by an extremum, or coincide with it."""
-    f, slopes = (one @ rows.T for one in functions[:2])
+    f, slopes = ((one @ rows.T).ravel() for one in functions[:2])
     below, falling = f < 0, slopes < 0
-    changes = below[:, :-1] != below[:, 1:]
-    turns = (falling[:, :-1] != below[:, :-1]) & (falling[:, 1:] == below[:, 1:]) & ~changes
-    i, cell = changes.nonzero()
-    low, length, before = x[cell], x[cell + 1] - x[cell], f[i, cell]
-    rise = f[i, cell + 1] - before
-    first, last = length * slopes[i, cell] / rise, length * slopes[i, cell + 1] / rise
-    unclear = np.zeros(len(f), bool)
+    changes = below[:-1] != below[1:]
+    turns = (falling[:-1] != below[:-1]) & (falling[1:] == below[1:]) & ~changes
+    changes[len(x) - 1 :: len(x)] = turns[len(x) - 1 :: len(x)] = False  # to the next function
+    k = changes.nonzero()[0]
+    i, cell = np.divmod(k, len(x))
+    low, length, before = x[cell], x[cell + 1] - x[cell], f[k]
+    rise = f[k + 1] - before
+    first, last = length * slopes[k] / rise, length * slopes[k + 1] / rise
+    unclear = np.zeros(len(functions[0]), bool)
     unclear[i[first + last > CURVED]] = True
     guess = low + length * _inverse_cubic(-before / rise, first, last)
     single = [i, low, low + length, guess, before]
-    i, cell = turns.nonzero()
-    if not len(i):
+    k = turns.nonzero()[0]
+    if not len(k):
         return single, unclear
-    low, high, slope = x[cell], x[cell + 1], slopes[i, cell]
-    extremum = low + (high - low) * slope / (slope - slopes[i, cell + 1])
+    i, cell = np.divmod(k, len(x))
+    low, high, slope = x[cell], x[cell + 1], slopes[k]
+    extremum = low + (high - low) * slope / (slope - slopes[k + 1])
     own = [one[i] for one in functions]
-    close = _close_roots(points, own, low, extremum, high, f[i, cell])
+    close = _close_roots(points, own, low, extremum, high, f[k])
     pairs = zip(single, (np.append(i, i), *close), strict=True)
     columns = [np.concatenate(pair) for pair in pairs]
     order = np.lexsort((columns[3], columns[1], columns[0]))
