@@ -276,9 +276,9 @@ def _corrected(
     step, bend = float(np.diff(beside.at)[0]), (guess.gap / guess.width) ** 2
     shift = float(squares[0] - squares[1]) / (2 * step * bend)
     square = float(squares.mean()) - bend * ((step / 2) ** 2 + shift**2)
-    if not (abs(shift) <= SETTLED * guess.width and abs(math.sqrt(max(square, 0.0)) - guess.gap) <= SAME * guess.gap):
+    gap = math.sqrt(max(square, 0.0))
+    if abs(shift) > SETTLED * guess.width or abs(gap - guess.gap) > SAME * guess.gap:
         return None
-    gap = math.sqrt(square)
     frequency = float(means.mean() + shift * np.diff(means)[0] / step)
     approach = Approach(guess.at + shift, frequency, gap, guess.width, tuple(own[0].tolist()))
     return approach, beside.shapes[0, own[0]]

@@ -16,6 +16,7 @@ from beamviz.solver.families import gauss, quadrature  # noqa: F401
 from beamviz.solver.hp import CommonMesh, displacements, solve_hp  # noqa: F401
 from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
+from beamviz.solver.hp.mesh_design import half_waves  # noqa: F401
 from beamviz.solver.problem import CHOICES, FEATURES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution
 

@@ -167,16 +167,14 @@ def gyroscopic_modes(
         if len(gamma) > 1:
             raise
         one = K[0][0], F[0][0], K[1][0], F[1][0]
-        found = _indefinite(*one, gamma.item(), count)
-        omega_squared, a, b, spectrum = (part[None] for part in found)
-        along, across = (np.linalg.vecdot(f @ q, f @ q, axis=1).real for f, q in zip(F, (a, b)))
-        stored = sum(np.linalg.vecdot(q, k @ q, axis=1).real for k, q in zip(K, (a, b)))
+        arrays = _indefinite(*one, gamma.item(), count)
+        omega_squared, a, b, spectrum = (part[None] for part in arrays)
+        along, across = (abs(F[0] @ a) ** 2).sum(axis=1), (abs(F[1] @ b) ** 2).sum(axis=1)
+        stored = sum((q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((K[0], a), (K[1], b)))
         mass, root = along + across, np.sqrt(along + across)[:, None]
         condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
-        energies = across / mass, stored / mass
-        return GyroscopicModes(
-            omega_squared, a / root, b / root, *energies, condition, spectrum, False
-        )
+        found = a / root, b / root, across / mass, stored / mass
+        return GyroscopicModes(omega_squared, *found, condition, spectrum, False)
     return _definite_gyroscopic(L, F, gamma, count, max_condition)
 
 

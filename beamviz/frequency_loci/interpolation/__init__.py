@@ -11,12 +11,13 @@ from beamviz.frequency_loci.interpolation.chebyshev import LEAST, lobatto, on_pi
 from beamviz.frequency_loci.interpolation.fits import Nodes, by_characteristics, by_squares
 from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.sweep import Spectra, Sweep
-from beamviz.solver import is_small_strain
+from beamviz.solver import half_waves, is_small_strain
 
 FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
 STRETCHED_ORDERS = 24, 32  # over gamma, up to a large strain; the second with an inner mass
 PER_MODE = (4, 6), (6, 8)  # over beta, and in addition; the second where all modes couple
-COUPLED_ORDERS = {"gamma": 20, "alpha": 18, "delta": 12, "mu": 28}  # where all modes couple
+COUPLED_ORDERS = {"gamma": 20, "alpha": 18, "delta": 12}  # where all modes couple
+PER_STRETCHING_MODE = 4, 14  # the same over mu, per mode that leaves the lowest, and in addition
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
 FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
@@ -92,11 +93,15 @@ def first_values(sweep: Sweep, axis: Axis) -> np.ndarray:
 
 def _first(sweep: Sweep, axis: Axis) -> _Attempt:
     """The whole axis, of an order that often suffices: over beta in proportion to the number of
-    modes, whose waves the mass passes."""
+    modes, whose waves the mass passes; over mu of coupled modes to the number of those along the
+    beam that rise above the requested ones."""
     start, stop = axis.t_ends
     orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
     each, more = PER_MODE[axis.coupled]
     order = orders.get(axis.over, each * sweep.modes + more)
+    if axis.over == "mu" and axis.coupled:
+        first, last = (half_waves(mu, sweep.modes + 1, True).along for mu in (axis.low, axis.high))
+        order = PER_STRETCHING_MODE[0] * (first - last) + PER_STRETCHING_MODE[1]
     if axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
         order = max(order, STRETCHED_ORDERS[sweep.beam.alpha > 0 and sweep.beam.beta < 1])
     return _Attempt(start, stop, order)

@@ -40,8 +40,8 @@ PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
 # digits, as the spacing of points at the ends is 1 / order^2; in an element of its own, of length
 # reach * width, d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
 LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 5.2, 2.4, 5.5
-# Where all modes couple, the orders along the beam are those of the half-waves across it less FEWER,
-# the second at a large stretch, as Coriolis forces drive little motion along the beam.
+# Where all modes couple, the orders along the beam are those of the half-waves across it less FEWER
+# (the second at a large stretch), as Coriolis forces drive little motion along the beam.
 FEWER = 2.0, 1.0
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope
@@ -85,8 +85,8 @@ class Layer(NamedTuple):
 class HalfWaves(NamedTuple):
     """Numbers of half-waves that a mesh resolves."""
 
-    most: float  # of any mode
-    along: float  # of modes along the beam
+    most: int  # of any mode
+    along: int  # of modes along the beam
     coupled: bool  # whether Coriolis forces couple all modes
 
 
@@ -163,11 +163,11 @@ def choose_mesh(
     than one. same_breaks: the breaks are the same for all positions of the mass, as layers get no
     elements of their own, and no element is halved."""
     power = 2 * curvature_power - 3
-    (most_waves, axial_waves, coupled), compression = waves, 0.0
+    most_waves, axial_waves, compression = float(waves.most), float(waves.along), 0.0
     stretched = spans[0].f[0] != 1  # a large stretch, and with it the stiffness, varies along x
-    if stretched and not coupled:
+    if stretched and not waves.coupled:
         axial_waves = math.inf
-    fewer = FEWER[stretched] if coupled else math.inf
+    fewer = FEWER[stretched] if waves.coupled else math.inf
     breaks = {0.0}
     for span in spans:
         (N, N_end), (f, f_end) = span.N, span.f

@@ -22,7 +22,14 @@ from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp import equilibrium, mesh_design
 from beamviz.solver.hp.equilibrium import AxialState, BeamStack, State, is_small_strain
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
-from beamviz.solver.hp.mesh_design import AT_END, MAX_UNKNOWNS, Elements, HalfWaves, Span, half_waves
+from beamviz.solver.hp.mesh_design import (
+    AT_END,
+    MAX_UNKNOWNS,
+    Elements,
+    HalfWaves,
+    Span,
+    half_waves,
+)
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
