@@ -61,19 +61,21 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
 
-def kinetic_energies(solutions: Sequence[Solution], count: int) -> np.ndarray:
+def kinetic_energies(solutions: Sequence[Solution]) -> np.ndarray:
     """Kinetic energies (n, 2, m) across the beam and total of gyroscopic modes, equal in number,
     relative to the norm in the product of `_gyroscopic`. As functions of omega^2 that are analytic
-    also where it vanishes: the energy across of unstable modes counts as negative."""
-    squares = np.array([solution.omega_squared for solution in solutions])
-    gamma = np.array([solution.beam.gamma for solution in solutions])
-    fields, masses = _fields(solutions, count)
-    fields = _in_phase(fields, squares)
-    along, across = np.moveaxis(np.vecdot(fields * masses, fields), 2, 0)
-    across = np.where(squares >= 0, across, -across)
-    mixed = np.vecdot(fields[:, :, 0] * masses[:, :, 0], fields[:, :, 1])
-    norm = along + across - 2 * gamma[:, None] * mixed / np.sqrt(abs(squares))
-    return np.stack((across, along + across), axis=1) / norm[:, None]
+    also where it vanishes: the energies across of unstable modes count as negative.
+
+    By the equation of a mode the norm is M + K / omega^2, M and K its energies."""
+    squares, across, (stored_along, stored_across) = (
+        np.array([one.omega_squared for one in solutions]),
+        np.array([one.bending_energy_fraction for one in solutions]),
+        np.array([one.fields.stored for one in solutions]).swapaxes(0, 1),
+    )
+    sign = np.where(squares >= 0, 1.0, -1.0)
+    total = 1 - across + sign * across
+    norm = (total + (stored_along + sign * stored_across) / squares) / 2
+    return np.stack((sign * across, total), axis=1) / norm[:, None]
 
 
 def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:

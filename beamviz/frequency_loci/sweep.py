@@ -235,7 +235,7 @@ class Sweep:
     def kinetic_energies(self, values: np.ndarray) -> np.ndarray:
         """The kinetic energies (n, 2, modes) of coupled modes at values (n,) with a solution."""
         solutions = [one for one in self.solve(values) if isinstance(one, Solution)]
-        return kinetic_energies(solutions, self.gauss_points)
+        return kinetic_energies(solutions)
 
     @cached_property
     def gauss_points(self) -> int:

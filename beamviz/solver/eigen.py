@@ -143,7 +143,7 @@ class GyroscopicModes(NamedTuple):
     a: np.ndarray  # (beams, na, count) complex, unit modal mass
     b: np.ndarray  # (beams, nb, count)
     fraction: np.ndarray  # (beams, count) share of b in the kinetic energy
-    stored: np.ndarray  # (beams, count) q* K q
+    stored: np.ndarray  # (beams, 2, count) a* Ka a and b* Kb b
     condition: np.ndarray  # (beams, count) relative rounding error of omega^2 in units of EPS
     spectrum: np.ndarray  # (beams, n) all omega^2; infinite where only rounding error is known
     definite: bool  # whether K is positive definite
@@ -170,10 +170,10 @@ def gyroscopic_modes(
         arrays = _indefinite(*one, gamma.item(), count)
         omega_squared, a, b, spectrum = (part[None] for part in arrays)
         along, across = (abs(F[0] @ a) ** 2).sum(axis=1), (abs(F[1] @ b) ** 2).sum(axis=1)
-        stored = sum((q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((K[0], a), (K[1], b)))
+        stored = [(q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((K[0], a), (K[1], b))]
         mass, root = along + across, np.sqrt(along + across)[:, None]
         condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
-        found = a / root, b / root, across / mass, stored / mass
+        found = a / root, b / root, across / mass, np.stack(stored, axis=1) / mass[:, None]
         return GyroscopicModes(omega_squared, *found, condition, spectrum, False)
     return _definite_gyroscopic(L, F, gamma, count, max_condition)
 
@@ -220,10 +220,10 @@ def _definite_gyroscopic(
         X, Y = Y, X
     along, across = np.square(Y[:, nb:]).sum(axis=1), np.square(X[:, na:]).sum(axis=1)
     mass = (along + across) / omega_squared
-    stored = np.square(X[:, :na]).sum(axis=1) + np.square(Y[:, :nb]).sum(axis=1)
+    stored = np.square(X[:, :na]).sum(axis=1), np.square(Y[:, :nb]).sum(axis=1)
     root = np.sqrt(mass)[:, None]
     a, b = _solve_lower(La, X[:, :na] / root, 1), _solve_lower(Lb, Y[:, :nb] / root, 1)
-    energies = across / (along + across), stored / mass
+    energies = across / (along + across), np.stack(stored, axis=1) / mass[:, None]
     shapes = a.astype(complex), 1j * b
     return GyroscopicModes(omega_squared, *shapes, *energies, condition, spectrum, True)
 

@@ -60,6 +60,7 @@ class FamilyFields:
     across: Shapes
     order: np.ndarray | None  # of the modes of merged families; None: all have both components
     spectrum: np.ndarray  # (families, n) all omega^2 that are known, bending first
+    stored: np.ndarray | None = None  # (2, modes) with Coriolis forces: see `hp.Shapes.stored`
 
     @property
     def families(self) -> tuple[np.ndarray, np.ndarray] | None:
@@ -91,7 +92,8 @@ def modes_of_matrices(
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
         found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
-        fields = FamilyFields(shapes[0](found.a[0]), shapes[1](found.b[0]), None, found.spectrum)
+        along, across = shapes[0](found.a[0]), shapes[1](found.b[0])
+        fields = FamilyFields(along, across, None, found.spectrum, found.stored[0])
         return found.omega_squared[0], found.fraction[0], fields
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
     softening = beam.gamma**2, beam.gamma**2 * problem.chordwise

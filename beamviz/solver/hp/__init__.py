@@ -78,6 +78,12 @@ class Shapes:
         return None if squares is None or errors is None else (squares, errors)
 
     @property
+    def stored(self) -> np.ndarray | None:
+        """Twice the potential energies (2, modes), softening included, along and across the beam;
+        None without Coriolis forces."""
+        return self.found.stored
+
+    @property
     def spectrum(self) -> np.ndarray | None:
         """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
         forces of all, (1, n)."""

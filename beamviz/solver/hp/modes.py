@@ -54,6 +54,7 @@ class StraightModes(NamedTuple):
     family_omega_squared: NDArray | None = None
     family_errors: NDArray | None = None  # of omega^2, truncation and rounding
     nu: NDArray | None = None  # (..., families, n) of all modes: see `Shapes.spectrum`
+    stored: NDArray | None = None  # (..., 2, modes) with Coriolis forces: see `Shapes.stored`
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
@@ -173,7 +174,7 @@ def gyroscopic_modes(
     v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # either is real or imaginary
     scale = size[:, None] + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale).sum(axis=1, keepdims=True)
-    tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored)))[:, None]
+    tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored.sum(axis=1))))[:, None]
     if not found.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb), matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
@@ -183,7 +184,7 @@ def gyroscopic_modes(
         nu = 1 / found.spectrum[:, None]
     lowest = omega_squared, truncation[:, 0], rounding[:, 0]
     shapes = kappa, s, None, found.fraction
-    return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu)
+    return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu, stored=found.stored)
 
 
 def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple[NDArray, NDArray]:
