@@ -151,7 +151,7 @@ def _run_together(searches: Sequence[Search[Result]], sweep: Sweep) -> list[Resu
         if not requests:
             break
         found = sweep.points(np.unique(np.concatenate(list(requests.values()))))
-        active = {k: found.take(np.isin(found.at, values)) for k, values in requests.items()}
+        active = {k: found.among(values) for k, values in requests.items()}
     return [results[k] for k in range(len(searches))]
 
 
@@ -167,10 +167,10 @@ def _locate(
         inside = guess.modes[1] < sweep.modes
         if guess.gap > 1.01 * CLOSE * guess.frequency or (not inside and guess.gap > 0):
             return None
-        near = _near(guess, start, stop)
-        points = yield np.concatenate((near, _around(guess, candidate, solved)))
+        ends, near = _around(guess, candidate, solved), _near(guess, start, stop)
+        points = yield np.concatenate((near, ends))
         low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
-        found = _corrected(guess, points.take(np.isin(points.at, near)), candidate, sweep)
+        found = _corrected(guess, points.among(near), candidate, sweep)
         if found is None:
             found = yield from _least_gap(points, candidate, sweep, low, high, guess)
     if found is None:
@@ -188,25 +188,25 @@ def _locate(
         return Event("crossing", pair, approach.at, approach.frequency)
     if approach.gap > CLOSE * approach.frequency:
         return None
-    place = approach
-    if guess:
-        off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
-        if off <= NEAR * approach.width:
-            place = guess  # its neighbouring points are solved
-    ends, near = _around(place, candidate, solved), _near(place, start, stop)
-    if place is approach:
+    off = max(abs(approach.at - guess.at), abs(approach.width - guess.width)) if guess else math.inf
+    if off > NEAR * approach.width:  # else the points beside the guess serve as well
+        ends, near = _around(approach, candidate, solved), _near(approach, start, stop)
         points = yield np.concatenate((ends, near))
-    beside = points.take(np.isin(points.at, ends))
-    if len(beside.at) == 2:
-        own = sweep.spectra(ends).rank[:, family, k : k + 2]
-        if np.max(own) < beside.duals.shape[1]:  # else above the modes solved for
-            O = abs(beside.shapes[0, own[0]].conj() @ beside.duals[1, own[1]].T)
-            if math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) < ROTATED:
-                return None
-    coupling, index = _veering_index(points.take(np.isin(points.at, near)), near, shapes)
+    if not _rotates(points.among(ends), sweep.ranks(ends, family, k)):
+        return None
+    coupling, index = _veering_index(points.among(near), near, shapes)
     if index < MIN_INDEX:
         return None
     return Event("veering", pair, *approach[:3], coupling, index, approach.width)
+
+
+def _rotates(ends: Points, ranks: np.ndarray) -> bool:
+    """Whether the shapes of two modes, of these ranks (2, 2), rotate into each other between two
+    points; true where that is not known."""
+    if len(ends.at) < 2 or ranks.max() >= ends.duals.shape[1]:  # above the modes solved for
+        return True
+    O = abs(ends.shapes[0, ranks[0]].conj() @ ends.duals[1, ranks[1]].T)
+    return math.atan2(O[0, 1] + O[1, 0], O[0, 0] + O[1, 1]) >= ROTATED
 
 
 def _around(approach: Approach, candidate: Candidate, solved: np.ndarray) -> np.ndarray:
@@ -270,7 +270,7 @@ def _corrected(
     if len(beside.at) < 2 or not guess.gap:
         return None
     family, k = candidate[:2]
-    own = sweep.spectra(beside.at).rank[:, family, k : k + 2]
+    own = sweep.ranks(beside.at, family, k)
     lower, upper = np.sqrt(np.take_along_axis(beside.omega_squared, own, axis=1)).T
     squares, means = (upper - lower) ** 2, (upper + lower) / 2
     step, bend = float(np.diff(beside.at)[0]), (guess.gap / guess.width) ** 2
@@ -315,8 +315,7 @@ def _least_gap(
         return None
     family, k = candidate[:2]
     nearest = abs(points.at - guess.at).argmin()
-    own = sweep.spectra(points.at[[nearest]]).rank[0, family, k : k + 2]
-    reference = points.shapes[nearest, own]
+    reference = points.shapes[nearest, sweep.ranks(points.at[[nearest]], family, k)[0]]
     entries, interval = reduce(reference, points), high - low
     approach, shift = guess, math.inf
     for _ in range(MAX_SOLVES):

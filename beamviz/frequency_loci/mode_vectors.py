@@ -25,9 +25,10 @@ class Points(NamedTuple):
     shapes: np.ndarray  # (n, m, d)
     duals: np.ndarray  # (n, m, d)
 
-    def take(self, index: np.ndarray | slice) -> "Points":
-        """The points with these indices."""
-        return Points(*(array[index] for array in self))
+    def among(self, values: np.ndarray) -> "Points":
+        """The points at these values (n,) of the parameter."""
+        index = np.isin(self.at, values)
+        return self if index.all() else Points(*(array[index] for array in self))
 
 
 def gauss_points(solutions: Sequence[Solution]) -> int:

@@ -212,6 +212,12 @@ class Sweep:
             bending[:, 0], bending[:, 1] = 1.0, 0.0
         return spectra
 
+    def ranks(self, values: np.ndarray, family: int, k: int) -> np.ndarray:
+        """Indices by frequency (n, 2) of modes k and k + 1 of a family among all."""
+        if self.coupled:
+            return np.tile([k, k + 1], (len(values), 1))
+        return self.spectra(values).rank[:, family, k : k + 2]
+
     def full_spectra(self, values: np.ndarray) -> np.ndarray | None:
         """omega^2 (n, families, k) of all modes of the discretisation at values (n,), infinite
         beyond the last; None unless known at all values."""

@@ -81,8 +81,8 @@ def _brackets(points: Lobatto, functions: Sequence[np.ndarray], count: int) -> l
     found, unclear = _sampled_brackets(points, functions, points.dense_nodes, points.dense)
     again = np.flatnonzero(unclear | (np.bincount(found[0], minlength=len(unclear)) < count))
     if len(again):
-        fine = np.cos(np.linspace(np.pi, 0.0, FINE * len(points.nodes)))
-        finer, _ = _sampled_brackets(points, [f[again] for f in functions], fine, points.rows(fine))
+        fine = _fine(len(points.nodes) - 1)
+        finer, _ = _sampled_brackets(points, [f[again] for f in functions], *fine)
         kept = ~np.isin(found[0], again)
         columns = [np.append(old[kept], new) for old, new in zip(found, finer, strict=True)]
         columns[0][kept.sum() :] = again[finer[0]]
@@ -179,6 +179,13 @@ def _inverse_cubic(t: np.ndarray, first: np.ndarray, last: np.ndarray) -> np.nda
     with np.errstate(divide="ignore", invalid="ignore"):
         x = t + t * (1 - t) * ((1 - t) * (1 / first - 1) - t * (1 / last - 1))
     return np.where((x > 0) & (x < 1), x, t)
+
+
+@lru_cache(maxsize=8)
+def _fine(order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points that separate the roots of functions, and the interpolation there."""
+    x = np.cos(np.linspace(np.pi, 0.0, FINE * (order + 1)))
+    return x, lobatto(order).rows(x)
 
 
 @lru_cache
