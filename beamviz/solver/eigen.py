@@ -190,48 +190,59 @@ def _definite_gyroscopic(
         [      Fb         0  ] [omega Fa a]  = 1/omega  [   1] [omega Fb b],
 
     so 1/omega are the singular values of the left matrix between the Cholesky factors, Z, and
-    1/omega^2 the eigenvalues of Z' Z. These have half the digits where modes are far apart; then
-    the singular values of Z restricted to the few vectors found replace them.
+    1/omega^2 the eigenvalues of Z Z', with Ya = La^-1 Fa', Yb = Fb Lb^-T and G = Yb Yb':
+
+        [Ya (1 + 4 gamma^2 G) Ya'  -2 gamma Ya G] [ La' a    ]               [ La' a    ]
+        [      -2 gamma G Ya'            G      ] [omega Fb b]  = 1/omega^2  [omega Fb b].
+
+    These have half the digits where modes are far apart; then the singular values of Z' restricted
+    to the few vectors found replace them.
     """
     (La, Lb), (Fa, Fb) = L, F
-    na, nb, m = La.shape[-1], Lb.shape[-1], Fa.shape[-2]
-    Ya, Yb = _solve_lower(La, Fa.mT), _solve_lower(Lb, Fb.mT).mT
-    Z = np.zeros((len(La), na + m, nb + m))
-    Z[:, :na, :nb] = -2 * gamma * (Ya @ Yb)
-    Z[:, :na, nb:], Z[:, na:, :nb] = Ya, Yb
-    if na < nb:
-        Z = Z.mT
+    na, nb = La.shape[-1], Lb.shape[-1]
+    Ya, Yb = _solve_lower(La, Fa).mT, _solve_lower(Lb, Fb)
+    G = Yb @ Yb.mT
+    n = na + G.shape[-1]
+    H = np.empty((len(G), n, n))  # its upper triangle
+    H[:, :na, na:] = coupling = -2 * gamma * (Ya @ G)
+    H[:, :na, :na], H[:, na:, na:] = (Ya - 2 * gamma * coupling) @ Ya.mT, G
     # One by one: numpy's stacked call starts threads, slower on small problems.
-    nu, Y = map(np.array, zip(*(largest(one, count) for one in Z.mT @ Z), strict=True))
+    nu, X = map(np.array, zip(*(largest(one, count) for one in H), strict=True))
     with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite
-        spectrum, Y = 1 / nu[:, : na + nb], Y.mT
+        spectrum, X = 1 / nu[:, : na + nb], X.mT
     omega_squared = spectrum[:, :count]
     condition = abs(omega_squared / omega_squared[:, :1])
+
+    def times_transposed(X: np.ndarray) -> np.ndarray:
+        velocity = Ya.mT @ X[:, :na]
+        return np.concatenate((Yb.mT @ (X[:, na:] - 2 * gamma * velocity), velocity), axis=1)
+
     if condition.max() > max_condition:
         few = condition.max() < FAR_APART
-        basis = Y if few else np.eye(Z.shape[-1])
-        _, inverse, rotation = np.linalg.svd(Z @ basis, full_matrices=False)
-        omega_squared, Y = 1 / inverse[:, :count] ** 2, basis @ rotation[:, :count].mT
+        basis = X if few else np.broadcast_to(np.eye(n), H.shape)
+        _, inverse, rotation = np.linalg.svd(times_transposed(basis), full_matrices=False)
+        omega_squared, X = 1 / inverse[:, :count] ** 2, basis @ rotation[:, :count].mT
         spectrum[:, :count] = omega_squared
         condition = omega_squared / omega_squared[:, :1]
         condition = np.sqrt(condition) + (EPS * condition**2 if few else 0)  # values, vectors
-    X = Z @ Y * np.sqrt(omega_squared)[:, None]
-    if na < nb:
-        X, Y = Y, X
+    Y = times_transposed(X) * np.sqrt(omega_squared)[:, None]
     along, across = np.square(Y[:, nb:]).sum(axis=1), np.square(X[:, na:]).sum(axis=1)
     mass = (along + across) / omega_squared
     stored = np.square(X[:, :na]).sum(axis=1), np.square(Y[:, :nb]).sum(axis=1)
     root = np.sqrt(mass)[:, None]
-    a, b = _solve_lower(La, X[:, :na] / root, 1), _solve_lower(Lb, Y[:, :nb] / root, 1)
+    a, b = (
+        _solve_lower(l, (q / root).mT, 1).mT for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb]))
+    )
     energies = across / (along + across), np.stack(stored, axis=1) / mass[:, None]
     shapes = a.astype(complex), 1j * b
     return GyroscopicModes(omega_squared, *shapes, *energies, condition, spectrum, True)
 
 
 def _solve_lower(L: np.ndarray, B: np.ndarray, transposed: int = 0) -> np.ndarray:
-    """L^-1 B, or L^-T B if `transposed`, of stacks of lower triangles L and matrices B."""
+    """B L^-T, or B L^-1 if `transposed`, of stacks of lower triangles L and matrices B."""
+    # The transposes are in column order as BLAS requires.
     one_by_one = zip(L, B, strict=True)
-    return np.array([blas.dtrsm(1, l.T, b, trans_a=1 - transposed) for l, b in one_by_one])
+    return np.array([blas.dtrsm(1, l.T, b.T, trans_a=1 - transposed).T for l, b in one_by_one])
 
 
 def _indefinite(

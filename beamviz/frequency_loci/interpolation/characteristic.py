@@ -30,7 +30,7 @@ MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 SHIFTS = {"gamma": (200.0, 3), "delta": (800.0, 2)}
 SHIFT = 12.0, 2
 SIZE = 3  # number of coefficients of the logarithm of the size
-WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
+WEIGHT = 4.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,7 +168,7 @@ def gyroscopic_modes(
     most_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
     found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, most_condition)
     omega_squared, kappa = found.omega_squared, found.b
-    s = (S @ found.a.view(float)).view(complex)
+    s = S @ found.a.real + 1j * (S @ found.a.imag)
     size = abs(omega_squared) + gamma[..., 0] ** 2
     v = np.empty((len(s), 2, *s.shape[1:]))
     v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # either is real or imaginary
