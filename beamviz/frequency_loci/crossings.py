@@ -169,8 +169,9 @@ def _locate(
             return None
         ends, near = _around(guess, candidate, solved), _near(guess, start, stop)
         points = yield np.concatenate((near, ends))
+        beside = points.among(near)
         low, high = max(low, guess.at - guess.width), min(high, guess.at + guess.width)
-        found = _corrected(guess, points.among(near), candidate, sweep)
+        found = _corrected(guess, beside, candidate, sweep)
         if found is None:
             found = yield from _least_gap(points, candidate, sweep, low, high, guess)
     if found is None:
@@ -192,9 +193,10 @@ def _locate(
     if off > NEAR * approach.width:  # else the points beside the guess serve as well
         ends, near = _around(approach, candidate, solved), _near(approach, start, stop)
         points = yield np.concatenate((ends, near))
+        beside = points.among(near)
     if not _rotates(points.among(ends), sweep.ranks(ends, family, k)):
         return None
-    coupling, index = _veering_index(points.among(near), near, shapes)
+    coupling, index = _veering_index(beside, near, shapes)
     if index < MIN_INDEX:
         return None
     return Event("veering", pair, *approach[:3], coupling, index, approach.width)

@@ -27,7 +27,7 @@ class Points(NamedTuple):
 
     def among(self, values: np.ndarray) -> "Points":
         """The points at these values (n,) of the parameter."""
-        index = np.isin(self.at, values)
+        index = (self.at[:, None] == values).any(axis=1)
         return self if index.all() else Points(*(array[index] for array in self))
 
 
@@ -71,7 +71,7 @@ def kinetic_energies(solutions: Sequence[Solution]) -> np.ndarray:
     squares, across, (stored_along, stored_across) = (
         np.array([one.omega_squared for one in solutions]),
         np.array([one.bending_energy_fraction for one in solutions]),
-        np.array([one.fields.stored for one in solutions]).swapaxes(0, 1),
+        np.array([getattr(one.fields, "stored", None) for one in solutions]).swapaxes(0, 1),
     )
     sign = np.where(squares >= 0, 1.0, -1.0)
     total = 1 - across + sign * across

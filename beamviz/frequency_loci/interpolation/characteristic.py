@@ -108,10 +108,16 @@ def fit(
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
     tail = tail + truncated
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
-    checks, dense = len(known), points.dense if energies is not None else points.dense[2::4]
-    eigenvalues, changes, bending = found.roots(np.concatenate((points.checks, dense)), checks)
+    checks, each = len(known), len(points.dense) // (len(spectra) - 1)
+    after_node = np.arange(len(points.dense)) % each
+    between = after_node == each // 2 if kinetic is None else after_node > 0
+    rows = np.concatenate((points.checks, points.dense[between]))
+    eigenvalues, changes, bending = found.roots(rows, checks)
+    samples = None
+    if kinetic is not None:
+        samples = np.empty((len(between), modes))
+        samples[~between], samples[between] = spectra[:, :modes], eigenvalues[checks:]
     misfit = abs(eigenvalues[:checks] - known).max(axis=0)
-    samples = eigenvalues[checks:] if dense is points.dense else None
     found = replace(found, misfit=misfit, samples=samples)
     falls = float((tail * rates).max() / tail.max())
     return found, bending[:checks], changes[checks:].max(axis=0), falls

@@ -36,7 +36,7 @@ from beamviz.solver.problem import Problem
 MAX_ATTEMPTS = 8  # for each beam
 STACKED_ATTEMPTS = 2  # of them in stacks
 CHUNK = 16  # beams that share a mesh, which is as fine as any of them needs
-OWN_CHUNK = 48  # beams with own breaks and common orders
+COMMON_CHUNK = 48  # beams on a common mesh, or with own breaks and common orders
 COMMON_DIGITS = 0.5, 4.0  # added for a common mesh, so that no beam needs another: first and most
 COMMON = -1  # key of the design of a common mesh
 MORE_DIGITS = 0.7  # added for each further attempt, beyond those missed
@@ -123,7 +123,7 @@ class Refinement:
             left.difference_update(self.in_common.intersection(new))
         if stacked := sorted(left - self.alone):
             shared = self._same_position(stacked)
-            chunks = self._chunks(stacked, shared)
+            chunks = self._chunks(stacked, shared, CHUNK if shared else COMMON_CHUNK)
             stacks += self._on_one_mesh(chunks) if shared else self._on_own_meshes(chunks)
         for index in sorted(left & self.alone):
             if found := self._mesh([index]):
@@ -135,12 +135,12 @@ class Refinement:
         alpha, beta, *_ = self.numbers[indices].T
         return len(set(beta[alpha > 0].tolist())) <= 1
 
-    def _chunks(self, indices: list[int], shared: bool) -> list[list[int]]:
+    def _chunks(self, indices: list[int], shared: bool, most: int) -> list[list[int]]:
         """Beams by ascending load, or by the position of their masses, in stacks."""
         alpha, beta, gamma, delta, mu = self.numbers[indices].T
         load = (gamma / mu) ** 2 * (1 + abs(delta)) * (1 + alpha)
         order = np.array(indices)[(load if shared else beta).argsort(kind="stable")]
-        pieces = -(-len(order) // (CHUNK if shared else OWN_CHUNK))
+        pieces = -(-len(order) // most)
         return [chunk.tolist() for chunk in np.array_split(order, pieces)]
 
     def refines(self, common_mesh: CommonMesh) -> bool:
@@ -162,7 +162,7 @@ class Refinement:
         common, extra = common_orders(beams, digits, self.problem, shared)
         self.designs[COMMON] = Design([], extra, None)
         stacked = [index for index in indices if index not in self.alone]
-        chunks = self._chunks(stacked, shared) if stacked else []
+        chunks = self._chunks(stacked, shared, COMMON_CHUNK) if stacked else []
         chunks += [[index] for index in indices if index in self.alone]
         if shared:
             breaks = max(common, key=lambda breaks: common[breaks][0].sum(), default=())
