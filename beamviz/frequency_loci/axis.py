@@ -11,7 +11,7 @@ SHORT_OF = 1e-4  # of an axis: distance from a limit of equilibrium at which the
 ALPHA_SHIFTS = 0.07, 0.15
 GAMMA_SHIFTS = 24.0, 49.0  # of gamma^2 moment
 MU_SHIFT = 5.0
-COUPLED_MU_SHIFTS = 8.0, 1.5  # the second per gamma sqrt(moment)
+COUPLED_MU_SHIFTS = 16.0, 1.0  # the second per gamma sqrt(moment)
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Axis:
     moment: tension at the clamp over gamma^2; the nearest singularities are at a tension of -24.
     gamma: of the beam, over other parameters.
     coupled: whether Coriolis forces, proportional to gamma, couple all modes. Then over gamma
-    t = arsinh(gamma sqrt(moment) / 7), over mu t = -1 / (mu + 8 + 1.5 gamma sqrt(moment)), over
+    t = arsinh(gamma sqrt(moment) / 7), over mu t = -1 / (mu + 16 + gamma sqrt(moment)), over
     alpha t = log(alpha + 0.15).
     limited: whether an equilibrium ends at `low` and at `high`, where omega^2 has a square-root
     singularity, which t removes.

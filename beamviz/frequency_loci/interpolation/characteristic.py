@@ -24,12 +24,11 @@ PER_MODE, MORE = 5, 24  # greatest order of the interpolation in lambda: per mod
 TRUNCATED = 1e-14  # relative: terms of this interpolation below which it ends
 FURTHER = 4  # number of terms after the last above that, which are still used
 MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
-# By parameter: the shift of omega^2, by default omega^2 of bending at rest, and the number of
-# coefficients of the logarithm of the unit of lambda. With these most random charts take fewest
-# nodes.
-SHIFTS = {"gamma": (200.0, 3), "delta": (800.0, 2)}
-SHIFT = 12.0, 2
-SIZE = 3  # number of coefficients of the logarithm of the size
+# By parameter: the shift of omega^2, by default omega^2 of bending at rest, and the numbers of
+# coefficients of the logarithms of the unit of lambda and of the size. With these most random
+# charts take fewest nodes.
+SCALING = {"gamma": (200.0, 3, 3), "delta": (800.0, 2, 3), "mu": (200.0, 2, 2)}
+DEFAULT_SCALING = 12.0, 2, 3
 WEIGHT = 4.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 
 
@@ -95,10 +94,10 @@ def fit(
     the factor by which these fall when the order grows by a half.
     """
     points = lobatto(len(spectra) - 1)
-    shift, terms = SHIFTS.get(over, SHIFT)
+    shift, unit_terms, size_terms = SCALING.get(over, DEFAULT_SCALING)
     shift += 2 * max(-float(min(spectra[:, 0].min(), known[:, 0].min())), 0.0)
-    smooth = _smoothing(points, SIZE)
-    scale = _smoothing(points, terms) @ np.log(spectra[:, modes - 1] + shift)
+    smooth = _smoothing(points, size_terms)
+    scale = _smoothing(points, unit_terms) @ np.log(spectra[:, modes - 1] + shift)
     scaled = (spectra + shift) / np.exp(scale)[:, None]
     low, high = scaled[:, 0].min() ** 0.25, scaled[:, modes - 1].max() ** 0.25
     margin = MARGIN * high

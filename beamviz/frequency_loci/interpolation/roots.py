@@ -120,7 +120,7 @@ def _sampled_brackets(
     close = _close_roots(points, own, low, extremum, high, f[k])
     pairs = zip(single, (np.append(i, i), *close), strict=True)
     columns = [np.concatenate(pair) for pair in pairs]
-    order = np.lexsort((columns[3], columns[1], columns[0]))
+    order = (3.0 * columns[0] + columns[1]).argsort(kind="stable")  # by function, then lower end
     return [column[order] for column in columns], unclear
 
 
