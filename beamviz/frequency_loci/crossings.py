@@ -34,7 +34,7 @@ SETTLED = 1e-4  # of the width of a veering: shift below which the search ends
 FINEST = 1e-6  # of the interval between samples: the same
 ROUGH = 1e-3  # of the interval: shift below which one that no longer shrinks is rounding error
 SAME = 1e-3  # relative change of the gap below which the search ends
-ABOUT = 0.3, 2.0  # of REACH: distances of solved points that serve as well
+ABOUT = 0.3, 4.0  # of REACH: distances of solved points that serve as well
 NEAR = 0.02  # of the width: error of a guess at which its neighbouring points serve
 GAP_ORDER = 6  # of the interpolant of a squared gap between three samples
 

@@ -22,7 +22,7 @@ from beamviz.solver import CommonMesh, Problem, greatest_force, solve_many
 from beamviz.solver.solution import Solution, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
-COUPLED_EXTRA_MODES = 3  # so that the interpolated bending fractions, sums over modes, converge
+COUPLED_EXTRA_MODES = 4  # so that the interpolated bending fractions, sums over modes, converge
 DESIGNED = 5  # number of beams from which the common mesh of a sweep is designed
 MAX_SOLVES = 4000  # of a sweep, to interpolate and to locate crossings
 
