@@ -7,6 +7,7 @@ where the mass reaches an end, but differs between meshes of other orders: then 
 not fall, and it is not used.
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,7 +36,7 @@ WEIGHT = 4.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 @dataclass(frozen=True, eq=False)
 class Characteristic:
     """The characteristic function of a family on a piece, as a function of x = -1 .. 1 that stands
-    for s = ((lambda + shift) / unit)^(1/4), in which those of bending are about as far apart."""
+    for s = sqrt((lambda + shift) / unit), of which it is even."""
 
     modes: int  # number of eigenvalues computed
     shift: float  # of lambda, so that all are positive
@@ -66,9 +67,8 @@ class Characteristic:
             change = error + np.fmin(tail / slope, np.sqrt(2 * (tail + least) / bend))
         half = (self.high - self.low) / 2
         s, scale = self.low + half * (at + 1), np.exp(rows @ self.scale)[i]
-        square = s * s  # powers above 2 are slow
-        found[0, i, place] = scale * square**2 - self.shift
-        found[1, i, place] = scale * (4 * square * s * half * change)
+        found[0, i, place] = scale * (s * s) - self.shift
+        found[1, i, place] = scale * (2 * s * half * change)
         if self.energies is not None and fractions:
             end = np.searchsorted(i, fractions)
             energies = np.tensordot(rows[:fractions], self.energies, 1)
@@ -99,11 +99,11 @@ def fit(
     smooth = _smoothing(points, size_terms)
     scale = _smoothing(points, unit_terms) @ np.log(spectra[:, modes - 1] + shift)
     scaled = (spectra + shift) / np.exp(scale)[:, None]
-    low, high = scaled[:, 0].min() ** 0.25, scaled[:, modes - 1].max() ** 0.25
+    low, high = math.sqrt(scaled[:, 0].min()), math.sqrt(scaled[:, modes - 1].max())
     margin = MARGIN * high
     low, high = max(low - margin, 0.0), high + margin
-    values, fourth, truncated = _sampled(scaled, low, high, PER_MODE * modes + MORE, smooth)
-    energies = None if kinetic is None else _energies(values, fourth, scaled, kinetic)
+    values, squares, truncated = _sampled(scaled, low, high, PER_MODE * modes + MORE, smooth)
+    energies = None if kinetic is None else _energies(values, squares, scaled, kinetic)
     tail, rates = tail_and_rates(abs(points.coefficients @ values), len(spectra) - 1)
     tail = tail + truncated
     found = Characteristic(modes, shift, low, high, values, tail, np.zeros(modes), scale, energies)
@@ -132,7 +132,7 @@ def _sampled(
     magnitude with the parameter, but the error of the interpolation does not."""
     points = lobatto(most)
     values = np.ones((len(known), most + 1))
-    lambdas = on_piece(low, high, points.nodes) ** 4
+    lambdas = on_piece(low, high, points.nodes) ** 2
     for ratio in 1 / known.T:
         values *= 1 - lambdas * ratio[:, None]
     size = abs(values)
@@ -143,7 +143,7 @@ def _sampled(
     order = min(order + order % 2, most)
     fewer = lobatto(order)
     values = values @ points.rows(fewer.nodes).T
-    return values, on_piece(low, high, fewer.nodes) ** 4, terms[order - 1 :].max()
+    return values, on_piece(low, high, fewer.nodes) ** 2, terms[order - 1 :].max()
 
 
 def _smoothing(points: Lobatto, count: int) -> np.ndarray:
@@ -152,7 +152,7 @@ def _smoothing(points: Lobatto, count: int) -> np.ndarray:
 
 
 def _energies(
-    values: np.ndarray, fourth: np.ndarray, scaled: np.ndarray, kinetic: np.ndarray
+    values: np.ndarray, squares: np.ndarray, scaled: np.ndarray, kinetic: np.ndarray
 ) -> np.ndarray:
     """Two functions of lambda (nodes, 2, k) whose ratio at an eigenvalue is that of the energies of
     its mode: the characteristic function times sum_k energy_k weight_k / (1 - lambda / lambda_k).
@@ -160,7 +160,7 @@ def _energies(
     The sum over all modes is a trace, analytic in the parameter. The weights decrease with lambda_k
     so that modes beyond the known ones are negligible."""
     known = scaled[:, : kinetic.shape[2]]
-    away = 1 - fourth[:, None] / known[:, None, :]
+    away = 1 - squares[:, None] / known[:, None, :]
     away = np.where(abs(away) < EPS, EPS, away)
     weights = kinetic * np.exp(-WEIGHT * known)[:, None, :]
     return values[:, None, :] * (weights @ (1 / away).mT)
