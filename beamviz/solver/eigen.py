@@ -230,9 +230,7 @@ def _definite_gyroscopic(
     mass = (along + across) / omega_squared
     stored = np.square(X[:, :na]).sum(axis=1), np.square(Y[:, :nb]).sum(axis=1)
     root = np.sqrt(mass)[:, None]
-    a, b = (
-        _solve_lower(l, (q / root).mT, 1).mT for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb]))
-    )
+    a, b = (_solve_lower(l, (q / root).mT, 1).mT for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb])))
     energies = across / (along + across), np.stack(stored, axis=1) / mass[:, None]
     shapes = a.astype(complex), 1j * b
     return GyroscopicModes(omega_squared, *shapes, *energies, condition, spectrum, True)

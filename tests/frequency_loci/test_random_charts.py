@@ -13,8 +13,9 @@ from helpers import slow
 from scipy.signal import argrelmax, argrelmin
 
 from beamviz import Beam, BeamvizError, loci, solve, solve_many
-from beamviz.frequency_loci.crossings import CLOSE, ROTATED
+from beamviz.frequency_loci.crossings import ROTATED
 from beamviz.frequency_loci.forced_response import resonances
+from beamviz.frequency_loci.least_gaps import CLOSE
 
 SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "20"))))]
 PLACES = 12  # of each chart, drawn anew: solved with a thousandth of the tolerance

@@ -184,7 +184,9 @@ def gyroscopic_modes(
         nu = 1 / found.spectrum[:, None]
     lowest = omega_squared, truncation[:, 0], rounding[:, 0]
     shapes = kappa, s, None, found.fraction
-    return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu, stored=found.stored)
+    return StraightModes(
+        mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu, stored=found.stored
+    )
 
 
 def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple[NDArray, NDArray]:
