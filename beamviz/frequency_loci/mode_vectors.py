@@ -161,6 +161,6 @@ def _complex_vectors(
 
 def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Shapes and duals (n, m, d) of product 1."""
-    norms = (shapes * duals).sum(axis=2, keepdims=True)
+    norms = np.vecdot(shapes, duals)[..., None]
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
     return shapes / size, duals / size * np.sign(norms)

@@ -10,7 +10,7 @@ from beamviz.frequency_loci.interpolation.chebyshev import Lobatto, lobatto
 
 STEPS = 20  # of Halley's method for roots, and of Newton's for extrema
 ROOT_ERROR = 1e-12  # expected error of a root below which iteration ends
-SETTLED = 1e-8  # step of Newton's method below which iteration ends: the next is of its square
+SETTLED = 1e-6  # step of Newton's method below which iteration ends: the next is of its square
 # A cubic function has three roots between two samples only if the slopes there have a sum of more
 # than 3 times that of the chord. Samples of FINE times the order separate the roots.
 CURVED, FINE = 3.0, 8

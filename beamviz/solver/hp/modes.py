@@ -168,10 +168,10 @@ def gyroscopic_modes(
     most_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
     found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, most_condition)
     omega_squared, kappa = found.omega_squared, found.b
-    s = S @ found.a.real + 1j * (S @ found.a.imag)
     size = abs(omega_squared) + gamma[..., 0] ** 2
-    v = np.empty((len(s), 2, *s.shape[1:]))
-    v[:, 0], v[:, 1] = kappa.real + kappa.imag, s.real + s.imag  # either is real or imaginary
+    v = np.empty((len(S), 2, *kappa.shape[1:]))  # of real or imaginary shapes
+    v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (found.a.real + found.a.imag)
+    s = v[:, 1] * np.where(found.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
     scale = size[:, None] + eigen.COMPRESSED
     tail = relative_tail(mesh, matrices, v, scale).sum(axis=1, keepdims=True)
     tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored.sum(axis=1))))[:, None]
