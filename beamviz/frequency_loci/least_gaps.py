@@ -23,7 +23,7 @@ GAP_ORDER = 6  # of the interpolant of a squared gap between three samples
 
 DIFFERENCE_STEP = 0.01  # of the width: step of central differences
 REACH = 10.0  # widths of a veering beyond which the shapes hardly rotate
-ABOUT = 0.3, 4.0  # of REACH: distances of solved points that serve as well
+ENOUGH = 0.3  # of REACH: distance from which on solved points serve as well
 NEAR = 0.02  # of the width: error of a guess at which its neighbouring points serve
 
 MAX_SOLVES = 8  # for one gap
@@ -130,7 +130,7 @@ def _around(approach: Approach, candidate: Candidate, solved: np.ndarray) -> np.
         limit = side * (end - approach.at)
         reach = min(REACH * approach.width, limit)
         away = side * (solved - approach.at)
-        near = solved[(away >= ABOUT[0] * reach) & (away <= min(ABOUT[1] * reach, limit))]
+        near = solved[(away >= ENOUGH * reach) & (away <= limit)]
         at = approach.at + side * reach
         found.append(near[abs(near - at).argmin()] if len(near) else at)
     return np.array(found)
