@@ -186,9 +186,10 @@ def choose_mesh(
     share = SHARE[0] + SHARE[1] * digits
     layers = _layers(spans, power, digits, share)
     thin = []
-    for layer in [] if same_breaks else layers:
+    for layer in layers:
         order_of_two = layer.own_order + per_length * layer.length + smooth
-        if layer.order > min(order_of_two, MAX_ORDER):
+        inside = not same_breaks and abs(layer.end - layer.x) < layer.length
+        if inside and layer.order > min(order_of_two, MAX_ORDER):
             thin.append(layer)
             breaks.add(layer.end)
     ends = sorted(breaks)
@@ -226,15 +227,15 @@ def _halved(
 
 
 def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[Layer]:
-    """The boundary layers shorter than their span: at its ends, by the tension N f^power, and at
-    the free tip, where the tension vanishes."""
+    """The boundary layers: at the ends of each span, by the tension N f^power, and at the free tip,
+    where the tension vanishes."""
     reach = LAYER_REACH * digits
     own = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
     found = []
     for span in spans:
         for x, N, f in (span.start, span.N[0], span.f[0]), (span.end, span.N[1], span.f[1]):
             pull = N * f**power
-            if x < 1 and pull * span.length**2 > reach**2:  # the tip is free to rotate
+            if x < 1 and pull > 0:  # the tip is free to rotate
                 width = 1 / math.sqrt(pull)
                 order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
                 inward = reach * width if x == span.start else -reach * width
