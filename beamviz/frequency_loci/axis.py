@@ -94,6 +94,11 @@ class Axis:
         first, last = self.t(np.array(self.ends)).tolist()
         return first, last
 
+    @property
+    def length(self) -> float:
+        """The length of the axis in the variable without regard to limits."""
+        return float(np.ptp(self._range))
+
     @cached_property
     def _range(self) -> np.ndarray:
         return self._stretched(np.array([self.low, self.high]))

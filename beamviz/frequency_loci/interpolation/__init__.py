@@ -1,6 +1,7 @@
 """omega^2 along one parameter as interpolants on pieces of its range, refined until they converge:
 the order grows, or the piece is halved."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -13,11 +14,17 @@ from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.sweep import Spectra, Sweep
 from beamviz.solver import half_waves, is_small_strain
 
-FIRST_ORDERS = {"gamma": 14, "alpha": 18, "delta": 8, "mu": 16}  # for a whole axis
+# First order for a whole axis, per length of its variable and in addition; the second where all
+# modes couple: over random charts the order needed is nearly a linear function of the length.
+FIRST_ORDERS: dict[str, tuple[tuple[float, float], ...]] = {
+    "gamma": ((3.2, 4.5), (7.5, 6.5)),
+    "alpha": ((3.5, 5.0), (4.0, 7.0)),
+    "delta": ((0.0, 8.0), (4.0, 6.5)),
+    "mu": ((6.0, 4.0),),
+}
 STRETCHED_ORDERS = 24, 32  # over gamma, up to a large strain; the second with an inner mass
 PER_MODE = (4, 6), (6, 8)  # over beta, and in addition; the second where all modes couple
-COUPLED_ORDERS = {"gamma": 20, "alpha": 18, "delta": 12}  # where all modes couple
-PER_STRETCHING_MODE = 4, 14  # the same over mu, per mode that leaves the lowest, and in addition
+PER_STRETCHING_MODE = 4, 14  # over mu where all modes couple, and in addition: see _first
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
 FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected
@@ -92,16 +99,19 @@ def first_values(sweep: Sweep, axis: Axis) -> np.ndarray:
 
 
 def _first(sweep: Sweep, axis: Axis) -> _Attempt:
-    """The whole axis, of an order that often suffices: over beta in proportion to the number of
-    modes, whose waves the mass passes; over mu of coupled modes to the number of those along the
-    beam that rise above the requested ones."""
+    """The whole axis, of an order that often suffices: over beta by the number of modes, whose
+    waves the mass passes; over mu of coupled modes by the number of those along the beam that rise
+    above the requested ones; else by the length of the axis."""
     start, stop = axis.t_ends
-    orders = COUPLED_ORDERS if axis.coupled else FIRST_ORDERS
-    each, more = PER_MODE[axis.coupled]
-    order = orders.get(axis.over, each * sweep.modes + more)
-    if axis.over == "mu" and axis.coupled:
+    if axis.over == "beta":
+        each, more = PER_MODE[axis.coupled]
+        order = each * sweep.modes + more
+    elif axis.over == "mu" and axis.coupled:
         first, last = (half_waves(mu, sweep.modes + 1, True).along for mu in (axis.low, axis.high))
         order = PER_STRETCHING_MODE[0] * (first - last) + PER_STRETCHING_MODE[1]
+    else:
+        slope, least = FIRST_ORDERS[axis.over][axis.coupled]
+        order = math.ceil(slope * axis.length + least)
     if axis.over == "gamma" and not is_small_strain(sweep.at(axis.high)):
         order = max(order, STRETCHED_ORDERS[sweep.beam.alpha > 0 and sweep.beam.beta < 1])
     return _Attempt(start, stop, order)
