@@ -39,6 +39,19 @@ def test_few_solves(beam, over, stop, modes, coriolis, most):
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize(("over", "stop"), [("gamma", 30), ("alpha", 5), ("mu", 200)])
+def test_a_shorter_axis_takes_fewer_solves(over, stop, coriolis):
+    """From the first try."""
+    beam, start = Beam(alpha=1, gamma=5), 10 if over == "mu" else 0
+    middle = start + 0.2 * (stop - start)
+    short, whole = (
+        loci(beam, over, np.linspace(low, stop, 9), 4, coriolis=coriolis).solves
+        for low in (middle, start)
+    )
+    assert short < whole
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("method", ["ancf", "assumed-modes", "linear"])
 def test_other_methods_take_few_solves_too(method, coriolis):
     """All eigenvalues of their matrices are known, as those of the default method are."""

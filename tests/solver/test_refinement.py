@@ -29,10 +29,25 @@ def test_the_default_converges_exponentially(beam):
 
 
 def test_modes_along_the_beam_need_fewer_unknowns():
-    """Than those across it, which are shorter; but not with Coriolis forces, which couple both."""
+    """Than those across it, which are shorter; hardly fewer with Coriolis forces, which couple
+    both."""
     few, all_coupled = (solve(Beam(gamma=5), coriolis=c).stats for c in (False, True))
-    assert few.order <= all_coupled.order
-    assert few.dof < 0.9 * all_coupled.dof
+    assert few.order == all_coupled.order
+    assert few.dof < 0.9 * all_coupled.dof < 0.9 * 2 * all_coupled.order
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_a_wide_boundary_layer_takes_no_second_mesh(coriolis, monkeypatch):
+    """Layers of a twentieth of the beam need no element of their own, but a higher order."""
+    attempts, solve_stack = [], Refinement.solve_stack
+
+    def counted(refinement, indices, mesh):
+        attempts.append(mesh.orders)
+        solve_stack(refinement, indices, mesh)
+
+    monkeypatch.setattr(Refinement, "solve_stack", counted)
+    solve(Beam(alpha=1.5, beta=0.5, gamma=20), 6, coriolis=coriolis)
+    assert [len(orders) for orders in attempts] == [2]
 
 
 def test_a_small_strain_needs_no_newton_iteration():
