@@ -27,6 +27,7 @@ from beamviz.solver.problem import Problem
 
 # Widths. A layer decays as exp(-x / width), its energy twice as fast.
 LAYER_REACH = 2.0  # length of its element in widths per digit: exp(-2 * 12) is left after 12 digits
+WIDEST = 0.18  # of its span: width of a layer above which the order for the half-waves suffices
 TIP_REACH = 4.0  # length of the element of a tip layer in widths: an Airy function decays faster
 GRADING = 6.0  # ratio of neighbouring elements towards a singularity
 NEGLIGIBLE_FORCE = 0.1  # force n below which layers are computed for a stretch of 1
@@ -227,7 +228,7 @@ def _halved(
 
 
 def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[Layer]:
-    """The boundary layers: at the ends of each span, by the tension N f^power, and at the free tip,
+    """The boundary layers at the ends of each span, by the tension N f^power, and at the free tip,
     where the tension vanishes."""
     reach = LAYER_REACH * digits
     own = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(reach))
@@ -235,7 +236,7 @@ def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[
     for span in spans:
         for x, N, f in (span.start, span.N[0], span.f[0]), (span.end, span.N[1], span.f[1]):
             pull = N * f**power
-            if x < 1 and pull > 0:  # the tip is free to rotate
+            if x < 1 and pull * span.length**2 > WIDEST**-2:  # the tip is free to rotate
                 width = 1 / math.sqrt(pull)
                 order = share * (LAYER_OFFSET + PER_ROOT_WIDTH * math.sqrt(span.length / width))
                 inward = reach * width if x == span.start else -reach * width
