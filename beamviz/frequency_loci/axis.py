@@ -96,7 +96,7 @@ class Axis:
 
     @property
     def length(self) -> float:
-        """The length of the axis in the variable without regard to limits."""
+        """The length in the variable before the square root or arcsine at limits is taken."""
         return float(np.ptp(self._range))
 
     @cached_property

@@ -18,8 +18,8 @@ from beamviz.frequency_loci.sweep import Sweep
 from beamviz.frequency_loci.two_modes import TINY
 
 # A veering is a least gap, below CLOSE of the frequency, with a veering index of at least MIN_INDEX
-# and shapes that rotate into each other by ROTATED or more (a complete veering: 90 degrees) between
-# the points of greatest gap before and after it.
+# and shapes that rotate into each other by ROTATED or more (a complete veering: 90 degrees) from
+# before it to after it: see `least_gaps`.
 ROTATED = math.radians(30)
 MIN_INDEX = 0.5
 OUTSIDE = 1e-2  # relative margin of omega^2 by which an interpolated mode is below a crossing
@@ -40,7 +40,9 @@ class Event:
     gap: float = 0.0  # of a crossing
     coupling: float = 0.0  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
     index: float = 0.0  # veering index MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
-    width: float = 0.0  # distance at which the gap is sqrt(2) times the least
+    width: float = (
+        0.0  # distance at which the gap, by the curvature of its square, is sqrt(2) times
+    )
 
 
 def locate_events(curves: Curves, sweep: Sweep) -> list[Event]:
@@ -129,7 +131,8 @@ def _veering_indices(
 ) -> tuple[np.ndarray, np.ndarray]:
     """s_ab and the veering index (n,) of pairs of modes (n, 2) (du Bois, Adhikari & Lieven 2011),
     from the rates at which the modes rotate into each other at the least gap, s_ab / (lambda_b -
-    lambda_a), by central differences of the points `near` (n, 2); 0 where these are not known."""
+    lambda_a), by central differences of the points `near` (n, 2); index 0 where the points or
+    the modes are not known."""
     places, known = _places(points, near)
     h, each = np.where(known, near[:, 1] - near[:, 0], 1.0)[:, None] / 2, np.arange(len(near))
     O = points.shapes[places[:, 0]].conj() @ points.duals[places[:, 1]].mT
@@ -138,7 +141,8 @@ def _veering_indices(
     rates = abs(O - O.conj().mT) / (4 * h[:, None])
     squares = points.omega_squared[places]  # (n, 2, modes)
     mean, slope = squares.mean(axis=1), np.diff(squares, axis=1)[:, 0] / (2 * h)
-    i, j = pair.T
+    known &= (pair < O.shape[1]).all(axis=1)  # else above the modes solved for
+    i, j = np.where(known, pair.T, 0)
     rate = rates[each, i, j]
     s = rate * (mean[each, j] - mean[each, i])
     csq = s**2 / np.maximum(s**2 + ((slope[each, i] - slope[each, j]) / 2) ** 2, TINY)

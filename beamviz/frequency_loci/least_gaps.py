@@ -58,8 +58,8 @@ class LeastGap(NamedTuple):
 
 
 def least_gaps(curves: Curves, sweep: Sweep) -> list[LeastGap]:
-    """The least gaps among the lowest `sweep.modes` loci, at most CLOSE of the frequency; those of
-    0, where the highest one meets the next, included."""
+    """The least gaps of at most CLOSE of the frequency among the lowest `sweep.modes` loci; also
+    where the highest of these touches the next (gap 0)."""
     start, stop = curves.table.at[[0, -1]].tolist()
     solved = np.array(sorted(sweep.outcomes))
 
@@ -73,7 +73,7 @@ def least_gaps(curves: Curves, sweep: Sweep) -> list[LeastGap]:
     guesses = {
         one: located(one, approach)
         for one, approach in interpolated.items()
-        if _counts(approach, 1.01 * CLOSE, sweep.modes)
+        if _is_wanted(approach, 1.01 * CLOSE, sweep.modes)
     }
     approaches: dict[Candidate, Approach | None] = {**_corrected(guesses, sweep)}
     left = [one for one in found if one not in approaches and (one in guesses or not one.smooth)]
@@ -81,22 +81,22 @@ def least_gaps(curves: Curves, sweep: Sweep) -> list[LeastGap]:
     approaches.update(zip(left, _run_together(searches, sweep), strict=True))
     gaps = []
     for one, approach in approaches.items():
-        if approach and _counts(approach, CLOSE, sweep.modes):
+        if approach and _is_wanted(approach, CLOSE, sweep.modes):
             guess = guesses.get(one)
-            if guess and _about(guess.approach, approach):  # whose neighbouring points are solved
+            if guess and _is_near(guess.approach, approach):  # whose neighbouring points are solved
                 gaps.append(guess._replace(approach=approach))
             else:
                 gaps.append(located(one, approach))
     return gaps
 
 
-def _counts(approach: Approach, close: float, modes: int) -> bool:
+def _is_wanted(approach: Approach, close: float, modes: int) -> bool:
     """Whether a gap is small and of the lowest modes."""
     small = approach.gap <= close * approach.frequency
     return small and approach.modes[approach.gap > 0] < modes
 
 
-def _about(guess: Approach, approach: Approach) -> bool:
+def _is_near(guess: Approach, approach: Approach) -> bool:
     """Whether the points beside a guess serve as well."""
     off = max(abs(approach.at - guess.at), abs(approach.width - guess.width))
     return off <= NEAR * approach.width
@@ -124,7 +124,8 @@ def _candidates(curves: Curves, modes: int) -> list[Candidate]:
 
 
 def _around(approach: Approach, candidate: Candidate, solved: np.ndarray) -> np.ndarray:
-    """Points (2,) REACH widths before and after a least gap, or nearby ones that are solved."""
+    """Points (2,) before and after a least gap: REACH widths away, but no farther than the greatest
+    gap; of the solved points from ENOUGH of that distance on, the nearest, if there is one."""
     found = []
     for side, end in ((-1, candidate.before), (1, candidate.after)):
         limit = side * (end - approach.at)

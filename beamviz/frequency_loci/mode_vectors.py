@@ -65,9 +65,11 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
 def kinetic_energies(solutions: Sequence[Solution]) -> np.ndarray:
     """Kinetic energies (n, 2, m) across the beam and total of gyroscopic modes, equal in number,
     relative to the norm in the product of `_gyroscopic`. As functions of omega^2 that are analytic
-    also where it vanishes: the energies across of unstable modes count as negative.
+    also where it vanishes: the energies across of unstable modes count as negative. The beams
+    rotate.
 
-    By the equation of a mode the norm is M + K / omega^2, M and K its energies."""
+    By the equation of a mode z the norm is (z* M z + z* K z / omega^2) / 2 with z* M z = 1; of
+    unstable modes the terms across the beam are negative."""
     squares, across, (stored_along, stored_across) = (
         np.array([one.omega_squared for one in solutions]),
         np.array([one.bending_energy_fraction for one in solutions]),

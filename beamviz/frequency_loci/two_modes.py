@@ -30,7 +30,7 @@ class Approach(NamedTuple):
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
-    width: float  # |(d, c)| / |(d', c')|: distance at which the gap is sqrt(2) times the least
+    width: float  # gap sqrt(2 / (gap^2)"); by solves |(d, c)| / |(d', c')|, equal for a constant c
     modes: tuple[int, int]  # indices of the two among all modes
 
 

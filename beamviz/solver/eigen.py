@@ -190,10 +190,10 @@ def _definite_gyroscopic(
         [      Fb         0  ] [omega Fa a]  = 1/omega  [   1] [omega Fb b],
 
     so 1/omega are the singular values of the left matrix between the Cholesky factors, Z, and
-    1/omega^2 the eigenvalues of Z Z', with Ya = La^-1 Fa', Yb = Fb Lb^-T and G = Yb Yb':
+    1/omega^2 the eigenvalues of Z Z', with Ya = La^-1 Fa', Yb = Fb Lb^-T and P = Yb Yb':
 
-        [Ya (1 + 4 gamma^2 G) Ya'  -2 gamma Ya G] [ La' a    ]               [ La' a    ]
-        [      -2 gamma G Ya'            G      ] [omega Fb b]  = 1/omega^2  [omega Fb b].
+        [Ya (1 + 4 gamma^2 P) Ya'  -2 gamma Ya P] [ La' a    ]               [ La' a    ]
+        [      -2 gamma P Ya'            P      ] [omega Fb b]  = 1/omega^2  [omega Fb b].
 
     These have half the digits where modes are far apart; then the singular values of Z' restricted
     to the few vectors found replace them.
@@ -201,11 +201,11 @@ def _definite_gyroscopic(
     (La, Lb), (Fa, Fb) = L, F
     na, nb = La.shape[-1], Lb.shape[-1]
     Ya, Yb = _solve_lower(La, Fa).mT, _solve_lower(Lb, Fb)
-    G = Yb @ Yb.mT
-    n = na + G.shape[-1]
-    H = np.empty((len(G), n, n))  # its upper triangle
-    H[:, :na, na:] = coupling = -2 * gamma * (Ya @ G)
-    H[:, :na, :na], H[:, na:, na:] = (Ya - 2 * gamma * coupling) @ Ya.mT, G
+    P = Yb @ Yb.mT
+    n = na + P.shape[-1]
+    H = np.empty((len(P), n, n))  # its upper triangle
+    H[:, :na, na:] = coupling = -2 * gamma * (Ya @ P)
+    H[:, :na, :na], H[:, na:, na:] = (Ya - 2 * gamma * coupling) @ Ya.mT, P
     # One by one: numpy's stacked call starts threads, slower on small problems.
     nu, X = map(np.array, zip(*(largest(one, count) for one in H), strict=True))
     with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite

@@ -30,13 +30,13 @@ MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 # charts take fewest nodes.
 SCALING = {"gamma": (200.0, 3, 3), "delta": (800.0, 2, 3), "mu": (200.0, 2, 2)}
 DEFAULT_SCALING = 12.0, 2, 3
-WEIGHT = 4.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
+WEIGHT = 8.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 
 
 @dataclass(frozen=True, eq=False)
 class Characteristic:
     """The characteristic function of a family on a piece, as a function of x = -1 .. 1 that stands
-    for s = sqrt((lambda + shift) / unit), of which it is even."""
+    for s = sqrt((lambda + shift) / unit), of which it is an even function."""
 
     modes: int  # number of eigenvalues computed
     shift: float  # of lambda, so that all are positive
@@ -137,7 +137,7 @@ def _sampled(
         values *= 1 - lambdas * ratio[:, None]
     size = abs(values)
     size[:, 1:-1] += size[:, 2:] + size[:, :-2]  # nowhere zero
-    values *= np.exp(-smooth @ np.log(size) @ _smoothing(points, 2).T)
+    values *= np.exp(-smooth @ np.log(size) @ _smoothing(points, 3).T)
     terms = abs(points.coefficients @ values.T).max(axis=1)
     order = int(np.flatnonzero(terms > TRUNCATED * terms.max())[-1]) + FURTHER
     order = min(order + order % 2, most)

@@ -11,7 +11,7 @@ from beamviz.solver import interpolation_matrix
 LEAST = 16  # order of the coarsest piece
 CHECKS = np.array([0.08, 0.4, 0.7])  # positions relative to the order, moved between two nodes
 FINE = 96  # order up to which there are three samples between two nodes; above it, one
-HUGE = 1e300  # term at a node, beside which the others are negligible
+HUGE = 1e100  # term at a node, beside which the others are negligible
 EPS = float(np.finfo(float).eps)
 TAIL, MISFIT = 4.0, 8.0  # safety factors of the two error estimates
 BENDING_ERROR = 1e-3  # accepted error of the bending fraction
@@ -34,7 +34,8 @@ class Lobatto:
         return interpolation_matrix(x, self.nodes, self.weights)
 
     def terms(self, x: np.ndarray) -> np.ndarray:
-        """Multiples of `rows`, which are computed faster: their sums are not 1."""
+        """`rows` (len(x), n) before each is divided by its sum: faster, where only ratios of sums
+        are needed."""
         away = x[:, None] - self.nodes
         hits = away == 0
         if hits.any():

@@ -67,9 +67,9 @@ def lowest_roots(points: Lobatto, values: np.ndarray, count: int) -> Roots:
 def sums_of_terms(
     terms: np.ndarray, functions: np.ndarray, i: np.ndarray, count: int
 ) -> np.ndarray:
-    """The sums (m, c) of the terms (m, k) at m points with functions (n, c, k), of the functions
-    i (m,), ascending, at most `count` points each."""
-    if len(i) == count * len(functions):  # for each: without a copy
+    """Sums (m, c) over the nodes: at point j terms[j] (k,) times each of the c functions (k,) of
+    functions[i[j]]. i (m,) ascends; at most `count` points for each i."""
+    if len(i) and len(i) == count * len(functions):  # for each: without a copy
         return (terms.reshape(len(functions), count, -1) @ functions.mT).reshape(len(i), -1)
     return np.matvec(functions[i], terms)
 

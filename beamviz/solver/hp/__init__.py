@@ -79,8 +79,8 @@ class Shapes:
 
     @property
     def stored(self) -> np.ndarray | None:
-        """Twice the potential energies (2, modes), softening included, along and across the beam;
-        None without Coriolis forces."""
+        """Twice the potential energies (2, modes), softening included, of modes of unit modal mass:
+        along the beam, then across it; None without Coriolis forces and at rest."""
         return self.found.stored
 
     @property
