@@ -40,9 +40,7 @@ class Event:
     gap: float = 0.0  # of a crossing
     coupling: float = 0.0  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
     index: float = 0.0  # veering index MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
-    width: float = (
-        0.0  # distance at which the gap, by the curvature of its square, is sqrt(2) times
-    )
+    width: float = 0.0  # distance at which the gap is sqrt(2) times the least, by its curvature
 
 
 def locate_events(curves: Curves, sweep: Sweep) -> list[Event]:

@@ -41,8 +41,8 @@ PER_HALF_WAVE, PER_DIGIT, AT_LEAST = 1.86, 0.85, 1.4
 # digits, as the spacing of points at the ends is 1 / order^2; in an element of its own, of length
 # reach * width, d = 1 / reach. A tip layer decays smoothly: order ~ 1 / d.
 LAYER_OFFSET, PER_ROOT_WIDTH, TIP_OFFSET = 5.2, 2.4, 5.5
-# Where all modes couple, the order of each element along the beam is that for the half-waves across
-# it, less FEWER (the second at a large stretch): Coriolis forces drive little motion along the beam.
+# Where all modes couple, the order of an element along the beam is that for the half-waves across
+# it, less FEWER (the second at a large stretch): Coriolis forces move little along the beam.
 FEWER = 2.0, 1.0
 GRADED_ORDER = 8  # least order beside thin elements, for six digits
 SHARE = 0.475, 0.0875  # factor of these orders for other numbers of digits: constant and slope

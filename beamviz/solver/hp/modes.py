@@ -156,8 +156,9 @@ def gyroscopic_modes(
 ) -> StraightModes:
     """The lowest modes of both families coupled by Coriolis forces.
 
-    With T(omega) = K - omega^2 M + 2 gamma omega G, G the gyroscopic matrix, an error e of a shape z changes omega^2 by
-    e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega + z' K z / omega.
+    With T(omega) = K - omega^2 M + 2 gamma omega G, G the gyroscopic matrix, an error e of a shape
+    z changes omega^2 by e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega +
+    z' K z / omega.
     """
     mesh, gamma = axial.mesh, np.reshape(axial.beams.gamma, (-1, 1, 1))
     S = mesh.axial / np.sqrt(matrices.d)[..., None]
