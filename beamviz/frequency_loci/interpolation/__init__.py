@@ -107,7 +107,7 @@ def _first(sweep: Sweep, axis: Axis) -> _Attempt:
         each, more = PER_MODE[axis.coupled]
         order = each * sweep.modes + more
     elif axis.over == "mu" and axis.coupled:
-        first, last = (half_waves(mu, sweep.modes + 1, True).along for mu in (axis.low, axis.high))
+        first, last = (half_waves(mu, sweep.modes + 1).along for mu in (axis.low, axis.high))
         order = PER_STRETCHING_MODE[0] * (first - last) + PER_STRETCHING_MODE[1]
     else:
         slope, least = FIRST_ORDERS[axis.over][axis.coupled]

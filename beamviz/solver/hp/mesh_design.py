@@ -88,7 +88,6 @@ class HalfWaves(NamedTuple):
 
     most: int  # of any mode
     along: int  # of modes along the beam
-    coupled: bool  # whether Coriolis forces couple all modes
 
 
 class Elements(NamedTuple):
@@ -155,7 +154,7 @@ def choose_mesh(
     spans: list[Span],
     mu: float,
     waves: HalfWaves,
-    curvature_power: int,
+    problem: Problem,
     digits: float,
     same_breaks: bool = False,
 ) -> Elements:
@@ -163,12 +162,12 @@ def choose_mesh(
     exceed MAX_UNKNOWNS. A layer gets an element of its own where two elements have fewer unknowns
     than one. same_breaks: the breaks are the same for all positions of the mass, as layers get no
     elements of their own, and no element is halved."""
-    power = 2 * curvature_power - 3
+    power, coupled = 2 * problem.curvature_power - 3, problem.gyroscopic
     most_waves, axial_waves, compression = float(waves.most), float(waves.along), 0.0
     stretched = spans[0].f[0] != 1  # a large stretch, and with it the stiffness, varies along x
-    if stretched and not waves.coupled:
+    if stretched and not coupled:
         axial_waves = math.inf
-    fewer = FEWER[stretched] if waves.coupled else math.inf
+    fewer = FEWER[stretched] if coupled else math.inf
     breaks = {0.0}
     for span in spans:
         (N, N_end), (f, f_end) = span.N, span.f
@@ -250,7 +249,7 @@ def _layers(spans: list[Span], power: int, digits: float, share: float) -> list[
 
 
 @lru_cache(maxsize=64)
-def half_waves(mu: float, modes: int, coupled: bool) -> HalfWaves:
+def half_waves(mu: float, modes: int) -> HalfWaves:
     """The greatest numbers of half-waves of the lowest `modes` modes at rest."""
     bending = stretching = 0
     while bending + stretching < modes:
@@ -258,7 +257,7 @@ def half_waves(mu: float, modes: int, coupled: bool) -> HalfWaves:
             stretching += 1
         else:
             bending += 1
-    return HalfWaves(max(bending, stretching), stretching, coupled)
+    return HalfWaves(max(bending, stretching), stretching)
 
 
 def distances(first: float, ratio: float, longest: float) -> Iterator[float]:

@@ -211,9 +211,9 @@ class Refinement:
             return None
         spans, extra, _ = self.designs[index]
         digits = extra - math.log10(problem.tolerance) + max(map(self.waiting.__getitem__, indices))
-        mu, power = self.beams[index].mu, problem.curvature_power
-        waves = half_waves(mu, problem.modes, problem.gyroscopic)
-        found = mesh_design.choose_mesh(spans, mu, waves, power, digits)
+        mu = self.beams[index].mu
+        waves = half_waves(mu, problem.modes)
+        found = mesh_design.choose_mesh(spans, mu, waves, problem, digits)
         unknowns = sum(found.orders)
         if unknowns <= MAX_UNKNOWNS:
             return found
@@ -299,7 +299,7 @@ def common_orders(
     """The greatest orders (2, elements), across and along the beam, of the meshes of some beams by
     their breaks, or by the number of elements, and the greatest number of extra digits, of those
     that have an equilibrium."""
-    waves = [half_waves(beam.mu, problem.modes, problem.gyroscopic) for beam in beams]
+    waves = [half_waves(beam.mu, problem.modes) for beam in beams]
     most_waves = HalfWaves(*map(max, zip(*waves, strict=True)))
     common: dict[Any, np.ndarray] = {}
     greatest = 0.0
@@ -314,7 +314,7 @@ def common_orders(
             spans,
             beam.mu,
             most_waves,
-            problem.curvature_power,
+            problem,
             digits,
             same_breaks=not by_breaks,  # layers move with the mass
         )
