@@ -140,7 +140,8 @@ def _veering_indices(
     squares = points.omega_squared[places]  # (n, 2, modes)
     mean, slope = squares.mean(axis=1), np.diff(squares, axis=1)[:, 0] / (2 * h)
     known &= (pair < O.shape[1]).all(axis=1)  # else above the modes solved for
-    i, j = np.where(known, pair.T, 0)
+    pair = np.where(known[:, None], pair, 0)
+    i, j = pair.T
     rate = rates[each, i, j]
     s = rate * (mean[each, j] - mean[each, i])
     csq = s**2 / np.maximum(s**2 + ((slope[each, i] - slope[each, j]) / 2) ** 2, TINY)

@@ -15,6 +15,8 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from beamviz import Beam, loci, solve
+from beamviz.errors import NotConverged
+from beamviz.frequency_loci import sweep
 
 MU = 70.0
 TIP = Beam(alpha=1, beta=1)
@@ -165,3 +167,23 @@ def test_a_pair_of_a_family_leaves_the_modes_solved(points):
     places = [event.at for event in more.events]
     assert few.events
     assert all(np.isclose(event.at, places, rtol=1e-6).any() for event in few.events)
+
+
+def test_solutions_may_be_missing_beside_a_veering(monkeypatch):
+    """All other events are as without them."""
+    beam, values = Beam(alpha=2.7, gamma=3, mu=20), np.linspace(0, 1, 11)
+    whole = loci(beam, "beta", values, 6).events
+    (veering,) = (event for event in whole if event.gap)
+    assert veering.branches == ("S2", "S3")
+    solve_many = sweep.solve_many
+
+    def failing(beams, **options):
+        found = solve_many(beams, **options)
+        beside = [0 < veering.at - one.beta < 0.02 * veering.width for one in beams]
+        return [NotConverged("") if own else one for own, one in zip(beside, found, strict=True)]
+
+    monkeypatch.setattr(sweep, "solve_many", failing)
+    found = loci(beam, "beta", values, 6).events
+    assert [event.branches for event in found] == [
+        event.branches for event in whole if not event.gap
+    ]

@@ -27,6 +27,8 @@ from beamviz import Beam, loci, solve_many
         (Beam(alpha=5, beta=0.5, gamma=30, delta=-0.5), "alpha", 8, 6, True, 120),
         (Beam(alpha=1, beta=0.5, delta=1), "gamma", 150, 6, False, 130),  # omega^2 grows by 1000
         (Beam(alpha=1, beta=0.5, gamma=10), "mu", 200, 6, True, 50),  # with four veerings
+        (Beam(alpha=1, gamma=3, mu=1000), "beta", 1, 20, False, 400),
+        (Beam(alpha=1, gamma=3, mu=1000), "beta", 1, 6, False, 100),  # without a crossing
     ],
 )
 def test_few_solves(beam, over, stop, modes, coriolis, most):
@@ -61,6 +63,26 @@ def test_other_methods_take_few_solves_too(method, coriolis):
     exact = solve_many([beam.replace(mu=mu) for mu in found.values.tolist()], **options)
     frequencies = np.sort([branch.frequency for branch in found.branches], axis=0)[:5]
     assert pytest.approx(np.array([one.frequencies for one in exact]), rel=1e-6) == frequencies.T
+
+
+@pytest.mark.parametrize(
+    ("beam", "over", "stop", "modes", "most"),
+    [
+        (Beam(alpha=0.7, beta=0.6, gamma=3), "mu", 100, 20, 0.03),
+        (Beam(alpha=1, beta=0.5, gamma=10), "mu", 200, 6, 2e-3),
+        (Beam(alpha=1), "gamma", 20, 6, 2e-3),
+    ],
+)
+def test_bending_fractions_of_mixtures(beam, over, stop, modes, most):
+    """With Coriolis forces they change between 0 and 1 at veerings; of many modes less exact."""
+    found = loci(beam, over, np.linspace(10, stop, 41), modes, coriolis=True)
+    beams = [beam.replace(**{over: value}) for value in found.values.tolist()]
+    exact = solve_many(beams, modes=modes, coriolis=True)
+    fractions = np.array([solution.bending_energy_fraction for solution in exact])
+    for branch in found.branches:
+        there = branch.mode_index >= 0
+        own = fractions[there, branch.mode_index[there]]
+        assert abs(branch.bending_fraction[there] - own).max() < most
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 # charts take fewest nodes.
 SCALING = {"gamma": (200.0, 3, 3), "delta": (800.0, 2, 3), "mu": (200.0, 2, 2)}
 DEFAULT_SCALING = 12.0, 2, 3
-WEIGHT = 8.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
+WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 
 
 @dataclass(frozen=True, eq=False)
