@@ -177,8 +177,7 @@ def _interpolated(curves: Curves, candidates: Sequence[Candidate]) -> dict[Candi
 @np.errstate(divide="ignore", invalid="ignore")
 def _corrected(guesses: Mapping[Candidate, LeastGap], sweep: Sweep) -> dict[Candidate, Approach]:
     """The interpolated gaps, corrected by the gaps solved at the points `near` them, where the
-    correction is within SETTLED and SAME. Near its minimum the square of a gap is gap^2 (1 +
-    ((p - at) / width)^2)."""
+    correction is within SETTLED and SAME."""
     if not guesses or sweep.exhausted:
         return {}
     every = guesses.values()
@@ -189,19 +188,27 @@ def _corrected(guesses: Mapping[Candidate, LeastGap], sweep: Sweep) -> dict[Cand
     of_lower = np.arange(near.size), family.repeat(2), k.repeat(2)
     of_upper = (*of_lower[:2], of_lower[2] + 1)
     lower, upper = (np.sqrt(spectra.squares[own]).reshape(-1, 2) for own in (of_lower, of_upper))
-    square, mean = (upper - lower) ** 2, (upper + lower) / 2
     at, _, gap, width = np.array([one.approach[:4] for one in every]).T
-    step, bend = near[:, 1] - near[:, 0], (gap / width) ** 2
-    shift = (square[:, 0] - square[:, 1]) / (2 * step * bend)
-    least = square.mean(axis=1) - bend * ((step / 2) ** 2 + shift**2)
-    least = np.sqrt(np.maximum(least, 0.0))
-    frequency = mean.mean(axis=1) + shift * (mean[:, 1] - mean[:, 0]) / step
+    shift, frequency, least = _minimum(near[:, 1] - near[:, 0], (gap / width) ** 2, lower, upper)
     small = (abs(shift) <= SETTLED * width) & (abs(least - gap) <= SAME * gap) & (gap > 0)
     ranks = spectra.rank
     modes = zip(ranks[of_lower][::2].tolist(), ranks[of_upper][::2].tolist(), strict=True)
     numbers = (column.tolist() for column in (at + shift, frequency, least, width))
     corrected = zip(guesses, map(Approach, *numbers, modes), small.tolist(), strict=True)
     return {one: approach for one, approach, own in corrected if own}
+
+
+def _minimum(
+    step: np.ndarray, bend: np.ndarray, lower: np.ndarray, upper: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The shift (n,) of least gaps from the middle of two points a step apart, the mean frequency
+    and the gap there, by the frequencies (n, 2) of the two modes at the points. The square of a
+    gap is least^2 + bend (p - at)^2."""
+    square, mean = (upper - lower) ** 2, (upper + lower) / 2
+    shift = (square[:, 0] - square[:, 1]) / (2 * step * bend)
+    least = square.mean(axis=1) - bend * ((step / 2) ** 2 + shift**2)
+    frequency = mean.mean(axis=1) + shift * (mean[:, 1] - mean[:, 0]) / step
+    return shift, frequency, np.sqrt(np.maximum(least, 0.0))
 
 
 def _search(candidate: Candidate, guess: LeastGap | None, sweep: Sweep) -> Search:
