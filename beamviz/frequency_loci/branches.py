@@ -206,7 +206,7 @@ def branches_of(sweep: Sweep, values: np.ndarray, parts: Sequence[Part]) -> tupl
 
 def _values(sweep: Sweep, values: np.ndarray, curves: Curves) -> np.ndarray:
     """`Curves.at` for some values, by solves where they are not interpolated."""
-    found = curves.at(values)
+    found = curves.at(values, sweep.modes)
     low, high = curves.axis.ends
     solved = curves.uncertain(values) | (values < low) | (values > high)
     if solved.any():

@@ -76,11 +76,12 @@ class Curves:
     solved: np.ndarray  # (n,) values, in pieces that did not converge
     squares: np.ndarray  # (n, families, k) omega^2 there
 
-    def at(self, p: np.ndarray) -> np.ndarray:
-        """`Piece.at` for values (n,) of the parameter; nan where they are not interpolated."""
+    def at(self, p: np.ndarray, most: int) -> np.ndarray:
+        """`Piece.at` for values (n,) of the parameter, of at least the lowest `most` modes of each
+        family; nan where they are not interpolated."""
         found = np.full((4, len(p), *self.squares.shape[1:]), np.nan)
         for piece, rows, t in self._by_piece(p):
-            found[:, rows] = piece.at(t)
+            found[:, rows] = piece.at(t, most)
         return found
 
     def squares_at(self, p: np.ndarray) -> np.ndarray:

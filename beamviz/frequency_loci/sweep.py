@@ -201,7 +201,7 @@ class Sweep:
                 continue
             fraction = outcome.bending_energy_fraction
             bends = fraction >= 0.5
-            groups = [bends | True] if self.coupled else [bends, ~bends]
+            groups: list[Any] = [slice(None)] if self.coupled else [bends, ~bends]
             for f, own in enumerate(groups):
                 k = len(fraction[own])
                 squares[i, f, :k] = outcome.omega_squared[own]

@@ -54,12 +54,14 @@ class Characteristic:
         """The Chebyshev points of the interpolation in lambda."""
         return lobatto(len(self.tail) - 1)
 
-    def roots(self, rows: np.ndarray, fractions: int = 0) -> np.ndarray:
-        """The lowest eigenvalues by interpolation `rows`, their change by the tail of the function,
-        and for the first `fractions` rows the bending fractions, (3, n, modes); else nan."""
+    def roots(self, rows: np.ndarray, fractions: int = 0, most: int | None = None) -> np.ndarray:
+        """The lowest eigenvalues, at most `most`, by interpolation `rows`, their change by the tail
+        of the function, and for the first `fractions` rows the bending fractions, (3, n, modes);
+        else nan."""
         found = np.full((3, len(rows), self.modes), np.nan)
+        count = min(self.modes, most or self.modes)
         i, place, at, error, slope, bend, least = lowest_roots(
-            self.points, rows @ self.values, self.modes
+            self.points, rows @ self.values, count
         )
         order = len(self.tail) - 1
         tail = 2 * self.tail[np.rint(np.arccos(-at) * order / np.pi).astype(int)]
@@ -73,7 +75,7 @@ class Characteristic:
             end = np.searchsorted(i, fractions)
             energies = np.tensordot(rows[:fractions], self.energies, 1)
             terms = self.points.terms(at[:end])
-            across, whole = sums_of_terms(terms, energies, i[:end], self.modes).T
+            across, whole = sums_of_terms(terms, energies, i[:end], count).T
             across, along = abs(across), abs(whole - across)
             found[2, i[:end], place[:end]] = across / (across + along)
         return found

@@ -40,9 +40,10 @@ class Piece:
         """Values of the variable at which the piece is sampled."""
         return on_piece(self.low, self.high, lobatto(self.order).dense_nodes)
 
-    def at(self, t: np.ndarray) -> np.ndarray:
+    def at(self, t: np.ndarray, most: int | None = None) -> np.ndarray:
         """omega^2, its error by the solver, bending fraction and interpolation error of omega^2,
-        (4, n, families, k), at values (n,) of the variable; nan where not interpolated."""
+        (4, n, families, k), at values (n,) of the variable; nan where not interpolated. most:
+        number of modes of a family that suffice."""
         assert self.errors is not None
         points, x = lobatto(self.order), self._local(t)
         rows = points.rows(x)
@@ -61,7 +62,7 @@ class Piece:
             bending[:] = np.clip(interpolated(rows, fractions * kept), 0.0, 1.0)
         for f, one in enumerate(self.characteristics):
             if one:
-                squares[:, f, : one.modes], change, fractions = one.roots(rows, len(t))
+                squares[:, f, : one.modes], change, fractions = one.roots(rows, len(t), most)
                 error[:, f, : one.modes] = estimated_error(change, one.misfit)
                 if len(self.needed) == 1:
                     bending[:, f, : one.modes] = fractions
