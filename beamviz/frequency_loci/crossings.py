@@ -145,6 +145,6 @@ def _veering_indices(
     rate = rates[each, i, j]
     s = rate * (mean[each, j] - mean[each, i])
     csq = s**2 / np.maximum(s**2 + ((slope[each, i] - slope[each, j]) / 2) ** 2, TINY)
-    total = (rates[each[:, None], pair] ** 2).sum(axis=2).prod(axis=1)
-    index = rate**4 / np.maximum(total, TINY) * csq
-    return s, np.where(known, index, 0.0)
+    totals = (rates[each[:, None], pair] ** 2).sum(axis=2)
+    mdf = rate[:, None] ** 2 / np.maximum(totals, TINY)
+    return s, np.where(known, mdf.prod(axis=1) * csq, 0.0)
