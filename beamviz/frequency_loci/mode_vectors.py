@@ -70,15 +70,14 @@ def kinetic_energies(solutions: Sequence[Solution]) -> np.ndarray:
 
     By the equation of a mode z the norm is (z* M z + z* K z / omega^2) / 2 with z* M z = 1; of
     unstable modes the terms across the beam are negative."""
-    squares, across, (stored_along, stored_across) = (
-        np.array([one.omega_squared for one in solutions]),
-        np.array([one.bending_energy_fraction for one in solutions]),
-        np.array([getattr(one.fields, "stored", None) for one in solutions]).swapaxes(0, 1),
-    )
+    squares = np.array([one.omega_squared for one in solutions])
+    fraction = np.array([one.bending_energy_fraction for one in solutions])
+    stored = np.array([getattr(one.fields, "stored", None) for one in solutions])
     sign = np.where(squares >= 0, 1.0, -1.0)
-    total = 1 - across + sign * across
-    norm = (total + (stored_along + sign * stored_across) / squares) / 2
-    return np.stack((sign * across, total), axis=1) / norm[:, None]
+    across = sign * fraction
+    total = 1 - fraction + across
+    norm = (total + (stored[:, 0] + sign * stored[:, 1]) / squares) / 2
+    return np.stack((across, total), axis=1) / norm[:, None]
 
 
 def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:

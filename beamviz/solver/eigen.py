@@ -24,7 +24,7 @@ COMPRESSED = 16.0  # shift of beams that may buckle: omega^2 of bending at rest 
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
 FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all
 BLOCK = 8  # columns that LAPACK reduces at once: faster than its choice of 32 up to 250 unknowns
-FAR_APART = 1e10  # ratio of eigenvalues from which the eigenvectors of Z' Z are too inaccurate
+FAR_APART = 1e10  # ratio of eigenvalues from which the eigenvectors of Z Z' are too inaccurate
 HIGHEST = 1e10  # ratio to the lowest eigenvalue above which modes are rounding error
 MAX_INDEFINITE = 400  # most unknowns of an unstable gyroscopic problem: 0.05 s
 INDEFINITE_CONDITION = 2e4  # of omega^2 in such a problem, measured on random beams
@@ -214,6 +214,7 @@ def _definite_gyroscopic(
     condition = abs(omega_squared / omega_squared[:, :1])
 
     def times_transposed(X: np.ndarray) -> np.ndarray:
+        """Z' X: from (La' a, omega Fb b) to (Lb' b, omega Fa a) / omega."""
         velocity = Ya.mT @ X[:, :na]
         return np.concatenate((Yb.mT @ (X[:, na:] - 2 * gamma * velocity), velocity), axis=1)
 

@@ -41,16 +41,15 @@ def test_few_solves(beam, over, stop, modes, coriolis, most):
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
-@pytest.mark.parametrize(("over", "stop"), [("gamma", 30), ("alpha", 5), ("mu", 200)])
-def test_a_shorter_axis_takes_fewer_solves(over, stop, coriolis):
-    """From the first try."""
+@pytest.mark.parametrize(
+    ("over", "stop", "most"), [("gamma", 30, 17), ("alpha", 5, 17), ("mu", 200, 25)]
+)
+def test_a_short_axis_takes_few_solves(over, stop, most, coriolis):
+    """The first order is that of its length."""
     beam, start = Beam(alpha=1, gamma=5), 10 if over == "mu" else 0
-    middle = start + 0.2 * (stop - start)
-    short, whole = (
-        loci(beam, over, np.linspace(low, stop, 9), 4, coriolis=coriolis).solves
-        for low in (middle, start)
-    )
-    assert short < whole
+    values = np.linspace(start + 0.6 * (stop - start), stop, 9)
+    found = loci(beam, over, values, 4, coriolis=coriolis)
+    assert found.solves - 4 * len(found.events) < most
 
 
 @pytest.mark.parametrize("coriolis", [False, True])

@@ -24,7 +24,8 @@ FIRST_ORDERS: dict[str, tuple[tuple[float, float], ...]] = {
 }
 STRETCHED_ORDERS = 24, 32  # over gamma, up to a large strain; the second with an inner mass
 PER_MODE = (4, 6), (6, 8)  # over beta, and in addition; the second where all modes couple
-PER_STRETCHING_MODE = 4, 14  # over mu where all modes couple, that leaves the lowest; in addition
+# Over mu where all modes couple: per mode along the beam that leaves the lowest, and in addition.
+PER_STRETCHING_MODE = 4, 14
 ORDERS = (LEAST, 32, 192)  # least; least and greatest for a whole axis before it is halved
 FEW = 64  # greatest order of a part of the axis; below it the convergence rate is inaccurate
 MULTIPLES, EXPECTED = (2, 3, 4, 5, 6), 0.1  # of an order, for the next; error ratio to be expected

@@ -30,6 +30,7 @@ MARGIN = 0.02  # of the range of lambda, beyond the eigenvalues computed
 # charts take fewest nodes.
 SCALING = {"gamma": (200.0, 3, 3), "delta": (800.0, 2, 3), "mu": (200.0, 2, 2)}
 DEFAULT_SCALING = 12.0, 2, 3
+SIZE_TERMS = 3  # number of coefficients of the logarithm of the size in the variable of lambda
 WEIGHT = 3.0  # of the energies of modes: exp(-WEIGHT lambda), in that unit
 
 
@@ -139,7 +140,7 @@ def _sampled(
         values *= 1 - lambdas * ratio[:, None]
     size = abs(values)
     size[:, 1:-1] += size[:, 2:] + size[:, :-2]  # nowhere zero
-    values *= np.exp(-smooth @ np.log(size) @ _smoothing(points, 3).T)
+    values *= np.exp(-smooth @ np.log(size) @ _smoothing(points, SIZE_TERMS).T)
     terms = abs(points.coefficients @ values.T).max(axis=1)
     order = int(np.flatnonzero(terms > TRUNCATED * terms.max())[-1]) + FURTHER
     order = min(order + order % 2, most)

@@ -205,8 +205,8 @@ def choose_mesh(
     whole, axial = [], []
     for (a, b), order in zip(pairwise(ends), orders, strict=True):
         whole.append(min(max(math.ceil(order), MIN_ORDER), highest))
-        waves_along = max(axial_per_length * (b - a), per_length * (b - a) - fewer)
-        along = max(waves_along + smooth, least, MIN_ORDER)  # there are no layers
+        for_waves = max(axial_per_length * (b - a), per_length * (b - a) - fewer)
+        along = max(for_waves + smooth, least, MIN_ORDER)  # there are no layers
         axial.append(math.ceil(min(along, whole[-1])))
     return Elements(tuple(ends), tuple(whole), tuple(axial))
 
