@@ -4,6 +4,7 @@ import contextlib
 import http.client
 import io
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -28,10 +29,15 @@ CAMERA_MESSAGE |= {"image_height": 720, "image_width": 1280}
 
 
 def free_port(host: str = "127.0.0.1") -> int:
-    """A port that is not in use."""
-    with socket.socket() as probe:
-        probe.bind((host, 0))
-        return int(probe.getsockname()[1])
+    """A port that is not in use: below those that the system gives out, and another for each worker
+    of the tests, so that no other server takes it before this one starts."""
+    worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")) % 8
+    for _ in range(100):
+        port = 8 * random.SystemRandom().randrange(2500, 4000) + worker
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind((host, port))
+            return port
+    raise OSError(f"no free port of {host}")
 
 
 @contextlib.contextmanager
