@@ -1,8 +1,7 @@
 """Exceptions: invalid input, no equilibrium, no convergence, something outside unavailable."""
 
-from collections.abc import Collection
-from importlib import import_module
-from typing import Any
+import contextlib
+from collections.abc import Collection, Iterator, Mapping
 
 
 class BeamvizError(Exception):
@@ -12,9 +11,30 @@ class BeamvizError(Exception):
 
 
 class InvalidInput(BeamvizError, ValueError):
-    """Invalid input; the message names it, its value and the values allowed."""
+    """Invalid input; the message names it, its value and the values allowed.
+
+    use: options, and values of them, that a message advises. It is in the syntax of Python; the
+    command line writes it in its own (`advice`).
+    """
 
     kind = "invalid-input"
+
+    def __init__(self, message: str, use: Mapping[str, Collection[str]] | None = None):
+        super().__init__(message)
+        self.use = use or {}
+
+    def __str__(self) -> str:
+        return super().__str__() + self.advice("{}={!r}")
+
+    def advice(self, form: str) -> str:
+        """The options that the message advises, each in a form of its name and its value."""
+        texts = [form.format(name, value) for name, values in self.use.items() for value in values]
+        return f"; use {' or '.join(texts)}" if texts else ""
+
+    @property
+    def for_command_line(self) -> str:
+        """The message with options as the command line has them."""
+        return super().__str__() + self.advice("--{} {}").replace("_", "-")
 
 
 class NoEquilibrium(BeamvizError):
@@ -57,11 +77,12 @@ def unknown_keyword(kind: str, name: str, known: Collection[str]) -> InvalidInpu
     return InvalidInput(f"unknown {kind} {name!r}: {hint}")
 
 
-def optional(package: str, extra: str) -> Any:
-    """A package of an optional extra; Unavailable names the extra where it is not installed."""
+@contextlib.contextmanager
+def requires(extra: str) -> Iterator[None]:
+    """Around imports of an optional extra: Unavailable names it where it is not installed."""
     try:
-        return import_module(package)
+        yield
     except ImportError as error:
         raise Unavailable(
-            f"this needs {package}: pip install 'beamviz[{extra}]' ({error})"
+            f"this needs {error.name}: pip install 'beamviz[{extra}]' ({error})"
         ) from None

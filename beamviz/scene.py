@@ -26,7 +26,8 @@ from beamviz.beam import (
     read_small,
 )
 from beamviz.errors import InvalidInput
-from beamviz.solver import OPTIONS, Problem, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.problem import OPTIONS, Problem
 
 MODES = 5  # solved for a scene, and more where its view shows more
 MAX_DISTANCE = 1000.0  # of the camera, in beam lengths

@@ -7,7 +7,7 @@ import numpy as np
 
 from beamviz.beam import NUMBERS, Beam, Units
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
-from beamviz.solver import Solution
+from beamviz.solver.solution import Solution
 
 MILLIMETRES = 1000.0
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from beamviz import __version__
 from beamviz.drawing import BeamView, beam_mesh, colours
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.surroundings import hub_body, hub_radius
 from beamviz.exports.solved_scene import Loop, Moment, SolvedScene
 from beamviz.server.viser_private import offline_scene
+from beamviz.version import __version__
 
 FLOAT, UNSIGNED = 5126, 5125
 KEYS = 24  # of the animation, for each cycle of its fastest motion

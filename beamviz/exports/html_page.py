@@ -26,7 +26,9 @@ from beamviz.plotting import figure_bytes
 from beamviz.plotting.loci import draw_chart
 from beamviz.scene import Scene
 from beamviz.server import run_server
-from beamviz.solver import MAX_MODES, Solution, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.problem import MAX_MODES
+from beamviz.solver.solution import Solution
 
 TITLE, ROOT = "<title>Viser</title>", '<div id="root"></div>'  # of viser's page
 POINTS = 72  # an inch, as SVG pictures have them

@@ -22,7 +22,8 @@ from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.limits import is_bent
 from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.plotting import FAINT, INK
-from beamviz.solver import other_stable_states, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.bent import other_stable_states
 from beamviz.solver.solution import Solution
 
 MODES, EXACT_MODES = 5, 10  # compared at the most; of the exact solution, where they may be higher

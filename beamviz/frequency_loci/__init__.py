@@ -2,7 +2,6 @@
 
 import time
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from beamviz.frequency_loci.sweep import Sweep, check_values
 from beamviz.solver import Problem, parse_keywords
 
 MAX_POINTS = 10_000
+MAX_HTML_ROWS = 20
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,22 +57,40 @@ class Loci:
 
         Raises Unavailable where xarray is not installed.
         """
-        return import_module("beamviz.output").loci_dataset(self)
+        from beamviz.datasets import attributes, loci_dataset
+
+        described = attributes(self.beam.numbers, self.problem.model, self.units)
+        return loci_dataset(self.over, self.values, self.branches, described)
 
     def events_dataframe(self) -> Any:
         """The events as rows of a pandas.DataFrame."""
-        return import_module("beamviz.output").records_dataframe(Event, self.events)
+        from beamviz.tables import dataframe
+
+        return dataframe(Event, self.events)
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
-        return import_module("beamviz.output").records_dataframe(Limit, self.limits)
+        from beamviz.tables import dataframe
+
+        return dataframe(Limit, self.limits)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the chart onto matplotlib axes (the current ones by default), and return these."""
-        return import_module("beamviz.plotting.loci").plot_loci(self, ax)
+        from beamviz.plotting.loci import plot_loci
+
+        return plot_loci(self, ax)
 
     def _repr_html_(self) -> str:
-        return import_module("beamviz.output").loci_html(self)
+        from beamviz.tables import event_columns, html_table
+
+        return html_table(repr(self), event_columns(self.over, self.events[:MAX_HTML_ROWS]))
+
+    def close_up(self, event: Event, widths: float = 4.0, points: int = 41) -> "Loci":
+        """These loci within `widths` widths of a veering and their own range, at `points` values,
+        which are solved for."""
+        low = max(event.at - widths * event.width, self.values[0])
+        high = min(event.at + widths * event.width, self.values[-1])
+        return at_values(self, np.linspace(low, high, points))
 
     def labels_at(self, value: float) -> tuple[str, ...]:
         """The labels of the branches of the lowest modes at a value, by ascending frequency; empty
@@ -134,13 +152,6 @@ def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: An
         seconds=time.perf_counter() - began,
         parts=tuple(parts),
     )
-
-
-def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
-    """`found` within `widths` widths of a veering and its own range, at `points` values."""
-    low = max(event.at - widths * event.width, found.values[0])
-    high = min(event.at + widths * event.width, found.values[-1])
-    return at_values(found, np.linspace(low, high, points))
 
 
 def at_values(found: Loci, values: np.ndarray) -> Loci:

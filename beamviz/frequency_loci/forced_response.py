@@ -19,7 +19,8 @@ from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.curves import polish
 from beamviz.frequency_loci.sweep import Sweep
-from beamviz.solver import quadrature, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.families import quadrature
 from beamviz.solver.solution import Solution
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)

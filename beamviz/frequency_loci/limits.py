@@ -229,7 +229,7 @@ def _limit_point(
     over: str, low: float, high: float, before: Outcome, after: Outcome
 ) -> list[Event]:
     """The limit point, between two values, of the bent state at one of them."""
-    from beamviz.solver import end_of_bent_state
+    from beamviz.solver.bent import end_of_bent_state
 
     for start, stop in ((before, high), (after, low)):
         if not is_bent(start):
@@ -247,7 +247,7 @@ def _limit_point(
 def _second_states(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
     """The limit point, or else the first value, of the first other stable bent state found. The
     label of its lowest branch is "B1 (state 2)" or so."""
-    from beamviz.solver import end_of_bent_state, other_stable_states
+    from beamviz.solver.bent import end_of_bent_state, other_stable_states
 
     for k in np.unique(np.linspace(0, len(values) - 1, SECOND_STATES_SOUGHT).astype(int)):
         own = outcomes[k]

@@ -18,7 +18,9 @@ from beamviz.frequency_loci.mode_vectors import (
     kinetic_energies,
     mode_points,
 )
-from beamviz.solver import CommonMesh, Problem, greatest_force, solve_many
+from beamviz.solver import Problem, solve_many
+from beamviz.solver.hp import CommonMesh
+from beamviz.solver.hp.equilibrium import greatest_force
 from beamviz.solver.solution import Solution, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest

@@ -13,11 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
 from beamviz.beam import NUMBERS
-from beamviz.frequency_loci import Branch, Event, Loci, close_up
-from beamviz.frequency_loci.forced_response import Resonance
-from beamviz.frequency_loci.limits import Limit
 from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
 from beamviz.plotting.labels import OFFSET, EndLabel, LabelPlacer, draw_legend, label_line_ends
+from beamviz.protocols import Branch, Event, Limit, Loci, Resonance
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
@@ -102,9 +100,10 @@ class Chart:
             self.draw_limit(limit)
         self.label_ends(self.draw_per_rev_lines(per_rev))
         marks: list[Resonance | Event] = [*resonances, *self.loci.events]
-        for mark in marks:
-            kind, zorder = (mark.kind, 6) if isinstance(mark, Event) else ("resonance", 5)
-            self.axes.plot(self.x(mark.at), self.y(mark.frequency), **MARKS[kind], zorder=zorder)
+        styles = [MARKS["resonance"] for _ in resonances]
+        styles += [MARKS[event.kind] for event in self.loci.events]
+        for mark, style in zip(marks, styles, strict=True):
+            self.axes.plot(self.x(mark.at), self.y(mark.frequency), **style, zorder=6)
         self.label_inside(marks)
         self.label_events()
 
@@ -226,7 +225,7 @@ class Chart:
         corner = _free_corner(placer)
         if corner is None:
             return False
-        near, upper = close_up(self.loci, event), _upper(self.loci, event)
+        near, upper = self.loci.close_up(event), _upper(self.loci, event)
         inset = self.axes.inset_axes((*corner, *INSET), zorder=8)
         for branch in (one for one in near.branches if one.label in event.branches):
             self.draw_branch(inset, near, branch)

@@ -14,7 +14,7 @@ from matplotlib.text import Annotation
 
 from beamviz import Beam, Units, loci
 from beamviz.frequency_loci.forced_response import resonances
-from beamviz.output import loci_table as to_table
+from beamviz.output.loci import loci_table as to_table
 from beamviz.plotting.loci import draw_chart
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")

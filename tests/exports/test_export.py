@@ -25,10 +25,11 @@ from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.frequency_loci.sweep import chart_range
-from beamviz.output import STATIONS
 from beamviz.scene import Scene
 from beamviz.server.viser_private import offline_scene
-from beamviz.solver import MAX_MODES, solve
+from beamviz.solver import solve
+from beamviz.solver.problem import MAX_MODES
+from beamviz.solver.solution import STATIONS
 
 
 def values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from beamviz import Beam, NoEquilibrium, NotConverged, loci, solve, solve_many
 from beamviz.frequency_loci import sweep
-from beamviz.solver import end_of_bent_state, other_stable_states
+from beamviz.solver.bent import end_of_bent_state, other_stable_states
 
 TIP = Beam(alpha=1, beta=1)
 INWARD = Beam(delta=-1)

@@ -10,7 +10,7 @@ import pytest
 from helpers import sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
-from beamviz.frequency_loci import Event, close_up, sweep
+from beamviz.frequency_loci import Event, sweep
 
 TIP = Beam(alpha=1, beta=1)
 FEW_TERMS = "modes = 5: at most 3 with terms = 3; ask for more"
@@ -123,7 +123,7 @@ def test_close_up_of_a_veering():
     """Around its least gap, within four widths, with the same labels."""
     found = loci(TIP, "gamma", np.linspace(0, 10, 51), coriolis=True)
     (event,) = found.events
-    near = close_up(found, event)
+    near = found.close_up(event)
     assert near.events == (event,)
     assert near.values[[0, -1]] == pytest.approx(
         [event.at - 4 * event.width, event.at + 4 * event.width]

@@ -17,7 +17,7 @@ from beamviz.frequency_loci.mode_vectors import (
     kinetic_energies,
     mode_points,
 )
-from beamviz.solver import quadrature
+from beamviz.solver.families import quadrature
 
 TIP = Beam(alpha=1, beta=1)
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)

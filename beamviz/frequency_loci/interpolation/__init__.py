@@ -12,7 +12,8 @@ from beamviz.frequency_loci.interpolation.chebyshev import LEAST, lobatto, on_pi
 from beamviz.frequency_loci.interpolation.fits import Nodes, by_characteristics, by_squares
 from beamviz.frequency_loci.interpolation.pieces import Piece
 from beamviz.frequency_loci.sweep import Spectra, Sweep
-from beamviz.solver import half_waves, is_small_strain
+from beamviz.solver.hp.equilibrium import is_small_strain
+from beamviz.solver.hp.mesh_design import half_waves
 
 # First order for a whole axis, per length of its variable and in addition; the second where all
 # modes couple: over random charts the order needed is nearly a linear function of the length.

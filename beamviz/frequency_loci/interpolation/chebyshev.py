@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.solver import interpolation_matrix
+from beamviz.solver.hp.mesh import interpolation_matrix
 
 LEAST = 16  # order of the coarsest piece
 CHECKS = np.array([0.08, 0.4, 0.7])  # positions relative to the order, moved between two nodes
