@@ -68,12 +68,24 @@ class Cancelled(Exception):
     kind = "cancelled"
 
 
-def unknown_keyword(kind: str, name: str, known: Collection[str]) -> InvalidInput:
-    """The error of a mistyped keyword: it names the nearest one, or all where none is near."""
+def unknown_keyword(
+    kind: str,
+    name: str,
+    known: Collection[str],
+    synonyms: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> InvalidInput:
+    """The error of a mistyped keyword: it names the nearest one, or all where none is near.
+
+    synonyms: known keywords by other names for them; units: of known keywords.
+    """
     import difflib
 
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    others, units = synonyms or {}, units or {}
+    near = difflib.get_close_matches(name, [*known, *others], n=1, cutoff=0.5)
+    meant = others.get(near[0], near[0]) if near else ""
+    unit = f" [{units[meant]}]" if meant in units else ""
+    hint = f"did you mean {meant!r}{unit}?" if near else f"known: {', '.join(known)}"
     return InvalidInput(f"unknown {kind} {name!r}: {hint}")
 
 

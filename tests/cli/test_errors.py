@@ -24,7 +24,7 @@ MAP = "--over gamma,alpha --at beta=0.5 --sweep $STORE"
 ALL_AXES = "alpha=0,1 --over beta=0,1 --over delta=0,1 --over mu=50,70 --over spin_up=0,1"
 EXACT = {  # the whole message
     "modes --alpha -1": "alpha = -1: must lie in 0 .. 100",
-    "modes --beta half": "beta = 'half': must be a number and lie in 0 .. 1",
+    "modes --beta half": "beta = 'half': must be a number in 0 .. 1",
     "modes --modes 2.5": f"modes = 2.5: {WHOLE}",
     "modes --modes many": f"modes = 'many': {WHOLE}",
     "modes --elements 8": f"elements = 8: method auto {NO_ELEMENTS}",
