@@ -125,7 +125,8 @@ def test_every_form_of_import_is_seen(tmp_path, line):
     """An import of the layer above by the solver, in each form, is one that points up."""
     (tmp_path / "module.py").write_text(line)
     assert "beamviz.scene" in imports(tmp_path / "module.py")
-    assert circle({"solver": {"scene"}, "scene": own_imports("scene")} | {"errors": set()})
+    below = {name: own_imports(name) for name in ("scene", "beam", "errors")}
+    assert circle({**below, "solver.problem": {"scene"}})
 
 
 def test_modules_are_imported_by_a_whole_name():
@@ -180,11 +181,16 @@ def test_the_solver_is_used_through_its_entry_points():
             "[solve(beam, state=state, coriolis=True) for state in ('straight', 'stable')]",
             *("beamviz.solver", {"beamviz.solver.bent"}),
         ),
+        (
+            "import tempfile; from beamviz import Scene, screenshot;"
+            "screenshot(tempfile.mkdtemp() + '/a.png', Scene(), 64, 64)",
+            *("trimesh", {"viser", "websockets", "beamviz.server"}),
+        ),
     ],
 )
 def test_nothing_is_loaded_that_is_not_used(code, used, unused):
     """Neither by the package nor by a solve, which needs of scipy its LAPACK only, and of bent
-    states nothing while the straight one is stable."""
+    states nothing while the straight one is stable; nor by a picture, which needs no page."""
     command = [sys.executable, "-c", f"{code}; import sys; print(*sys.modules, file=sys.stderr)"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     loaded = set(done.stderr.split())
