@@ -86,13 +86,19 @@ def mode_columns(modes: Mapping[str, Any], units: Units | None) -> dict[str, Ite
     return columns
 
 
-def event_columns(over: str, events: Sequence[Event]) -> Columns:
-    """The table of the events of loci as texts."""
-    return {
-        "event": [event.kind for event in events],
+def event_columns(over: str, units: Units | None, events: Sequence[Event]) -> Columns:
+    """The table of the events of loci over a parameter as texts; with rpm for a beam in SI."""
+    columns: dict[str, Iterable[Any]] = {
+        "event": [event.name for event in events],
         "branches": [" ".join(event.branches) for event in events],
         f"at {over}": [f"{event.at:.6f}" for event in events],
-        "frequency [1/T*]": [f"{event.frequency:.5f}" for event in events],
-        "gap [1/T*]": [f"{event.gap:.3g}" for event in events],
-        "veering index": [f"{event.index:.3f}" for event in events],
     }
+    if units and over == "gamma":
+        columns["rpm"] = [f"{units.rpm(event.at):.6g}" for event in events]
+    columns["frequency [1/T*]"] = [f"{event.frequency:.5f}" for event in events]
+    if any(event.kind == "veering" for event in events):
+        veers = [event.kind == "veering" for event in events]
+        pairs = [*zip(events, veers, strict=True)]
+        columns["gap [1/T*]"] = [f"{event.gap:.3g}" if own else "-" for event, own in pairs]
+        columns["veering index"] = [f"{event.index:.3f}" if own else "-" for event, own in pairs]
+    return columns

@@ -20,6 +20,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("frequency_loci",),
     ("sweeps",),
     ("plotting.maps",),
+    ("chart_ranges",),
     ("lessons",),
     ("output",),
     ("paper", "failure_maps"),

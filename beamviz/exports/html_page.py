@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context
 
+from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
@@ -21,9 +22,7 @@ from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import json_text, package_text
 from beamviz.frequency_loci import loci
-from beamviz.frequency_loci.forced_response import resonances
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.plotting import STYLE, figure_bytes, new_figure
 from beamviz.plotting.loci import Chart
 from beamviz.scene import Scene
@@ -118,15 +117,15 @@ def chart(scene: Scene) -> str:
     multiples = scene.per_rev if over == "gamma" else ()
     try:
         values = np.linspace(*chart_range(beam, over), CHART_POINTS)
-        found = loci(beam, over, values, **scene.solver_options)
-        crossed = resonances(found, max(multiples, default=0))
+        most = max(multiples, default=0)
+        found = loci(beam, over, values, per_rev=most, **scene.solver_options)
     except BeamvizError as error:
         return f'<p class="wrong">{escape(str(error))}</p>'
     with rc_context(STYLE):
         figure = new_figure(*CHART_SIZE, layout="constrained")
         axes = figure.add_subplot()
-        drawn = Chart(found, axes)
-        drawn.annotate([one for one in crossed if one.per_rev in multiples], multiples)
+        drawn = Chart(found, axes, multiples)
+        drawn.annotate(multiples)
         axes.axvline(drawn.x(getattr(beam, over)), color="0.5", lw=0.8, zorder=0, gid="marker")
         svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     low, high = axes.get_xlim()

@@ -1,22 +1,23 @@
 """Frequency loci as a table for a terminal, JSON and CSV."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
+
+import numpy as np
 
 from beamviz.datasets import QUANTITIES
 from beamviz.files import csv_text, json_text
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
-from beamviz.frequency_loci.forced_response import Resonance
 from beamviz.output import described_numbers, described_units
 from beamviz.tables import aligned_table, event_columns, plural, significant_decimals
 
 MAX_ROWS = 21  # of the table of frequencies
 
 
-def loci_json(loci: Loci, resonances: Sequence[Resonance] = ()) -> str:
-    """Sweep, branches, crossings and veerings as JSON."""
+def loci_json(loci: Loci) -> str:
+    """Sweep, branches, events and limits as JSON."""
     keys = ("label", *QUANTITIES)
     data: dict[str, Any] = {
         "beam": {name: x for name, x in loci.beam.numbers.items() if name != loci.over},
@@ -26,11 +27,8 @@ def loci_json(loci: Loci, resonances: Sequence[Resonance] = ()) -> str:
         "branches": [{key: getattr(branch, key) for key in keys} for branch in loci.branches],
         "events": loci.events,
         "limits": loci.limits,
-        "complete": loci.complete,
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
     }
-    if resonances:
-        data["resonances"] = resonances
     if units := loci.units:
         for record in data["branches"]:
             record["hertz"] = units.hertz(record["frequency"])
@@ -40,19 +38,22 @@ def loci_json(loci: Loci, resonances: Sequence[Resonance] = ()) -> str:
     return json_text(data)
 
 
-def loci_csv(loci: Loci, resonances: Sequence[Resonance] = ()) -> str:
-    """One line for each value, every column a number: frequencies, then bending fractions."""
+def loci_csv(loci: Loci) -> str:
+    """One line for each value, every column a number: frequencies, growth rates of branches that
+    grow or decay, bending fractions."""
     columns = {loci.over: loci.values}
     if loci.units and loci.over == "gamma":
         columns["rpm"] = loci.units.rpm(loci.values)
     columns |= {branch.label: branch.frequency for branch in loci.branches}
     if loci.units:
         columns |= {f"{b.label}_hertz": loci.units.hertz(b.frequency) for b in loci.branches}
+    growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
+    columns |= {f"{branch.label}_growth_rate": branch.growth_rate for branch in growing}
     columns |= {f"{branch.label}_bending": branch.bending_fraction for branch in loci.branches}
     return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
-def loci_table(loci: Loci, resonances: Sequence[Resonance] = ()) -> str:
+def loci_table(loci: Loci) -> str:
     """The sweep, its frequencies and its events, to be read in a terminal."""
     heading = [
         "Beam         " + described_numbers(loci.beam, without=loci.over),
@@ -62,8 +63,8 @@ def loci_table(loci: Loci, resonances: Sequence[Resonance] = ()) -> str:
         *([described_units(loci.units)] if loci.units else []),
     ]
     footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
-    limits, crossed = [limit.message for limit in loci.limits], resonance_lines(loci, resonances)
-    parts = [heading, frequency_lines(loci), event_lines(loci), crossed, limits, [footer]]
+    limits = [limit.message for limit in loci.limits]
+    parts = [heading, frequency_lines(loci), event_lines(loci), limits, [footer]]
     return "\n\n".join("\n".join(part) for part in parts if part)
 
 
@@ -76,6 +77,8 @@ def frequency_lines(loci: Loci) -> list[str]:
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
     table = aligned_table({loci.over: [f"{loci.values[i]:.7g}" for i in rows], **columns})
     lines = [f"Frequencies [1/T*]{thinned}", *table]
+    if any(np.nan_to_num(branch.growth_rate[rows]).any() for branch in loci.branches):
+        lines.append("+, -: growth rate [1/T*] of a mode that grows or decays")
     if any(cell[-1] in "bsm" for cells in columns.values() for cell in cells):
         lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
     return lines
@@ -87,31 +90,18 @@ def branch_cells(branch: Branch, rows: list[int]) -> Iterator[str]:
     decimals = min([5, *map(significant_decimals, errors)])
     for i in rows:
         value, letter = branch.frequency[i], (branch.family[i] or "")[:1]
-        text = "unstable" if math.isnan(value) else f"{value:.{decimals}f}"
+        rate = branch.growth_rate[i]
+        text = f"{value:.{decimals}f}" if math.isfinite(value) else "unstable"
+        if rate:
+            text = f"{text} {rate:+.{decimals}f}"
         yield f"{text} {letter if letter != branch.label[0].lower() else ' '}" if letter else "-  "
 
 
 def event_lines(loci: Loci) -> list[str]:
-    """The table of events, and a note if there may be more."""
-    note = [loci.warning] if loci.warning else []
+    """The table of events."""
     if not loci.events:
-        return note or ["No crossing or veering in this range."]
-    return aligned_table(event_columns(loci.over, loci.events)) + note
-
-
-def resonance_lines(loci: Loci, resonances: Sequence[Resonance]) -> list[str]:
-    """The table of resonances; with rpm for a beam in SI."""
-    if not resonances:
-        return []
-    columns: dict[str, Iterable[Any]] = {
-        "per rev": [one.per_rev for one in resonances],
-        "branch": [one.branch for one in resonances],
-        "at gamma": [f"{one.at:.6f}" for one in resonances],
-        "frequency": [f"{one.frequency:.5f}" for one in resonances],
-    }
-    if units := loci.units:
-        columns["rpm"] = [f"{units.rpm(one.at):.6g}" for one in resonances]
-    return ["Resonances, frequency = per rev x speed", *aligned_table(columns)]
+        return ["No crossing or veering in this range."]
+    return aligned_table(event_columns(loci.over, loci.units, loci.events))
 
 
 LOCI_FORMATS = {"table": loci_table, "json": loci_json, "csv": loci_csv}

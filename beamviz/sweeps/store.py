@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 from beamviz.beam import NUMBERS, Beam, Units, exact_text
 from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
-from beamviz.frequency_loci.sweep import check_values
+from beamviz.frequency_loci.path import check_values
 from beamviz.signals import defer_signals
 from beamviz.solver import METHODS, Problem, parse_keywords, solve_many
 from beamviz.solver.problem import OPTIONS

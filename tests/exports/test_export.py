@@ -22,6 +22,7 @@ from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from beamviz import exports
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import section_size
@@ -29,7 +30,6 @@ from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
-from beamviz.frequency_loci.sweep import chart_range
 from beamviz.scene import Scene
 from beamviz.solver import solve
 from beamviz.solver.problem import MAX_MODES
