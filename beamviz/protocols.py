@@ -2,7 +2,7 @@
 not import them."""
 
 from collections.abc import Sequence
-from typing import Any, Protocol, Self
+from typing import Protocol
 
 from numpy.typing import NDArray
 
@@ -86,4 +86,3 @@ class Loci(Protocol):
     def events(self) -> Sequence[Event]: ...
     @property
     def limits(self) -> Sequence[Limit]: ...
-    def close_up(self, event: Any) -> Self: ...

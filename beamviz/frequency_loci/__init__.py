@@ -105,13 +105,6 @@ class Loci:
         ranks = {int(branch.mode_index[0]): branch.label for branch in here}
         return tuple(ranks[k] for k in sorted(ranks) if k >= 0)
 
-    def close_up(self, event: Event, widths: float = 4.0, points: int = 41) -> "Loci":
-        """These loci within `widths` widths of a veering and their own range, at `points` values,
-        which are solved for."""
-        low = max(event.at - widths * event.width, self.values[0])
-        high = min(event.at + widths * event.width, self.values[-1])
-        return at_values(self, np.linspace(low, high, points))
-
     @property
     def path(self) -> Path:
         """The path, nothing solved."""
