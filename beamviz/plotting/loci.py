@@ -164,7 +164,7 @@ class Chart:
         widest = int(np.diff(lines).argmax())
         middle = sum(ends) / 2, lines[widest : widest + 2].mean()
         rotation = 0 if limit.stop - limit.start > WIDE * (last - first) else 90
-        text = f"{limit.kind.replace('-', ' ')}\n{where}"
+        text = f"{limit.name}\n{where}"
         axes.text(*middle, text, rotation=rotation, **ON_LIMIT)
 
     def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:
