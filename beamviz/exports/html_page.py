@@ -41,8 +41,11 @@ RESOLUTION = 1e-5  # of places, in lengths of the beam, and of strains
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 
-def solution_table(solution: Solution, count: int, shown: Collection[str]) -> str:
-    """The `count` lowest modes: number, label, kind, frequency, error; those `shown` are marked."""
+def solution_table(
+    solution: Solution, shown: Collection[str] = (), count: int | None = None
+) -> str:
+    """The `count` lowest modes (or all): number, label, kind, frequency, error. Those whose labels
+    are `shown` are marked."""
     labels, mixtures = identify_modes(solution)
     units = solution.beam.units
     across = f'<span title="{TIME}">{frequencies(units).label}</span>'
@@ -107,7 +110,7 @@ def numbers(solved: SolvedScene, solution: Solution) -> str:
     return (
         f"<h1>{solution.beam.described(solution.beam.numbers)}</h1>"
         + (f'<p class="wrong">{escape(warning)}</p>' if warning else "")
-        + solution_table(solution, len(solved.solution.labels), shown)
+        + solution_table(solution, shown, len(solved.solution.labels))
     )
 
 
