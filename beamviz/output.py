@@ -24,7 +24,7 @@ LEFT_ALIGNED = ("label", "family", "nodes x/L")
 MAX_LOCI_ROWS = 21
 MAX_HTML_ROWS = 20
 MODEL_KEYS = ("method", "strain", "curvature", "coriolis", "plane")
-EQUILIBRIUM_KEYS = ("status", "shape", "iterations", "tip", "max_stretch")
+EQUILIBRIUM_KEYS = ("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch")
 MODE_KEYS = {  # of the JSON, and the attributes of a solution
     "label": "labels",
     "family": "families",
@@ -146,12 +146,12 @@ def solution_json(solution: "Solution") -> str:
 
 
 def mode_records(solution: "Solution") -> list[dict[str, Any]]:
-    """Each mode under the keys of the JSON, growth rates of modes that have one only."""
+    """Each mode under the keys of the JSON; growth rates, of either sign, where there is one."""
     values = mode_values(solution)
     rows = zip(*map(plain, values.values()), strict=True)
     records = [dict(zip(values, row, strict=True)) for row in rows]
     for record in records:
-        if not (record["frequency"] is None or record["growth_rate"] > 0):
+        if not (record["frequency"] is None or record["growth_rate"]):
             del record["growth_rate"]
     return records
 
@@ -173,14 +173,24 @@ def solution_table(solution: "Solution") -> str:
     (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
     heading += [
         "Model        " + solution.problem.described,
-        f"Equilibrium  {state.status}{bent}, tip at ({x:.7g}, {y:.7g}) L from the clamp,"
-        f" greatest stretch {state.max_stretch:.7g}",
+        f"Equilibrium  {described_status(solution)}{bent},"
+        f" tip at ({x:.7g}, {y:.7g}) L from the clamp, greatest stretch {state.max_stretch:.7g}",
     ]
     footer = (
         f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
     return "\n".join([*heading, "", *aligned_table(mode_columns(solution)), "", footer])
+
+
+def described_status(solution: "Solution") -> str:
+    """The status of the equilibrium in words."""
+    state = solution.equilibrium
+    if state.status == "growing":
+        return "vibrations grow" + (" at this instant" if solution.beam.spin_up else "")
+    if state.status == "stable" and state.buckled_chordwise:
+        return "stable flapwise but buckled chordwise (unstable in the plane of rotation)"
+    return state.status
 
 
 def solution_html(solution: "Solution") -> str:

@@ -100,7 +100,8 @@ def neat(step: float) -> float:
 
 
 def stability_warning(solution: Solution) -> str:
-    """The growth of a disturbance of an unstable state, in two lines; "" for a stable one."""
+    """The growth of a disturbance of an unstable state, or of a vibration, in two lines; "" for a
+    stable one."""
     if solution.equilibrium.status == "stable":
         return ""
     fastest = int(np.argmax(solution.growth_rates))
