@@ -87,16 +87,14 @@ def test_modules_are_short():
 
 
 def test_solver_needs_numpy_and_scipy_only_and_is_used_through_solve_only():
-    """Beside the standard library and its own package; nothing above imports a single method, but
-    the benchmark times the eigenproblems alone."""
-    timed = {"benchmark.work_precision": {"solver.eigen"}}
+    """Beside the standard library and its own package; nothing above imports a single method."""
     for module, path in MODULES.items():
         if module.startswith("solver"):
             roots = {name.partition(".")[0] for name in imports(path)}
             assert roots - set(sys.stdlib_module_names) <= {"numpy", "scipy", "beamviz"}, module
         elif layer(module) > layer("solver"):
             seen = {name for name in own_imports(module) if name.startswith("solver")}
-            assert seen - timed.get(module, set()) <= {"solver", "solver.solution"}, module
+            assert seen <= {"solver", "solver.solution"}, module
 
 
 @pytest.mark.parametrize(
