@@ -85,7 +85,7 @@ def draw_legend(axes: Axes, found: Map, shown: list[MethodMap]) -> None:
     for kind in subject.kinds:
         text = kind.meaning + ("" if kind.name in present else " (nowhere here)")
         look: dict[str, Any] = {"fc": kind.face, "hatch": kind.hatch, "ec": STRIPES, "lw": 0.6}
-        handles.append(Patch(label=fill(text, 42), **look))
+        handles.append(Patch(label=fill(text, 40), **look))
     line: dict[str, Any] = {"color": INK, "lw": 1.2}
     handles.append(Line2D([], [], label=subject.boundary, **line))
     if np.isfinite(shown[0].speeds("buckling")).any():
