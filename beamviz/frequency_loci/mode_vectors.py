@@ -62,24 +62,6 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
 
-def kinetic_energies(solutions: Sequence[Solution]) -> np.ndarray:
-    """Kinetic energies (n, 2, m) across the beam and total of gyroscopic modes, equal in number,
-    relative to the norm in the product of `_gyroscopic`. As functions of omega^2 that are analytic
-    also where it vanishes: the energies across of unstable modes count as negative. The beams
-    rotate.
-
-    By the equation of a mode z the norm is (z* M z + z* K z / omega^2) / 2 with z* M z = 1; of
-    unstable modes the terms across the beam are negative."""
-    squares = np.array([one.omega_squared for one in solutions])
-    fraction = np.array([one.bending_energy_fraction for one in solutions])
-    stored = np.array([getattr(one.fields, "stored", None) for one in solutions])
-    sign = np.where(squares >= 0, 1.0, -1.0)
-    across = sign * fraction
-    total = 1 - fraction + across
-    norm = (total + (stored[:, 0] + sign * stored[:, 1]) / squares) / 2
-    return np.stack((across, total), axis=1) / norm[:, None]
-
-
 def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:
     """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
     weights and masses."""
