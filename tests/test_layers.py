@@ -30,6 +30,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("cli",),
     ("__main__", "beamviz"),
 )
+EVIDENCE = {"paper", "failure_maps", "benchmark"}
 VIEWERS = {"viser", "matplotlib", "trimesh"}
 LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate", "rich"}
 
@@ -74,6 +75,14 @@ def test_imports_point_down():
     for module in MODULES.keys() - {"beamviz"}:
         below = own_imports(module) - {"beamviz"}
         assert [name for name in below if layer(name) > layer(module)] == [], module
+
+
+def test_evidence_is_imported_by_its_commands_only():
+    """The product does not need what reproduces the paper and compares methods."""
+    for module in MODULES:
+        name = module.partition(".")[0]
+        needed = {other.partition(".")[0] for other in own_imports(module)} - {name, "beamviz"}
+        assert name == "cli" or not needed & EVIDENCE, module
 
 
 def test_no_import_cycles():
