@@ -161,7 +161,7 @@ def test_the_readme_quotes_the_committed_measurement(committed):
 def test_auto_was_fastest(committed):
     """No method that stretches the beam was faster, none both faster and nearer to the paper's."""
     rows, _ = committed
-    for name in {r.name for r in rows} - {"auto", "foac", "zoac"}:
+    for name in {r.name for r in rows if r.theory not in ("rigid", "none")} - {"auto"}:
         for target in (1e-2, 1e-3, *benchmark.TARGETS):
             assert all(ratio >= 1 for ratio in ratios(rows, name, target)), name
     assert not dominated(rows, "auto")
