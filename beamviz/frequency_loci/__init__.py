@@ -52,12 +52,12 @@ class Loci:
 
     def __repr__(self) -> str:
         kinds = [event.kind for event in self.events]
+        counts = [f"{kind}: {kinds.count(kind)}" for kind in EVENT_KINDS if kind in kinds]
         return (
             f"Loci(over {self.over} = {self.values[0]:g} .. {self.values[-1]:g},"
             f" {len(self.values)} values,"
             f" branches {' '.join(branch.label for branch in self.branches)},"
-            f" crossings: {kinds.count('crossing')}, veerings: {kinds.count('veering')},"
-            f" limits: {len(self.limits)})"
+            f" events: {', '.join(counts) or 'none'}; limits: {len(self.limits)})"
         )
 
     def to_xarray(self) -> Any:

@@ -11,7 +11,7 @@ from scipy.interpolate import barycentric_interpolate
 
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.frequency_loci.mode_vectors import Outcome
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import Modes, Path
 from beamviz.frequency_loci.roots import find_roots
 from beamviz.frequency_loci.tracking import Track
 from beamviz.solver.solution import Solution
@@ -178,7 +178,8 @@ def stability_changes(track: Track, merged: Sequence[float]) -> list[Change]:
     kinds = [kind_of(path.outcomes[value]) for value in values.tolist()]
     changes = [Change(track.low, kinds[0])]
     if path.is_straight:
-        roots = find_roots(values, _lowest(path, values)[:, None], lambda at, _: _lowest(path, at))
+        samples = _lowest(track.modes)[:, None]
+        roots = find_roots(values, samples, lambda at, _: _lowest(path.modes(at)))
         return changes + [
             Change(at, STABLE if rises else "unstable")
             for at, rises in zip(roots.at.tolist(), roots.rises.tolist(), strict=True)
@@ -191,10 +192,10 @@ def stability_changes(track: Track, merged: Sequence[float]) -> list[Change]:
     return changes
 
 
-def _lowest(path: Path, values: NDArray) -> NDArray:
+def _lowest(modes: Modes) -> NDArray:
     """A function (n,) that vanishes with the lowest omega^2, and nearer to a straight line: that
     may be -1e9."""
-    return np.arcsinh(np.fmin.reduce(path.modes(values).omega_squared, axis=(1, 2)))
+    return np.arcsinh(np.fmin.reduce(modes.omega_squared, axis=(1, 2)))
 
 
 def _bisected(path: Path, low: float, high: float, kind: str) -> float:

@@ -135,12 +135,13 @@ class Path:
     def modes(self, values: NDArray) -> Modes:
         """The modes at values (n,), ascending or not; nan without a solution."""
         outcomes, count = self.solve(values), self.problem.modes + self.extra_modes
+        solved = [isinstance(outcome, Solution) for outcome in outcomes]
+        solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
         s = np.full((len(values), count), complex(math.nan, math.nan))
         bending = np.full(s.shape, math.nan)
-        for i, outcome in enumerate(outcomes):
-            if isinstance(outcome, Solution):
-                s[i, : len(outcome.s)] = outcome.s
-                bending[i, : len(outcome.s)] = outcome.bending_energy_fraction
+        if solutions:
+            s[solved] = [solution.s for solution in solutions]
+            bending[solved] = [solution.bending_energy_fraction for solution in solutions]
         if self.is_coupled:
             return Modes(values, s[:, None], bending[:, None])
         return Modes(values, *_by_family(s, bending))

@@ -15,7 +15,7 @@ from matplotlib.transforms import Bbox
 from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
 from beamviz.frequency_loci.events import EVENT_KINDS, EventKind
-from beamviz.frequency_loci.limits import Limit
+from beamviz.frequency_loci.limits import MESSAGES, Limit
 from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
 from beamviz.plotting.labels import OFFSET, EndLabel, LabelPlacer, draw_legend, label_line_ends
 
@@ -171,7 +171,7 @@ class Chart:
         widest = int(np.diff(lines).argmax())
         middle = sum(ends) / 2, lines[widest : widest + 2].mean()
         rotation = 0 if limit.stop - limit.start > WIDE * (last - first) else 90
-        text = f"{limit.kind.replace('-', ' ')}\n{where}"
+        text = f"{MESSAGES[limit.kind]}\n{where}"
         axes.text(*middle, text, rotation=rotation, **ON_LIMIT)
 
     def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:

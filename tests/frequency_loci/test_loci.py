@@ -176,7 +176,7 @@ def test_repr_is_one_line(tip):
     """The range, the branches, and the number of events and limits."""
     assert repr(tip) == (
         "Loci(over gamma = 0 .. 20, 21 values, branches B1 B2 B3 S1 B4,"
-        " crossings: 2, veerings: 0, limits: 0)"
+        " events: crossing: 2; limits: 0)"
     )
     assert repr(tip["B3"]) == "Branch('B3', at 21 of 21 values)"
 
