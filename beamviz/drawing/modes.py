@@ -44,9 +44,12 @@ class SampledModes:
     solution: Solution | None = None
 
     @classmethod
-    def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
-        """The modes of a solution, with the signs of `previous`."""
-        x, labels = stations(solution.beam.beta), identify_modes(solution).labels
+    def sampled(
+        cls, solution: Solution, previous: Self | None = None, x: np.ndarray | None = None
+    ) -> Self:
+        """The modes of a solution, with the signs of `previous`; x: other stations than usual."""
+        x = stations(solution.beam.beta) if x is None else x
+        labels = identify_modes(solution).labels
         equilibrium = solution.equilibrium
         local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
         local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
