@@ -34,11 +34,9 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
 )
 EVIDENCE = ("paper", "failure_maps", "benchmark")  # for charts and tables, not of the product
 INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the folder that uses them
-    "benchmark": {"solver.eigen"},  # whose time it compares with that of a solve
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
         *("solver.families", "solver.hp", "solver.bent"),
     },
-    "sweeps": {"solver.hp.mesh"},  # interpolation
     "failure_maps": {"solver.bent"},  # other stable states
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}
