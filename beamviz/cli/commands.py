@@ -133,10 +133,10 @@ def loci(
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
-    found = loci(beam, over, values, modes, per_rev, **options)
+    tracked = loci(beam, over, values, modes, per_rev, **options)
     if plot:
-        save_figure(plot, draw_chart(found, range(1, per_rev + 1)))
-    print(LOCI_FORMATS[format](found).rstrip("\n"))
+        save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
+    print(LOCI_FORMATS[format](tracked).rstrip("\n"))
 
 
 @app.command()
@@ -322,7 +322,7 @@ def lessons(
     """Lists the lessons of the explorer."""
     from beamviz.lessons import LESSONS, lessons_table
 
-    records = {"lessons": [one.record for one in LESSONS]}
+    records = {"lessons": [lesson.record for lesson in LESSONS]}
     print(json_text(records) if format == "json" else lessons_table())
 
 

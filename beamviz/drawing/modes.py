@@ -116,7 +116,7 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def node_positions(x: np.ndarray, components: np.ndarray) -> list[np.ndarray]:
     """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,). Linear
-    interpolation, accurate to 1e-4; `Solution.nodes` is exact, but slower."""
+    interpolation, accurate to 1e-4; `Solution.nodes` is converged, but slower."""
     far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
     v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)

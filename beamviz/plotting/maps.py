@@ -103,8 +103,9 @@ def draw_empty(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> No
         here = status == STATUSES.index(name)
         if not here.any():
             continue
-        one = ListedColormap([colour])
-        ax.pcolormesh(x, y, np.ma.masked_where(~here, here), cmap=one, rasterized=True)
+        ax.pcolormesh(
+            x, y, np.ma.masked_where(~here, here), cmap=ListedColormap([colour]), rasterized=True
+        )
         stripes = ax.contourf(x, y, here, levels=[0.5, 1.5], colors="none", hatches=[hatch])
         stripes.set(edgecolor=STRIPES, linewidth=0)
         handles.append(Patch(facecolor=colour, edgecolor=STRIPES, hatch=hatch, lw=0.5, label=name))

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import NUMBERS, Beam, Units, exact_text
+from beamviz.beam import NUMBERS, Beam, Units, full_text
 from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
 from beamviz.frequency_loci.path import check_values
@@ -167,7 +167,7 @@ def find_place(
         value = at.get(name, values[0])
         place[name] = k = int(abs(values - value).argmin())
         if not abs(values[k] - value) <= ROUNDING * abs(value):
-            near = exact_text(float(values[k]))
+            near = full_text(float(values[k]))
             raise InvalidInput(f"at {name}={value:g}: not in this sweep; the nearest is {near}")
     return place
 
@@ -332,7 +332,7 @@ def count_statuses(path: Path) -> dict[str, int]:
 
 def axis_text(values: np.ndarray) -> str:
     """A short text of the values of an axis."""
-    texts = [exact_text(value) for value in values.tolist()]
+    texts = [full_text(value) for value in values.tolist()]
     if len(texts) <= 6:
         return ", ".join(texts)
     checksum = f"{zlib.crc32(values.tobytes()):08x}"
