@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 from beamviz import Beam, solve
 from beamviz.beam import PARAMETERS
 from beamviz.cli.commands import app
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.solver.problem import METHODS, OPTIONS, Option
 
 ROOT = Path(__file__).parents[1]
@@ -70,9 +71,12 @@ def test_the_python_runs(code, tmp_path, monkeypatch):
     assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+\.\w+)"', code))
 
 
-def test_the_tables_name_every_method_and_limit():
-    names = set(re.findall(r"^\| `([a-z-]+)` \|", REFERENCE, re.MULTILINE))
-    assert set(METHODS) <= names
+def test_the_tables_name_every_method_event_and_limit():
+    """Methods and kinds of events as they are declared."""
+    for name, method in METHODS.items():
+        assert f"| `{name}` | {method.source} | {method.choose} |" in REFERENCE
+    for name, kind in EVENT_KINDS.items():
+        assert f"| `{name}` | {kind.meaning} |" in REFERENCE
     for symbol, row in PARAMETERS.items():
         limits = "{:g} .. {:g}".format(*row.limits)
         assert re.search(rf"^\| {symbol} \|.*\| {re.escape(limits)}", README, re.MULTILINE)
