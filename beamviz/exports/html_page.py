@@ -210,26 +210,33 @@ def frequency_of(solution: Solution, label: str) -> float:
 def captions(
     solved: SolvedScene, beams: BeamScene, solutions: list[Solution]
 ) -> list[list[dict[str, str]]]:
-    """The captions at each speed: those of the scene at its own; at others the name and frequency
-    of each row, the speed, and a warning, as nodes of the beam are elsewhere."""
-    at_scene, every = [caption.data for caption in beams.captions], []
-    factor, titles = frequencies(solved.scene.beam.units), [row.title for row in beams.rows]
-    for solution in solutions:
-        if solution.beam.gamma == solved.scene.beam.gamma:
-            every.append(at_scene)
-            continue
-        shown = [
-            {**title.data, "text": row_title(label, solution.frequencies[k], factor)}
-            for title in titles
-            for label in title.text.split()[:1]
-            for k in [solution.labels.index(label)]
-        ]
-        if (around := beams.rows[0].surroundings) and around.alone and solution.beam.gamma > 0:
-            shown.append({**around.speed.data, "text": around.speed_text(solution.beam)})
-        if warning := stability_warning(solution):
-            shown.append({**beams.rows[0].warning.data, "text": warning})
-        every.append(shown)
-    return every
+    """The captions at each speed. At that of the scene they are those of the scene; at others the
+    titles of rows, the speed and a warning, since nodes of the modes are elsewhere."""
+    at_scene = [caption.data for caption in beams.captions]
+    return [
+        at_scene
+        if solution.beam.gamma == solved.scene.beam.gamma
+        else captions_elsewhere(solved, beams, solution)
+        for solution in solutions
+    ]
+
+
+def captions_elsewhere(
+    solved: SolvedScene, beams: BeamScene, solution: Solution
+) -> list[dict[str, str]]:
+    """The captions at another speed than that of the scene."""
+    first, shown = beams.rows[0], []
+    if solved.drawn.in_rows:
+        measure = frequencies(solution.beam.units)
+        for row, label in zip(beams.rows, solved.solution.labels, strict=True):
+            text = row_title(label, frequency_of(solution, label), measure)
+            shown.append({**row.title.data, "text": text})
+    if first.surroundings and first.surroundings.alone and solution.beam.gamma > 0:
+        text = first.surroundings.speed_text(solution.beam)
+        shown.append({**first.surroundings.speed.data, "text": text})
+    if warning := stability_warning(solution):
+        shown.append({**first.warning.data, "text": warning})
+    return shown
 
 
 def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) -> dict[str, Any]:
