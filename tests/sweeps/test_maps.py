@@ -119,11 +119,11 @@ def test_the_loci_of_a_line(store, tmp_path, run):
 def test_beams_without_a_number_are_grey(status, store):
     """Exactly these, named in the legend."""
     data = open_sweep(store).load()
-    code = ("not computed", "solved", "unstable", "no equilibrium", "not converged").index(status)
+    code = data["status"].flag_meanings.split().index(status.replace(" ", "_"))
     data["status"] = data["status"].where(data["status"] == 1, code)
     ax = draw_map(data, ("gamma", "alpha"), mode=1, at={"beta": 1}, ax=Figure().add_subplot())
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [status]
-    greys, colours = (one.get_array() for one in ax.collections if one.get_rasterized())
+    colours, greys = (one.get_array() for one in ax.collections if one.get_rasterized())
     assert (greys.mask != colours.mask).all()
     assert (colours.mask == (data["status"].sel(beta=1) == code).T.values).all()
     assert 0 < colours.mask.sum() < colours.size
