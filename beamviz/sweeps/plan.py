@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import NUMBERS, Beam, exact_text
 from beamviz.errors import InvalidInput
-from beamviz.frequency_loci.sweep import check_values
+from beamviz.frequency_loci.path import check_values
 from beamviz.solver import METHODS, Problem, parse_keywords
 
 MAX_AXES = 5
