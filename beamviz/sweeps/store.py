@@ -209,7 +209,7 @@ def open_group(path: Path) -> Any:
         group = None  # nothing, a file, or metadata of something else
     if group is None or group.attrs.get("format") != FORMAT:
         raise InvalidInput(
-            f"{path}: is no sweep of this version of the program; name another store"
+            f"{path}: is no sweep of this program, or one of another version; name another store"
         )
     try:
         for name in DEFAULTS:

@@ -127,3 +127,32 @@ def test_beams_without_a_number_are_grey(status, store):
     assert (greys.mask != colours.mask).all()
     assert (colours.mask == (data["status"].sel(beta=1) == code).T.values).all()
     assert 0 < colours.mask.sum() < colours.size
+
+
+@pytest.mark.parametrize(
+    ("axes", "numbers", "options", "status"),
+    [
+        (
+            {"gamma": np.linspace(0, 5, 9), "delta": np.linspace(-1, 0, 9)},
+            {"mu": 1000},
+            {"plane": "flapwise"},
+            "buckled chordwise",
+        ),
+        (
+            {"spin_up": [0, 70.0, 100, 200], "gamma": [0, 1]},
+            {"mu": 1e4},
+            {"state": "stable"},
+            "vibrations grow",
+        ),
+    ],
+)
+def test_beams_that_are_not_plainly_stable_are_a_kind_of_their_own(axes, numbers, options, status):
+    """They have a frequency, hence a colour, but a border, a name and a hatch tell what they are;
+    the name of the others does not change."""
+    data = sweep(axes, None, 2, beam=Beam(**numbers), workers=1, **options)
+    for shown in ({"mode": 1}, {"gap": True}):
+        ax = draw_map(data, **shown, ax=Figure().add_subplot())
+        assert status in {text.get_text() for text in ax.get_legend().get_texts()}
+        names = {text.get_text() for text in ax.texts}
+        assert any(name.endswith(f"\n({status})") for name in names)
+        assert any("(" not in name for name in names)

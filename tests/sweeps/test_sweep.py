@@ -28,7 +28,11 @@ SWEEPS = {  # axes, fixed numbers, options
     "Coriolis": ({"gamma": SPEEDS, "delta": [0, 0.5]}, {"alpha": 1}, {**CORIOLIS, "modes": 4}),
     "Coriolis at rest": ({"alpha": MASSES}, {}, CORIOLIS),
     "limits": ({"gamma": SPEEDS, "delta": [0, 1]}, {}, {"strain": "hencky"}),
-    "limits across": ({"delta": np.linspace(0, 2, 61)}, {"gamma": 40}, {"strain": "hencky"}),
+    "limits of few speeds": (
+        {"delta": [0, 0.5, 1], "gamma": [5, 30, 45]},
+        *({}, {"strain": "hencky"}),
+    ),
+    "limits across": ({"delta": np.linspace(0, 2, 31)}, {"gamma": 40}, {"strain": "hencky"}),
     "inward": ({"gamma": BUCKLING}, {"delta": -1}, {"plane": "flapwise"}),
     "buckling": ({"gamma": BUCKLING, "alpha": [0, 1]}, {"delta": -1}, {}),
     "rigid tension": ({"gamma": SPEEDS}, {}, {"method": "zoac"}),
