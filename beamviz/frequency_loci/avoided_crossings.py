@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from beamviz.frequency_loci.mode_vectors import Points
 from beamviz.frequency_loci.path import Path
 from beamviz.frequency_loci.tracking import Track
-from beamviz.frequency_loci.two_modes import TINY, Approach, closest, reduce
+from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
 
 CLOSE = 0.1  # of the frequency: greatest gap of interest
 WIDER = 2.0  # of CLOSE: gap on the grid below which a minimum is examined
@@ -44,7 +44,7 @@ class AvoidedCrossing(NamedTuple):
 
     family: int
     k: int
-    approach: Approach
+    least: LeastGap
     coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
     veering_index: float  # MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
     rotation: float  # [rad] of the shapes into each other from before to after it; 90 degrees: all
@@ -97,7 +97,7 @@ class Search:
         near = slice(max(i - 2, 0), i + 3)
         self.reference = points.shapes[i, rank]
         self.entries = reduce(self.reference, Points(*(array[near] for array in points)))
-        self.approach = Approach(float(track.values[i]), 0.0, math.inf, 0.0, (0, 1))
+        self.least = LeastGap(float(track.values[i]), 0.0, math.inf, 0.0, (0, 1))
         self.shift = math.inf
         self.is_settled = False
 
@@ -106,18 +106,18 @@ class Search:
         low, high = self.candidate.low, self.candidate.high
         if self.is_settled or len(self.entries) < 2:
             return None
-        previous, last = self.approach, self.shift
-        self.approach = closest(self.entries, previous.at, low, high)
-        self.shift = abs(self.approach.at - previous.at)
-        fine = max(SETTLED * min(self.approach.width, high - low), FINEST * (high - low))
-        steady = abs(self.approach.gap - previous.gap) <= SAME * self.approach.gap
+        previous, last = self.least, self.shift
+        self.least = closest(self.entries, previous.at, low, high)
+        self.shift = abs(self.least.at - previous.at)
+        fine = max(SETTLED * min(self.least.width, high - low), FINEST * (high - low))
+        steady = abs(self.least.gap - previous.gap) <= SAME * self.least.gap
         rounding = last / 2 < self.shift < ROUGH * (high - low)
         self.is_settled = bool(steady and (self.shift <= fine or rounding))
         if self.is_settled:
             return None
         solved = self.entries[:, 0].real
-        if self.approach.at not in solved:
-            return self.approach.at
+        if self.least.at not in solved:
+            return self.least.at
         inside = np.unique(solved[(solved > low) & (solved < high)])
         ends = np.concatenate(([low], inside, [high]))  # halve the widest interval
         widest = int(np.diff(ends).argmax())
@@ -130,7 +130,7 @@ class Search:
     def is_wanted(self, modes: int) -> bool:
         """Whether a small gap of at least one of the lowest modes was located between the ends of
         the bracket. A gap that is least at an end has a kink there, as where a beam buckles."""
-        at, frequency, gap, _, (lower, _) = self.approach
+        at, frequency, gap, _, (lower, _) = self.least
         inside = not gap or at not in (self.candidate.low, self.candidate.high)
         return self.is_settled and inside and gap <= CLOSE * frequency and lower < modes
 
@@ -155,9 +155,8 @@ def _measured(path: Path, searches: list[Search]) -> list[AvoidedCrossing]:
     beside each: close to it, and so far away that the shapes are those of before and after."""
     if not searches:
         return []
-    approaches = [search.approach for search in searches]
-    at = np.array([approach.at for approach in approaches])
-    width = np.array([approach.width for approach in approaches])
+    at = np.array([search.least.at for search in searches])
+    width = np.array([search.least.width for search in searches])
     before, after = np.array([search.candidate[4:] for search in searches]).T
     step = np.minimum(DIFFERENCE_STEP * width, np.minimum(at - before, after - at))
     near = at[:, None] + np.column_stack((-step, step))
@@ -178,7 +177,7 @@ def _measured(path: Path, searches: list[Search]) -> list[AvoidedCrossing]:
     coupling, index = veering_indices(points, near, ranks(near)[:, 0])
     rotation = rotations(points, ends, ranks(ends))
     return [
-        AvoidedCrossing(*search.candidate[:2], search.approach, *numbers)
+        AvoidedCrossing(*search.candidate[:2], search.least, *numbers)
         for search, *numbers in zip(
             searches, coupling.tolist(), index.tolist(), rotation.tolist(), strict=True
         )

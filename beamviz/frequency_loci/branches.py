@@ -92,9 +92,9 @@ class Part:
     def exchanges(self) -> list[Exchange]:
         """The crossings of modes of one family, by ascending value."""
         crossed = [
-            Exchange((one.family, one.k), (one.family, one.k + 1), *one.approach[:2])
-            for one in self.avoided_crossings
-            if not one.approach.gap
+            Exchange((pair.family, pair.k), (pair.family, pair.k + 1), *pair.least[:2])
+            for pair in self.avoided_crossings
+            if not pair.least.gap
         ]
         return sorted(crossed, key=lambda exchange: exchange.at)
 

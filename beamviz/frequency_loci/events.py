@@ -36,6 +36,16 @@ class Event:
     width: float = 0.0  # of a veering: distance at which the gap is sqrt(2) times the least
     per_rev: int = 0  # of a resonance: periods of the force per revolution
 
+    @property
+    def name(self) -> str:
+        """The kind; of a resonance with the multiple of the speed, as "resonance 2x"."""
+        return f"{self.kind} {self.per_rev}x" if self.per_rev else self.kind
+
+    @property
+    def mark(self) -> tuple[str, bool]:
+        """The marker in charts, and whether it is filled."""
+        return EVENT_KINDS[self.kind].marker, EVENT_KINDS[self.kind].filled
+
 
 class Tracked(NamedTuple):
     """What events are located in: the parts of the loci between limits of equilibrium, ascending,
@@ -114,16 +124,13 @@ def _is_shown(rank: NDArray, modes: int) -> NDArray:
 def veerings(tracked: Tracked) -> Iterator[Event]:
     """Where two loci come close, turn away and exchange their shapes."""
     for part in tracked.parts:
-        for least in part.avoided_crossings:
-            if (
-                least.approach.gap
-                and least.veering_index >= MIN_INDEX
-                and least.rotation >= ROTATED
-            ):
-                at, frequency, gap, width, _ = least.approach
-                pair = (least.family, least.k), (least.family, least.k + 1)
+        for avoided in part.avoided_crossings:
+            at, frequency, gap, width, _ = avoided.least
+            veers = avoided.veering_index >= MIN_INDEX and avoided.rotation >= ROTATED
+            if gap and veers:
+                pair = (avoided.family, avoided.k), (avoided.family, avoided.k + 1)
                 labels = part.labels_of(pair, at)
-                numbers = gap, least.coupling, least.veering_index, width
+                numbers = gap, avoided.coupling, avoided.veering_index, width
                 yield Event("veering", labels, at, frequency, *numbers)
 
 
@@ -216,7 +223,7 @@ EVENT_KINDS = {
     "coalescence": EventKind(
         "two frequencies merge: beyond it one of the two vibrations grows",
         "⋈",
-        "*",
+        "X",
         True,
         coalescences,
     ),

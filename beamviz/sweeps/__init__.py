@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
-from beamviz.errors import optional, unknown_keyword
-from beamviz.solver import DEFAULTS
+from beamviz.errors import requires, unknown_keyword
+from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.arrays import ARRAYS
 from beamviz.sweeps.plan import find_place, make_plan
 from beamviz.sweeps.run import Report, run
@@ -44,12 +44,13 @@ def sweep(
     Interrupted at any moment and called again with the same arguments, it resumes. Raises
     InvalidInput, also where the store was made with other arguments, and Unavailable.
     """
-    for name in options.keys() - DEFAULTS.keys():
+    for name in options.keys() - OPTIONS.keys():
         raise unknown_keyword(
-            "keyword", name, (*DEFAULTS, "axes", "out", "executor", "beam", "workers", "progress")
+            "keyword", name, (*OPTIONS, "axes", "out", "executor", "beam", "workers", "progress")
         )
-    for package in ("zarr", "xarray"):
-        optional(package, "sweep")
+    with requires("sweep"):
+        import xarray  # noqa: F401
+        import zarr  # noqa: F401
     plan = make_plan(axes, beam or Beam(), modes=modes, **options)
     if out is not None:
         run(plan, Path(out), executor, workers, progress)
@@ -62,7 +63,8 @@ def sweep(
 
 def open_sweep(path: str | Path) -> "xarray.Dataset":
     """The store of a sweep as a Dataset that reads it as it is used."""
-    xarray = optional("xarray", "sweep")
+    with requires("sweep"):
+        import xarray
     stored_plan(Path(path))
     return xarray.open_dataset(path, engine="zarr")[list(ARRAYS)]
 

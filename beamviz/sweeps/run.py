@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from beamviz.beam import check_int
-from beamviz.errors import Unavailable, optional
+from beamviz.errors import Unavailable, requires
 from beamviz.signals import defer_signals
 from beamviz.sweeps.plan import Plan, Region
 from beamviz.sweeps.store import open_store, solve_and_write
@@ -184,7 +184,8 @@ def _start_worker(listener: Any) -> None:
 @contextlib.contextmanager
 def dask_client(address: str) -> Iterator[Any]:
     """A client of a Dask scheduler that has a worker; Unavailable where there is none."""
-    distributed = optional("distributed", "cluster")
+    with requires("cluster"):
+        import distributed
     try:
         client = distributed.Client(address, timeout=CONNECT)
     except (OSError, ValueError) as error:

@@ -19,14 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from beamviz import __version__
 from beamviz.beam import NUMBERS, Beam, Units
-from beamviz.errors import InvalidInput, Unavailable, optional
+from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
 from beamviz.signals import defer_signals
-from beamviz.solver import DEFAULTS, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.arrays import ARRAYS, STATUSES, Arrays, solve_chunk
 from beamviz.sweeps.plan import Chunk, Plan, Region, axis_text, make_plan
+from beamviz.version import __version__
 
 FORMAT = "beamviz sweep 2"
 DESCRIPTION = ("title", "format", "beamviz_version")  # attributes that are no arguments
@@ -74,7 +75,8 @@ def solve_and_write(path: Path, region: Region, part: Plan) -> None:
 @defer_signals()
 def write_chunk(path: Path, region: Region, arrays: Arrays) -> None:
     """Write the results of a chunk, `status` last."""
-    zarr = optional("zarr", "sweep")
+    with requires("sweep"):
+        import zarr
     with WRITING, zarr.config.set({"array.write_empty_chunks": True}), written(path):
         group = open_group(path)
         for name in ARRAYS:
@@ -113,7 +115,9 @@ def damaged_chunk(path: str | Path, fault: str) -> Unavailable:
 
 def make_store(plan: Plan, path: Path) -> None:
     """The store of a sweep without results: all metadata, and the coordinates."""
-    zarr = optional("zarr", "sweep")
+    with requires("sweep"):
+        import zarr
+        from zarr.codecs import ZstdCodec
     group = zarr.create_group(
         path,
         attributes={
@@ -142,7 +146,7 @@ def make_store(plan: Plan, path: Path) -> None:
             dtype=array.dtype,
             fill_value=array.empty,
             dimension_names=[*plan.axes, *array.extra],
-            compressors=zarr.codecs.ZstdCodec(checksum=True),
+            compressors=ZstdCodec(checksum=True),
             attributes=array.attributes,
         )
     write_coordinates(plan, group)
@@ -168,7 +172,9 @@ def write_coordinates(plan: Plan, group: Any) -> None:
 def is_intact(path: Path, chunk: Chunk) -> bool:
     """Whether a chunk of every array is there and agrees with its checksum. (Read through zarr,
     this would take 30 times as long.)"""
-    zstd = optional("numcodecs", "sweep").Zstd()
+    with requires("sweep"):
+        from numcodecs import Zstd
+    zstd = Zstd()
     for name, array in ARRAYS.items():
         place = *chunk, *[0] * len(array.extra)
         try:
@@ -202,7 +208,9 @@ def check_equal(path: Path, name: str, old: str, new: str) -> None:
 
 def open_group(path: Path) -> Any:
     """The store as a zarr group; InvalidInput where it is none of a sweep, or misses a part."""
-    zarr = optional("zarr", "sweep")
+    with requires("sweep"):
+        import zarr
+    group: Any
     try:
         group = zarr.open_group(path, mode="r+", use_consolidated=False)
     except (FileNotFoundError, FileExistsError, NotADirectoryError, ValueError, KeyError):
@@ -212,7 +220,7 @@ def open_group(path: Path) -> Any:
             f"{path}: is no sweep of this program, or one of another version; name another store"
         )
     try:
-        for name in DEFAULTS:
+        for name in OPTIONS:
             group.attrs[name]
         for name in (*ARRAYS, *group["status"].metadata.dimension_names):
             group[name]
@@ -238,7 +246,7 @@ def stored_plan(path: Path) -> Plan:
     fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
     sizes = [attributes[name] for name in ("unit_length_m", "unit_time_s") if name in attributes]
     beam = Beam(**fixed, units=Units(*sizes) if sizes else None)
-    return make_plan(axes, beam, **{name: attributes[name] for name in DEFAULTS})
+    return make_plan(axes, beam, **{name: attributes[name] for name in OPTIONS})
 
 
 def count_statuses(path: Path) -> dict[str, int]:

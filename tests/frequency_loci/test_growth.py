@@ -81,7 +81,8 @@ def test_coalescences_of_random_beams(alpha, beta, gamma):
 
 def test_the_command_line_tells_growth(run, tmp_path):
     """In JSON, CSV, table and chart."""
-    line = "loci --over spin_up --mu 10000 --state stable --start 0 --stop 200 --points 3".split()
+    line = ("loci", "--over", "spin_up", "--mu", "10000", "--state", "stable")
+    line += ("--start", "0", "--stop", "200", "--points", "3")
     chart = tmp_path / "chart.svg"
     data = json.loads(run(*line, "--format", "json", "--plot", chart)[1])
     rates = [branch["growth_rate"] for branch in data["branches"][:2]]
