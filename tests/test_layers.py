@@ -37,7 +37,6 @@ INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the folder that 
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
         *("solver.families", "solver.hp", "solver.bent"),
     },
-    "sweeps": {"solver.hp.mesh"},  # interpolation
     "failure_maps": {"solver.bent"},  # other stable states
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}

@@ -32,7 +32,7 @@ from beamviz.solver.problem import Problem
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
-    from beamviz.sweeps import Progress
+    from beamviz.sweeps.run import Progress
 
 Format = Annotated[Literal["table", "json", "csv"], option("Output format.")]
 Folder = Annotated[Path, option("Folder to write to.", metavar="DIR")]
@@ -163,7 +163,9 @@ def sweep(
     ] = "",
 ) -> None:
     """Every combination of parameters, in parallel; interrupted, the same command resumes."""
-    from beamviz.sweeps import count_statuses, dask_client, sweep
+    from beamviz.sweeps import sweep
+    from beamviz.sweeps.run import dask_client
+    from beamviz.sweeps.store import count_statuses
 
     axes = sweep_axes(over)
     note_unused(beam, axes)
