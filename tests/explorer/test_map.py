@@ -98,7 +98,7 @@ def test_beams_without_a_frequency_are_explained(guest):
     assert 0 < np.isnan(values).mean() < 1
     guest.set(mapped="2")
     guest.says("In colour, but: unstable")
-    guest.edit(plane="flapwise")
+    guest.set(plane="flapwise")
     guest.says("In colour, but: buckled chordwise")
 
 
