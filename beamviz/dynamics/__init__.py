@@ -7,6 +7,7 @@ tolerance. Their difference, in the position of the tip, is the error estimate o
 import math
 import time
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -72,25 +73,28 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     """A motion refined until its error estimate is within the tolerance, the estimate, and the
     number of runs.
 
-    Mesh and steps are refined together; where that does not suffice, the one that changed the
-    motion more. The estimate is made of the last change by each.
+    A first run, whose steps adapt to the motion, gives the number of steps in each smooth part; in
+    the others they are equal there, since an undamped vibration does not fade. Mesh and steps are
+    refined together; where that does not suffice, the one that changed the motion more. The
+    estimate is made of the last change by each.
     """
     mesh = first_mesh(case.beam, case.greatest_speed)
-    coarse = attempt(case, solution, mesh, None)
-    finer_mesh, steps = refined(mesh), halved(coarse)
-    found, runs = attempt(case, solution, finer_mesh, steps), 2
+    steps = halved(case, attempt(case, solution, mesh, None))
+    coarse = attempt(case, solution, mesh, steps)
+    finer_mesh, steps = refined(mesh), halved(case, coarse)
+    found, runs = attempt(case, solution, finer_mesh, steps), 3
     change = difference(case, found, coarse)
     if isinstance(found, Run) and ESTIMATE * change <= case.tolerance:
         return found, ESTIMATE * change, runs
     between = attempt(case, solution, finer_mesh, None if steps is None else steps[::2])
     by_mesh, by_steps = difference(case, between, coarse), difference(case, found, between)
     mesh = finer_mesh
-    for runs in range(4, REFINEMENTS + 4):
+    for runs in range(5, REFINEMENTS + 5):
         before, of_mesh = found, by_mesh > by_steps
         if of_mesh:
             mesh = refined(mesh)
         else:
-            steps = halved(found)
+            steps = halved(case, found)
         found = attempt(case, solution, mesh, steps)
         change = difference(case, found, before)
         by_mesh, by_steps = (change, by_steps) if of_mesh else (by_mesh, change)
@@ -138,14 +142,18 @@ def attempt(
         return error
 
 
-def halved(coarse: Run | BeamvizError) -> NDArray | None:
-    """The ends of the steps of a run, halved; None where it has failed."""
+def halved(case: Case, coarse: Run | BeamvizError) -> NDArray | None:
+    """The ends of twice as many steps as in a run, equal in each smooth part of the motion; None
+    where it has failed."""
     if isinstance(coarse, BeamvizError):
         return None
-    t = coarse.path.t
-    ends = np.empty(2 * len(t) - 1)
-    ends[::2], ends[1::2] = t, (t[1:] + t[:-1]) / 2
-    return ends
+    corners = sorted({0.0, *case.corners, case.until})
+    ends = [np.zeros(1)]
+    for start, end in pairwise(corners):
+        t = coarse.path.t
+        count = max(int(((t > start) & (t <= end)).sum()), 1)
+        ends.append(np.linspace(start, end, 2 * count + 1)[1:])
+    return np.concatenate(ends)
 
 
 def difference(case: Case, one: Run | BeamvizError, other: Run | BeamvizError) -> float:

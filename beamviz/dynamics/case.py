@@ -172,6 +172,12 @@ class Case:
         return [*parts, Part(self.until, with_mass)]
 
     @property
+    def corners(self) -> list[float]:
+        """The times within the motion at which it is not smooth."""
+        moments = {*self.drive.breaks, *(part.end for part in self.parts)}
+        return sorted(t for t in moments if 0 < t < self.until)
+
+    @property
     def studied(self) -> bool:
         """Whether the resolution is given: nothing is refined then."""
         return self.method == "ancf" or self.step is not None

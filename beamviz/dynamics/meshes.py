@@ -11,7 +11,9 @@ from itertools import pairwise
 from beamviz.beam import Beam
 from beamviz.dynamics.elements import PositionElements, position_elements
 
-FIRST_ORDER, HIGHEST_ORDER, ORDERS_ADDED = 6, 14, 2
+HIGHEST_ORDER, ORDERS_ADDED = 14, 2
+LONG = 0.6  # an element at least so long resolves three bending modes with the second order
+FIRST_ORDERS = 6, 8
 # A layer of width d is resolved by an element of length 6 d, the first order at least; the next is
 # at most 6 times as long. Above a width of 0.15 an element of the whole length suffices.
 LAYER, GRADING, WIDEST = 6.0, 6.0, 0.15
@@ -32,7 +34,8 @@ def first_mesh(beam: Beam, gamma: float) -> PositionElements:
         if end < 1:
             ends |= {end - x for x in layer_ends(tension(beam, gamma, end), end - start)}
     jump = sorted(ends).index(beam.beta) if interior_mass(beam) else None
-    return position_elements(tuple(sorted(ends)), (FIRST_ORDER,) * (len(ends) - 1), jump)
+    orders = tuple(FIRST_ORDERS[b - a >= LONG] for a, b in pairwise(sorted(ends)))
+    return position_elements(tuple(sorted(ends)), orders, jump)
 
 
 def tension(beam: Beam, gamma: float, x: float) -> float:

@@ -138,8 +138,8 @@ INTEGRATORS = {
         "to see what is lost without the exact line integral",
     ),
     "radau": Integrator(
-        lambda: radau(3),
-        "Radau IIA of order 5 (Ehle 1969; Hairer & Wanner 1996)",
+        lambda: radau(5),
+        "Radau IIA of order 9 (Ehle 1969; Hairer & Wanner 1999)",
         "where fast vibration is to be damped numerically",
     ),
     "generalised-alpha": Integrator(
