@@ -17,7 +17,17 @@ from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Curve, Equilibrium, Fields, Solution, Stats, read_only, straight
+from beamviz.solver.solution import (
+    Curve,
+    Equilibrium,
+    Fields,
+    Solution,
+    Stats,
+    exponents,
+    read_only,
+    status_of,
+    straight,
+)
 
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
@@ -124,10 +134,14 @@ def build_solution(
 ) -> Solution:
     """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
-    equilibrium = Equilibrium(bool(omega_squared[0] >= 0), iterations, curve)
+    s = exponents(omega_squared)
+    softened = problem.softening and not problem.chordwise and beam.delta < 0
+    bending = omega_squared[fraction >= 0.5]
+    buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
+    equilibrium = Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled)
     stats = Stats(dof, problem.method, elements, order)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
-    results = read_only(omega_squared), errors, read_only(fraction), fields
+    results = read_only(s), errors, read_only(fraction), fields
     return Solution(beam, problem, equilibrium, stats, *results)
 
 

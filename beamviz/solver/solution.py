@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -19,6 +18,7 @@ from beamviz.solver.problem import Problem
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy from which a mode belongs to one family
 NODE_GRID = 401
+STATIONS = 201  # equally spaced along the beam, of shapes in charts and files
 VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
@@ -40,25 +40,43 @@ class Stats:
     seconds: float = math.nan  # wall time [s] of `solve`, or of `solve_many` for all its beams
 
 
+Status = Literal["stable", "unstable", "growing"]
+
+
+def status_of(s: NDArray) -> Status:
+    """The status of an equilibrium with modes s (modes,), growth rate + i frequency: "unstable" if
+    a disturbance without vibration leaves it, "growing" if a vibration about it grows."""
+    grows = s.real > 0
+    if (grows & (s.imag == 0)).any():
+        return "unstable"
+    return "growing" if grows.any() else "stable"
+
+
 @dataclass(frozen=True)
 class Equilibrium:
     """The equilibrium about which the beam vibrates; lengths in units of L, x in [0, 1] along the
-    unstretched beam. Its methods raise ValueError for x outside."""
+    unstretched beam. Its methods raise ValueError for x outside.
 
-    stable: bool
+    status: "stable", "unstable" (a disturbance without vibration leaves it) or "growing" (a
+    vibration about it grows), by all modes that are known. buckled_chordwise: of a straight beam
+    that vibrates flapwise, whether it is unstable in the plane of rotation.
+    """
+
+    status: Status
     iterations: int
     curve: Curve
     bent_state: Any = None  # for `beamviz.solver.bent`; None where it is straight
+    buckled_chordwise: bool = False
+
+    @property
+    def stable(self) -> bool:
+        """Whether no disturbance in the plane of the vibration grows."""
+        return self.status == "stable"
 
     @property
     def shape(self) -> Literal["straight", "bent"]:
         """The kind of state."""
         return "straight" if self.bent_state is None else "bent"
-
-    @property
-    def status(self) -> Literal["stable", "unstable"]:
-        """Whether every mode is stable."""
-        return "stable" if self.stable else "unstable"
 
     def position(self, x: NDArray) -> NDArray:
         """Position (len(x), 2) of the points x, measured from the clamp."""
@@ -91,11 +109,10 @@ class Solution:
     problem: Problem
     equilibrium: Equilibrium
     stats: Stats
-    omega_squared: NDArray  # (modes,) ascending; negative where unstable
+    s: NDArray  # (modes,) growth rate + i frequency; by ascending frequency, then descending growth
     estimate_errors: Callable[[], NDArray]  # (modes,) of omega^2; may take longer than a solve
     bending_energy_fraction: NDArray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
-    spin_up_growth: NDArray | None = None  # (modes,) with a spin-up: growth rates of all modes
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
@@ -112,28 +129,76 @@ class Solution:
 
         Raises Unavailable where xarray is not installed.
         """
-        return import_module("beamviz.output").solution_dataset(self)
+        from beamviz.datasets import attributes, mode_dataset
+
+        described = attributes(self.beam.numbers, self.problem.model, self.beam.units)
+        described["status"] = self.equilibrium.status
+        return mode_dataset(self.columns, self.along_beam, described)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the shapes onto matplotlib axes (the current ones by default), and return these."""
-        return import_module("beamviz.plotting").plot_solution(self, ax)
+        from beamviz.plotting import plot_shapes
+
+        x = np.linspace(0.0, 1.0, STATIONS)
+        larger = self._larger_components(x).T
+        return plot_shapes(
+            x, larger, self.labels, self.larger_component.tolist(), self.frequencies, ax
+        )
 
     def _repr_html_(self) -> str:
-        return import_module("beamviz.output").solution_html(self)
+        from beamviz.tables import html_table, mode_columns
+
+        caption = repr(self).strip("<").partition(", frequencies")[0]  # which are in the table
+        return html_table(caption, mode_columns(self.columns, self.beam.units))
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """The modes as columns (modes,), under the keys of the JSON; with Hz and rad/s for a beam
+        in SI."""
+        columns: dict[str, Any] = {
+            "index": np.arange(1, len(self.s) + 1),
+            "label": self.labels,
+            "family": self.families,
+            "frequency": self.frequencies,
+            "growth_rate": self.growth_rates,
+            "error": self.errors,
+            "bending_fraction": self.bending_energy_fraction,
+            "nodes": self.nodes,
+        }
+        if units := self.beam.units:
+            columns["hertz"] = units.hertz(self.frequencies)
+            columns["rad_per_s"] = units.angular_frequency(self.frequencies)
+        return columns
+
+    @property
+    def along_beam(self) -> dict[str, NDArray]:
+        """The equilibrium and the shapes at equally spaced stations and the mass, x (n,): position
+        (n, 2), stretch (n,), shape (modes, n, 2); lengths in L, unit modal mass."""
+        x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [self.beam.beta])
+        return {
+            "x": x,
+            "position": self.equilibrium.position(x),
+            "stretch": self.equilibrium.stretch(x),
+            "shape": np.moveaxis(self.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
+        }
 
     @cached_property
     def frequencies(self) -> NDArray:
-        """Frequencies (modes,), ascending, in units of 1/T*; nan where unstable."""
-        return read_only(np.sqrt(np.where(self.omega_squared >= 0, self.omega_squared, np.nan)))
+        """Frequencies (modes,), ascending, in units of 1/T*; nan where a mode has none."""
+        return read_only(np.where(self.s.imag > 0, self.s.imag, np.where(self.s == 0, 0.0, np.nan)))
 
     @cached_property
     def growth_rates(self) -> NDArray:
-        """Growth rates (modes,) in units of 1/T*; 0 where stable. With a spin-up a mode may have
-        both a frequency and a growth rate, negative where it decays: the Euler force has no
-        potential."""
-        if self.spin_up_growth is not None:
-            return read_only(self.spin_up_growth)
-        return read_only(np.sqrt(np.maximum(-self.omega_squared, 0.0)))
+        """Growth rates (modes,) in units of 1/T*, negative where a mode decays; 0 where it neither
+        grows nor decays. With a spin-up a mode may have both a frequency and a growth rate: the
+        Euler force has no potential."""
+        return read_only(self.s.real.copy())
+
+    @cached_property
+    def omega_squared(self) -> NDArray:
+        """omega^2 (modes,), the squared frequency; of a mode without one, minus its squared growth
+        rate."""
+        return read_only(np.where(self.s.imag > 0, self.s.imag**2, -(self.s.real**2)))
 
     @cached_property
     def omega_squared_errors(self) -> NDArray:
@@ -165,7 +230,7 @@ class Solution:
         energy) is real and positive at the tip. Raises IndexError for a mode that was not solved
         for, ValueError for x outside [0, 1].
         """
-        last = len(self.omega_squared) - 1
+        last = len(self.s) - 1
         if not 0 <= k <= last:
             raise IndexError(f"mode {k}: this solution has modes 0 .. {last}")
         return self.displacement(x)[:, :, k]
@@ -202,12 +267,17 @@ class Solution:
         roots = false_position(
             lambda x: self._larger_components(x)[each, mode], x[before], x[before + 1]
         )
-        return tuple(read_only(roots[mode == k]) for k in range(len(self.omega_squared)))
+        return tuple(read_only(roots[mode == k]) for k in range(len(self.s)))
 
     def _larger_components(self, x: NDArray) -> NDArray:
         """The larger component (len(x), modes) of each mode at x."""
         shapes = self.displacement(x).real
         return np.take_along_axis(shapes, self.larger_component[None, None], axis=1)[:, 0]
+
+
+def exponents(omega_squared: NDArray) -> NDArray:
+    """s (modes,), growth rate + i frequency, of modes that either vibrate or grow."""
+    return np.sqrt(-omega_squared + 0j)
 
 
 def labels_of(shares: Iterable[float]) -> tuple[str, ...]:

@@ -243,7 +243,7 @@ def _bent_limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
     else:
         less = scene.beam.replace(gamma=error.limit * (1 - BENT_LIMIT_MARGIN), spin_up=0.0)
     try:
-        true = solve(less, **scene.options).equilibrium.stable
+        true = solve(less, **scene.options).equilibrium.status != "unstable"
     except BeamvizError:
         true = False
     return {"kind": "no-equilibrium" if true else "wrong-limit", "says": str(error)}

@@ -270,7 +270,7 @@ def test_a_frequency_outside_its_error_is_recognised(monkeypatch):
     """The verdict turns when a frequency moves by more than its error."""
     scene = Scene(INWARD, PLAIN | {"modes": 3})
     solution = solve(scene.beam, state="bent", modes=3)
-    moved = replace(solution, omega_squared=(solution.frequencies + 2 * solution.errors) ** 2)
+    moved = replace(solution, s=1j * (solution.frequencies + 2 * solution.errors))
     for answer, kind in ((solution, "within"), (moved, "outside")):
         monkeypatch.setattr("oracle.error_bars.solve", lambda *_, answer=answer, **__: answer)
         assert bent_verdict(scene)["kind"] == kind

@@ -21,7 +21,6 @@ from beamviz.solver.bent.beam import (
     State,
     bent_modes,
     in_axes_of_the_beam,
-    squared,
 )
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
 from beamviz.solver.eigen import EPS
@@ -77,7 +76,7 @@ def solve_bent(
     verified = near is not None and state.beam.mesh is near.beam.mesh
     for _ in range(REFINEMENTS):
         modes = bent_modes(state, count)
-        omega_squared = squared(modes.s)
+        omega_squared = _squared(modes.s)
         truncation, rounding = _errors(state, modes)
         if coarser is not None:
             truncation = np.maximum(truncation, abs(omega_squared - coarser))
@@ -244,17 +243,18 @@ def _energies(state: State, V: np.ndarray) -> np.ndarray:
 
 
 def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
-    bent, beam, orders = state.beam, state.beam.beam, state.beam.mesh.orders
+    bent, orders = state.beam, state.beam.mesh.orders
     moved = state.displacements @ modes.V
     theta = (bent.R @ state.kappa)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    # An Euler force may make vibrations grow; unstable is a state that is left without vibration.
-    omega_squared = squared(modes.s)
-    stable = bool(omega_squared.min() > 0) if beam.spin_up else modes.definite
     kept = State(bent, state.q, state.iterations)  # without its matrices
-    equilibrium = Equilibrium(stable, state.iterations, partial(_curve, kept), kept)
+    equilibrium = Equilibrium(modes.status, state.iterations, partial(_curve, kept), kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
-    results = omega_squared, partial(np.array, errors), fraction, fields
-    growth = modes.s.real if beam.spin_up else None
-    return Solution(beam, bent.problem, equilibrium, stats, *results, growth)
+    results = modes.s, partial(np.array, errors), fraction, fields
+    return Solution(bent.beam, bent.problem, equilibrium, stats, *results)
+
+
+def _squared(s: np.ndarray) -> np.ndarray:
+    """omega^2, or minus the squared growth rate of a mode without a frequency."""
+    return np.where(s.imag > 0, s.imag**2, -(s.real**2))

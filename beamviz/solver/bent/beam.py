@@ -29,13 +29,14 @@ from beamviz.errors import NotConverged
 from beamviz.solver.eigen import symmetric_modes
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
+from beamviz.solver.solution import Status, status_of
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 FEW = 60  # number of unknowns up to which all modes are computed faster than some
-STILL = 1e-9  # share of its growth rate up to which a frequency is rounding
+STILL = 1e-9  # share of |s| up to which a growth rate or a frequency is rounding
 
 
 def in_axes_of_the_beam(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
@@ -238,12 +239,7 @@ class BentModes(NamedTuple):
 
     s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
     V: NDArray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
-    definite: bool  # whether K is positive definite: a stable state, where it is symmetric
-
-
-def squared(s: NDArray) -> NDArray:
-    """omega^2: squared frequencies; minus squared growth rates of modes without a frequency."""
-    return np.where(s.imag <= STILL * abs(s.real), -(s.real**2), s.imag**2)
+    status: Status  # by all modes that are known
 
 
 def bent_modes(state: State, count: int) -> BentModes:
@@ -258,8 +254,9 @@ def bent_modes(state: State, count: int) -> BentModes:
         S = B[1].T @ B[0]
         C = 2 * gamma * (S - S.T)  # e3 x r' against virtual displacements
     L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
+    status: Status = "stable"
     if bent.beam.spin_up:
-        s, V = inverse_modes(partial(lu_solve, lu_factor(K)), M, C, count)
+        s, V, status = inverse_modes(partial(lu_solve, lu_factor(K)), M, C, count)
     elif info:
         raise NotConverged("the stiffness of a bent state is not positive definite")
     elif C is not None:
@@ -268,7 +265,7 @@ def bent_modes(state: State, count: int) -> BentModes:
         omega_squared, V, _ = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
-    return BentModes(s, scale[:, None] * V, info == 0)
+    return BentModes(s, scale[:, None] * V, status)
 
 
 def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[NDArray, NDArray]:
@@ -290,9 +287,11 @@ def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[
 
 def inverse_modes(
     solve: Callable[[NDArray], NDArray], M: Any, C: Any, count: int
-) -> tuple[NDArray, NDArray]:
+) -> tuple[NDArray, NDArray, Status]:
     """s and vectors (n, count) of the lowest modes of s^2 M v + s C v + K v = 0, by ascending
-    frequency, from the largest eigenvalues 1/s^2, or with C (n, n) 1/s, of the inverse problem.
+    frequency, and the status by all modes found, from the largest eigenvalues 1/s^2, or with
+    C (n, n) 1/s, of the inverse problem. Of a pair of one frequency that grows and decays, the
+    growing mode comes first.
     solve: f -> K^-1 f. K may be unsymmetric. Arnoldi's method finds a few of many in a subspace
     that is large enough not to be restarted often."""
     n = M.shape[0]
@@ -317,11 +316,14 @@ def inverse_modes(
     else:
         nu, V = np.linalg.eig(inverse(np.eye(size)))
     s = 1 / nu if C is not None else np.sqrt(1 / nu.astype(complex))
-    still = abs(s.imag) <= STILL * abs(s)
-    backward = np.where(still, s.real < 0, s.imag < 0)
+    rounding = STILL * abs(s)
+    s = np.where(abs(s.real) <= rounding, 0.0, s.real) + 1j * np.where(
+        abs(s.imag) <= rounding, 0.0, s.imag
+    )
+    backward = np.where(s.imag == 0, s.real < 0, s.imag < 0)
     if C is None:
         s, backward = np.where(backward, -s, s), np.zeros(len(s), bool)
-    kept = np.flatnonzero(~backward)
-    kept = kept[np.argsort(abs(s[kept]), kind="stable")[:count]]
-    kept = kept[np.lexsort((-s.real[kept], np.where(still, 0.0, s.imag)[kept]))]
-    return s[kept], V[:n, kept]
+    forward = np.flatnonzero(~backward)
+    kept = forward[np.lexsort((-s.real[forward], abs(s[forward])))[:count]]
+    kept = kept[np.lexsort((-s.real[kept], s.imag[kept]))]
+    return s[kept], V[:n, kept], status_of(s[forward])

@@ -15,7 +15,15 @@ from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes
 from beamviz.solver.hp.refinement import Answer, CommonMesh, Refinement
 from beamviz.solver.problem import Problem
-from beamviz.solver.solution import Equilibrium, Solution, Stats, read_only, straight
+from beamviz.solver.solution import (
+    Equilibrium,
+    Solution,
+    Stats,
+    exponents,
+    read_only,
+    status_of,
+    straight,
+)
 
 
 def solve_hp(
@@ -39,12 +47,16 @@ def _solution(problem: Problem, beam: Beam, found: Answer) -> Solution | Beamviz
     """The Solution of modes on a mesh, or the error in their place."""
     if isinstance(found, BeamvizError):
         return found
-    stable, grid = bool(found.omega_squared[0] >= 0), found.grid
+    s, grid = exponents(found.omega_squared), found.grid
     orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
-    equilibrium = Equilibrium(stable, found.iterations, partial(_curve, found))
+    buckled = False
+    if found.family_omega_squared is not None and problem.softening and not problem.chordwise:
+        buckled = bool(found.family_omega_squared[0, 0] < beam.gamma**2)  # softening lowers it
+    curve = partial(_curve, found)
+    equilibrium = Equilibrium(status_of(s), found.iterations, curve, buckled_chordwise=buckled)
     stats = Stats(unknowns, "hp", len(orders), max(orders))
     errors = partial(np.add, found.truncation, found.rounding)
-    results = found.omega_squared, errors, found.bending_energy_fraction, Shapes(found)
+    results = s, errors, found.bending_energy_fraction, Shapes(found)
     return Solution(beam, problem, equilibrium, stats, *results)
 
 
