@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.dynamics.case import DEFAULT_ELEMENTS, Case
-from beamviz.dynamics.drives import Hub, Ramp, Samples
+from beamviz.dynamics.drives import Hub
 from beamviz.dynamics.elements import PositionElements
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
@@ -62,7 +62,18 @@ def motion(
     Raises InvalidInput; NoEquilibrium where there is none to start from (with .limit) or a stretch
     leaves the range of its strain law; NotConverged.
     """
-    case = Case.of(**{name: value for name, value in locals().items() if name != "options"}, **options)
+    case = Case.of(
+        beam=beam,
+        until=until,
+        speed=speed,
+        release=release,
+        start=start,
+        damping=damping,
+        tolerance=tolerance,
+        points=points,
+        method=method,
+        **options,
+    )
     begun = time.perf_counter()
     solution = start_solution(case)
     found, error, runs = (at_resolution if case.studied else to_tolerance)(case, solution)
@@ -166,10 +177,8 @@ def difference(case: Case, one: Run | BeamvizError, other: Run | BeamvizError) -
 
 def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> Motion:
     t, path = case.times, found.path
-    if isinstance(case.drive, Hub):
-        angle = path.at(t)[0][:, -1]
-    else:
-        angle = case.drive.angle(t)
+    drive = case.drive
+    angle = path.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)
     elements = path.elements
     stats = MotionStats(
         dof=len(elements.free),
@@ -183,9 +192,9 @@ def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> M
     t, gamma, angle, tip, energy = map(read_only, arrays)
     return Motion(
         beam=case.beam,
-        drive=case.drive,
+        drive=drive,
         model=case.model,
-        start=case.start or {},
+        start=case.amplitudes,
         release=case.release,
         t=t,
         gamma=gamma,

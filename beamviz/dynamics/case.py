@@ -1,7 +1,7 @@
 """What `motion` is asked for: its arguments, validated, and the parts of the motion between the
 moments at which the body docks or is released."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -84,7 +84,7 @@ class Case:
         set_to("damping", check_float("damping", self.damping, *DAMPING))
         set_to("tolerance", check_float("tolerance", self.tolerance, *TOLERANCES))
         set_to("points", check_int("points", self.points, 2, MAX_POINTS))
-        choices = {
+        choices: dict[str, Collection[str]] = {
             "method": METHODS,
             "strain": STRAIN_LAWS,
             "curvature": CURVATURES,
@@ -161,7 +161,9 @@ class Case:
     @property
     def parts(self) -> list[Part]:
         """The motion divided at the moments at which the body docks or is released."""
-        moments = sorted((t, name) for name in ("catch", "drop") if (t := getattr(self, name)) is not None)
+        moments = sorted(
+            (t, name) for name in ("catch", "drop") if (t := getattr(self, name)) is not None
+        )
         if not moments:
             return [Part(self.until, bool(self.beam.alpha))]
         with_mass = moments[0][1] == "drop"
@@ -170,6 +172,11 @@ class Case:
             parts.append(Part(t, with_mass))
             with_mass = not with_mass
         return [*parts, Part(self.until, with_mass)]
+
+    @property
+    def amplitudes(self) -> Mapping[str, float]:
+        """`start`, {} where there is none."""
+        return self.start or {}
 
     @property
     def corners(self) -> list[float]:

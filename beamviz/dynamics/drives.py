@@ -44,6 +44,18 @@ class Ramp:
             object.__setattr__(self, name, value)
 
     @property
+    def record(self) -> dict[str, Any]:
+        """Its kind and its arguments."""
+        return {"kind": "ramp", **vars(self)}
+
+    @property
+    def described(self) -> str:
+        """It in words."""
+        return (
+            f"{self.shape} ramp from {self.start:g} to gamma = {self.to:g} within {self.within:g}"
+        )
+
+    @property
     def first(self) -> float:
         return self.start
 
@@ -80,6 +92,18 @@ class Samples:
 
     t: NDArray
     gamma: NDArray
+
+    @property
+    def record(self) -> dict[str, Any]:
+        if len(self.t) == 1:
+            return {"kind": "constant", "gamma": float(self.gamma[0])}
+        return {"kind": "samples", "t": self.t.tolist(), "gamma": self.gamma.tolist()}
+
+    @property
+    def described(self) -> str:
+        if len(self.t) == 1:
+            return f"constant gamma = {self.gamma[0]:g}"
+        return f"{len(self.t)} samples, gamma = {self.gamma.min():g} .. {self.gamma.max():g}"
 
     @property
     def first(self) -> float:
@@ -129,6 +153,17 @@ class Hub:
         object.__setattr__(self, "inertia", check_positive("inertia", inertia))
         history = samples("torque", self.torque, -MAX_TORQUE, MAX_TORQUE)
         object.__setattr__(self, "history", history)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        torque = self.torque if np.ndim(self.torque) == 0 else np.array(self.torque).tolist()
+        return {"kind": "hub", "inertia": self.inertia, "torque": torque}
+
+    @property
+    def described(self) -> str:
+        torque = self.history.gamma
+        span = f"{torque[0]:g}" if len(torque) == 1 else f"{torque.min():g} .. {torque.max():g}"
+        return f"hub of inertia {self.inertia:g} under a torque of {span}"
 
     @property
     def breaks(self) -> list[float]:

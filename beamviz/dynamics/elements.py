@@ -52,7 +52,9 @@ class PositionElements:
         fixed = [0, self.count, self.count + 1]
         return np.setdiff1d(np.arange(2 * self.count), fixed)
 
-    def at(self, x: NDArray, derivative: int = 0, side: Literal["left", "right"] = "left") -> NDArray:
+    def at(
+        self, x: NDArray, derivative: int = 0, side: Literal["left", "right"] = "left"
+    ) -> NDArray:
         """All functions, or a derivative of them, at points x of the beam: (len(x), count). A point
         between two elements belongs to the one on this side of it."""
         element = np.clip(np.searchsorted(self.ends, x, side) - 1, 0, len(self.orders) - 1)

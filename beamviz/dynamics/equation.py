@@ -92,7 +92,9 @@ class Equation:
         """What is prescribed at times t: gamma and gamma' (k,) each."""
         return self.speed(t)
 
-    def residual(self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray) -> NDArray:
+    def residual(
+        self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray
+    ) -> NDArray:
         """The left-hand side of the equation less F: (k, n). load: at the times of q, v and a."""
         gamma, rate = load
         return a @ self.M + self.forces(gamma, rate, q, v)
@@ -233,7 +235,9 @@ class HubEquation(Equation):
         """The torque and its rate (k,) each."""
         return self.torque(t)
 
-    def residual(self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray) -> NDArray:
+    def residual(
+        self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray
+    ) -> NDArray:
         q, v, a, gamma, rate = q[:, :-1], v[:, :-1], a[:, :-1], v[:, -1], a[:, -1]
         torque, _ = load
         beam = a @ self.M + self.forces(gamma, rate, q, v)
@@ -259,9 +263,7 @@ class HubEquation(Equation):
         M[:, -1, -1] = self.J + self.moment_of_inertia(q)
         return K, C, M
 
-    def after_docking(
-        self, q: NDArray, v: NDArray, before: Equation, velocity: NDArray
-    ) -> NDArray:
+    def after_docking(self, q: NDArray, v: NDArray, before: Equation, velocity: NDArray) -> NDArray:
         """As with a prescribed speed, but the momentum is that of beam and hub, and the velocity
         relative to the frame of the hub before."""
         none = np.zeros((1, self.unknowns))

@@ -29,7 +29,7 @@ SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 2.0  # of the next step over this one
 REPEATED = 2.0  # times the tolerance: a step that is worse is repeated
 RECOVERY = 1.02  # of the longest step, in each step after a failure
 GROWS = 1.2  # a smaller growth is not worth new factors
-MAX_STEPS = 500_000
+MAX_STEPS = 100_000
 SMALLEST = 1e-9  # step over the whole time at which Newton's method is given up
 BEFORE = 1 - 1e-9  # the end of a step belongs to it where the speed has a corner
 
@@ -149,8 +149,8 @@ class Stepper:
             A = start_a + scheme.P @ X
             R = scheme.W @ self.equation.residual(load, Q, V, A)
             fresh = self.factors is None
-            if fresh:
-                self.factor(h, self.equation.tangents(load, Q, V, A))
+            if self.factors is None:
+                self.factors = self.factored(h, self.equation.tangents(load, Q, V, A))
             dX = lapack.dgetrs(*self.factors, R.ravel())[0].reshape(X.shape)
             X = X - dX
             self.control.newton_steps += 1
@@ -166,14 +166,17 @@ class Stepper:
         self.control.failures += 1
         return None
 
-    def factor(self, h: float, tangents: tuple[NDArray, NDArray, NDArray]) -> None:
+    def factored(
+        self, h: float, tangents: tuple[NDArray, NDArray, NDArray]
+    ) -> tuple[NDArray, NDArray]:
         """LU factors of the matrix of Newton's method for all unknowns of a step."""
         K, C, M = (tangent.reshape(len(tangent), -1) for tangent in tangents)
         s, n = len(self.scheme.W), self.equation.unknowns
         J = self.in_M @ M + h * (self.in_C @ C) + h * h * (self.in_K @ K)
         J = J.reshape(s, s, n, n).swapaxes(1, 2).reshape(s * n, s * n)
         lu, pivots, _ = lapack.dgetrf(J)
-        self.factors, self.factored_step = (lu, pivots), h
+        self.factored_step = h
+        return lu, pivots
 
     def finished(self, h: float, q: NDArray, v: NDArray, a: NDArray, X: NDArray) -> Step:
         scheme, n = self.scheme, self.equation.size

@@ -23,8 +23,8 @@ PENALTY = 4.0  # eta over (order of the element)^2 / its length, the greater of 
 
 
 class Joint:
-    """The interior penalty at one element end. states: q -> (r1', r2', r1'', r2'') on the left, then
-    on the right (8, n)."""
+    """The interior penalty at one element end. states: q -> (r1', r2', r1'', r2'') on the left,
+    then on the right (8, n). slopes: q -> (a, b) (4, n)."""
 
     def __init__(self, elements: PositionElements, jump: int, curvature_power: int):
         self.power = 2 * curvature_power - 2

@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.dynamics.drives import Hub, Ramp, Samples
 from beamviz.dynamics.integration import Path
+from beamviz.tables import significant_decimals
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
 SPECTRUM_SAMPLES = 8192
+TABLE_ROWS = 21
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ class Motion:
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
-        x, y = self.tip[np.argmax(abs(self.tip[:, 1]))]
+        _, y = self.tip[np.argmax(abs(self.tip[:, 1]))]
         return (
             f"<Motion of Beam({numbers}) until t = {self.t[-1]:g}: largest deflection of the tip"
             f" {y:.5g}, error {self.error:.1g}>"
@@ -91,24 +93,50 @@ class Motion:
         amplitude = abs(np.fft.rfft(window * (deflection - deflection.mean()))) * 2 / window.sum()
         return 2 * np.pi * np.fft.rfftfreq(len(t), self.t[-1] / len(t)), amplitude
 
+    @property
+    def columns(self) -> dict[str, NDArray]:
+        """Everything over time (n,) each, by name."""
+        return {
+            "t": self.t,
+            "gamma": self.gamma,
+            "angle": self.angle,
+            "tip_x": self.tip[:, 0],
+            "tip_y": self.tip[:, 1],
+            "energy": self.energy,
+        }
+
+    @property
+    def table(self) -> dict[str, list[str]]:
+        """The motion at some times, as texts by heading."""
+        rows = np.unique(np.linspace(0, len(self.t) - 1, TABLE_ROWS).round().astype(int))
+        decimals = significant_decimals(self.error)
+        return {
+            "t [T*]": [f"{self.t[k]:.6g}" for k in rows],
+            "gamma": [f"{self.gamma[k]:.6g}" for k in rows],
+            "tip x [L]": [f"{self.tip[k, 0]:.{decimals}f}" for k in rows],
+            "tip y [L]": [f"{self.tip[k, 1]:.{decimals}f}" for k in rows],
+            "energy [E I / L]": [f"{self.energy[k]:.6g}" for k in rows],
+        }
+
     def to_xarray(self) -> "xarray.Dataset":
         """An xarray.Dataset: gamma, angle, tip and energy over t; the model, the numbers, error,
         units and version as attributes. Raises Unavailable where xarray is not installed."""
-        from beamviz.output import motion_dataset
+        from beamviz.datasets import attributes, motion_dataset
 
-        return motion_dataset(self)
+        notes = attributes(self.beam.numbers, self.model, self.beam.units)
+        return motion_dataset(self.columns, {**notes, "error": self.error})
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the deflection of the tip over time onto matplotlib axes (the current ones by
         default), and return these."""
-        from beamviz.plotting.motion import plot_motion
+        from beamviz.plotting.motion import plot_deflection
 
-        return plot_motion(self, ax)
+        return plot_deflection(self.t, self.tip[:, 1], ax)
 
     def _repr_html_(self) -> str:
-        from beamviz.output import motion_html
+        from beamviz.tables import html_table
 
-        return motion_html(self)
+        return html_table(repr(self).strip("<>"), self.table)
 
 
 def within(name: str, values: ArrayLike, last: float) -> NDArray:

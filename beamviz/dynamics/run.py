@@ -12,6 +12,7 @@ from beamviz.dynamics.elements import PositionElements
 from beamviz.dynamics.equation import Equation, HubEquation, Model
 from beamviz.dynamics.integration import Control, Path, Recorder, integrate
 from beamviz.dynamics.schemes import scheme
+from beamviz.errors import unknown_keyword
 from beamviz.solver import Solution, solve
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 
@@ -80,7 +81,8 @@ def run(case: Case, solution: Solution, elements: PositionElements, control: Con
         q, v = start.with_modes(first, solution, mode_amplitudes(case, solution))
     if isinstance(case.drive, Hub):
         q, v = np.append(q, 0.0), np.append(v, case.beam.gamma)
-    record, t, length, parts = Recorder(elements, 0.0), 0.0, FIRST_STEP, []
+    record, t, length = Recorder(elements, 0.0), 0.0, FIRST_STEP
+    parts: list[tuple[float, Equation]] = []
     for part in case.parts:
         equation = equation_of(case, elements, part.with_mass, damping)
         if parts and part.with_mass:
@@ -109,9 +111,7 @@ def equation_of(
 def mode_amplitudes(case: Case, solution: Solution) -> dict[int, float]:
     """The amplitudes that a start gives, by the number of the mode; raises InvalidInput for a mode
     that is not among the lowest."""
-    from beamviz.errors import unknown_keyword
-
-    for name in case.start:
+    for name in case.amplitudes:
         if name not in solution.labels:
             raise unknown_keyword("mode", name, solution.labels)
-    return {solution.labels.index(name): amplitude for name, amplitude in case.start.items()}
+    return {solution.labels.index(name): size for name, size in case.amplitudes.items()}
