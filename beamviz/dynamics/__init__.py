@@ -25,7 +25,8 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
-REFINEMENTS = 10  # after which a motion counts as not converged
+REFINEMENTS = 12  # after which a motion counts as not converged
+MESH_SHARE = 0.5  # of the tolerance that the mesh may use up
 TAIL = 1.0  # of the first steps, over the tolerance
 # The error estimate over the change by halved steps and a finer mesh, see tests/dynamics: 1/3 is
 # left of an error of the second order, as where the motion is not smooth.
@@ -86,40 +87,37 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
 
     A first run, whose steps adapt to the motion, gives the number of steps in each smooth part; in
     the others they are equal there, since an undamped vibration does not fade. Mesh and steps are
-    refined together; where that does not suffice, the one that changed the motion more. The
-    estimate is made of the last change by each.
+    first refined together; where that does not suffice, the mesh alone, with few steps, and then
+    the steps. The estimate is made of the last change by each.
     """
     mesh = first_mesh(case.beam, case.greatest_speed)
     steps = halved(case, attempt(case, solution, mesh, None))
     coarse = attempt(case, solution, mesh, steps)
-    finer_mesh, steps = refined(mesh), halved(case, coarse)
-    found, runs = attempt(case, solution, finer_mesh, steps), 3
-    change = difference(case, found, coarse)
-    if isinstance(found, Run) and ESTIMATE * change <= case.tolerance:
-        return found, ESTIMATE * change, runs
-    between = attempt(case, solution, finer_mesh, None if steps is None else steps[::2])
-    by_mesh, by_steps = difference(case, between, coarse), difference(case, found, between)
-    mesh = finer_mesh
-    for runs in range(5, REFINEMENTS + 5):
-        before, of_mesh = found, by_mesh > by_steps
-        if of_mesh:
-            mesh = refined(mesh)
-        else:
-            steps = halved(case, found)
-        found = attempt(case, solution, mesh, steps)
-        change = difference(case, found, before)
-        by_mesh, by_steps = (change, by_steps) if of_mesh else (by_mesh, change)
-        error = ESTIMATE * (by_mesh + by_steps)
-        if isinstance(found, Run) and error <= case.tolerance:
-            return found, error, runs
-        if isinstance(found, NoEquilibrium) and isinstance(before, NoEquilibrium):
+    found, runs = attempt(case, solution, refined(mesh), halved(case, coarse)), 3
+    error = ESTIMATE * difference(case, found, coarse)
+    if isinstance(found, Run) and error <= case.tolerance:
+        return found, error, runs
+    last, by_mesh, by_steps = coarse, math.inf, math.inf
+    for runs in range(4, 2 * REFINEMENTS):
+        before, of_mesh = last, ESTIMATE * by_mesh > MESH_SHARE * case.tolerance
+        if of_mesh and runs > REFINEMENTS:
             break
-    if isinstance(found, BeamvizError):
-        raise found
+        mesh, steps = (refined(mesh), steps) if of_mesh else (mesh, halved(case, last))
+        last = attempt(case, solution, mesh, steps)
+        if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
+            break
+        change = difference(case, last, before)
+        by_mesh, by_steps = (change, math.inf) if of_mesh else (by_mesh, change)
+        error = ESTIMATE * (by_mesh + by_steps)
+        if isinstance(last, Run) and error <= case.tolerance:
+            return last, error, runs
+    if isinstance(last, BeamvizError):
+        raise last
+    what, size = ("mesh", by_mesh) if by_steps == math.inf else ("steps", by_steps)
     raise NotConverged(
-        f"the position of the tip still changes by {by_mesh:.1e} L with the mesh"
-        f" ({len(mesh.orders)} elements of order {max(mesh.orders)}) and by {by_steps:.1e} L with"
-        f" the steps ({len(found.path.q)}); ask for a larger tolerance or a shorter time"
+        f"the position of the tip still changes by {size:.1e} L with the {what}"
+        f" ({len(mesh.orders)} elements of order {max(mesh.orders)}, {len(last.path.q)} steps);"
+        " ask for a larger tolerance or a shorter time"
     )
 
 

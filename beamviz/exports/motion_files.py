@@ -148,8 +148,8 @@ class MotionScene:
         """How far the tip moves from the mean (2,)."""
         return abs(self.motion.tip - self.motion.tip.mean(axis=0)).max(axis=0)
 
-    def draw(self, api: Any, scale: float = DEFAULT_SCALE) -> BeamScene:
-        """The scene in viser, at `scale` [pixels per beam length]."""
-        beams = BeamScene(api)
+    def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
+        """The scene, at `scale` [pixels per beam length]."""
+        beams = BeamScene(scene)
         beams.show(DrawnBeam(self.sampled, self.scene.view, scale, sizes=self.amplitudes))
         return beams
