@@ -59,8 +59,8 @@ def motion(
 
     --tolerance is that of the tip [L], 1e-4 where it is not given.
     """
-    from beamviz.dynamics import Ramp
     from beamviz.dynamics import motion as move
+    from beamviz.dynamics.drives import Ramp
 
     if path:
         from beamviz.exports.motion_files import SUFFIXES, export_motion

@@ -31,6 +31,7 @@ TAIL = 1.0  # of the first steps, over the tolerance
 # The error estimate over the change by halved steps and a finer mesh, see tests/dynamics: 1/3 is
 # left of an error of the second order, as where the motion is not smooth.
 ESTIMATE = 0.7
+COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
 
 
 def motion(
@@ -136,7 +137,7 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
     found, finer = (
         run(case, solution, mesh, control) for mesh, control in zip(meshes, controls, strict=True)
     )
-    return found, difference(case, found, finer), 2
+    return found, COARSER * difference(case, found, finer), 2
 
 
 def attempt(
