@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from beamviz.beam import Beam, Units
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
+from beamviz.version import __version__
 
 if TYPE_CHECKING:
-    from beamviz.frequency_loci import Event, Loci, loci
-    from beamviz.frequency_loci.forced_response import Resonance, RunUp, resonances, run_up
+    from beamviz.frequency_loci import Event, Loci, loci, resonances
+    from beamviz.frequency_loci.forced_response import RunUp, run_up
     from beamviz.scene import Scene
-    from beamviz.solver import Solution, solve, solve_many
-
-__version__ = "0.1.0"
+    from beamviz.solver import solve, solve_many
+    from beamviz.solver.solution import Solution
 
 __all__ = [
     "Beam",
@@ -25,7 +25,6 @@ __all__ = [
     "Loci",
     "NoEquilibrium",
     "NotConverged",
-    "Resonance",
     "RunUp",
     "Scene",
     "Solution",
@@ -45,8 +44,8 @@ __all__ = [
 
 ON_FIRST_USE = {
     "beamviz.exports": ("animate", "export", "screenshot"),
-    "beamviz.frequency_loci": ("Event", "Loci", "loci"),
-    "beamviz.frequency_loci.forced_response": ("Resonance", "RunUp", "resonances", "run_up"),
+    "beamviz.frequency_loci": ("Event", "Loci", "loci", "resonances"),
+    "beamviz.frequency_loci.forced_response": ("RunUp", "run_up"),
     "beamviz.scene": ("Scene",),
     "beamviz.solver": ("Solution", "solve", "solve_many"),
     "beamviz.sweeps": ("sweep",),

@@ -26,7 +26,7 @@ def viewpoint(
     larger distance of those in steps."""
     fit = fitted(shapes, rotating_frame, aspect, heights)
     farther = stepped(distance := math.dist(fit.position, fit.look_at), STEP, up=True) / distance
-    points = (tuple(farther * x for x in point) for point in (fit.position, fit.look_at))
+    points = (tuple(round(farther * x, 9) for x in point) for point in (fit.position, fit.look_at))
     return Camera(*points)  # type: ignore[arg-type]
 
 

@@ -26,6 +26,7 @@ from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, reads
 from beamviz.explorer.visitor import Visitor
+from beamviz.server.viser_private import ViserScene
 
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
 
@@ -42,7 +43,7 @@ class Session:
         self.visitor, self.last_tick = visitor, 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Memo()) for feature in self.features for part in feature.parts]
-        self.view = SceneView(visitor.client.scene)
+        self.view = SceneView(ViserScene(visitor.client.scene))
         self.responses, self.pictures, self.scenes, self.fits = (Memo() for _ in range(4))
         self.mass_drag = MassDrag(visitor, self.view.beam)
         visitor.client.camera.on_update(self.camera_moved)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from viser import SceneApi
 
 from beamviz.drawing import OVERLAY, BeamScene, BeamView, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
+from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
@@ -142,8 +142,8 @@ class SceneView:
     """The objects of the scene. beam: the single one; others: those of the second beam, by whether
     it is above the first, made when needed."""
 
-    def __init__(self, api: SceneApi):
-        self.scene, self.api = BeamScene(api), api
+    def __init__(self, scene: DrawnScene):
+        self.scene, self.drawn_scene = BeamScene(scene), scene
         self.beam = self.scene.view(0)
         self.others: dict[bool, BeamView] = {}
 
@@ -165,7 +165,7 @@ class SceneView:
         """The objects of the second beam."""
         if stacked not in self.others:
             root, overlay = ("/other", False) if stacked else (OVERLAY, True)
-            self.others[stacked] = BeamView(self.api, root, alone=False, overlay=overlay)
+            self.others[stacked] = BeamView(self.drawn_scene, root, alone=False, overlay=overlay)
         return self.others[stacked]
 
     def move(self, picture: Picture, clock: Clock) -> None:

@@ -39,7 +39,8 @@ class Visitor:
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
     by each edit; wake: tells the frame loop that something changed; presenter: returns the
     presenter's last snapshot, None while there is none; may_follow: it is a lecture; solver: the
-    job that solves the case of the state; clock: of the scene; controls: what those of each key show.
+    job that solves the case of the state; clock: of the scene; controls: what those of each key
+    show.
     """
 
     def __init__(

@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.frequency_loci import Event, loci
-from beamviz.frequency_loci.forced_response import resonances
 from beamviz.scene import Scene
 from beamviz.solver import Solution, solve
 
@@ -40,11 +39,12 @@ class Lesson:
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
     guesses: answers to the question, to choose from before the experiment, of which number `right`
-    (from 0) is the answer; fact: a sentence with placeholders for the numbers of compute_fact; number: of the challenge,
-    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer; gauge: the
-    quantity of the challenge for a solution, one number or several, and reading: a phrase with
-    placeholders for them; level: the first number of the gauge at the answer, or None where the
-    answer is number answer_in_fact of the fact; free: other numbers and options that may differ.
+    (from 0) is the answer; fact: a sentence with placeholders for the numbers of compute_fact;
+    number: of the challenge, "alpha", "beta", "gamma", "delta" or "mu"; within: accepted
+    distance from the answer; gauge: the quantity of the challenge for a solution, one number or
+    several, and reading: a phrase with placeholders for them; level: the first number of the
+    gauge at the answer, or None where the answer is number answer_in_fact of the fact; free:
+    other numbers and options that may differ.
     """
 
     name: str
@@ -164,8 +164,9 @@ def crossing(over: str, stop: float, **options: Any) -> Event:
 
 def resonance(per_rev: int, label: str) -> float:
     """Speed at which omega = per_rev gamma for a mode of the bare beam."""
-    found = resonances(loci(BARE, "gamma", np.linspace(0, 15, 31)), per_rev)
-    return next(one.at for one in found if (one.per_rev, one.branch) == (per_rev, label))
+    found = loci(BARE, "gamma", np.linspace(0, 15, 31), per_rev=per_rev).events
+    wanted = per_rev, (label,)
+    return next(event.at for event in found if (event.per_rev, event.branches) == wanted)
 
 
 def first_unstable(beam: Beam, stop: float, **options: Any) -> float:

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
@@ -21,7 +22,6 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import FIELDS, Case, State
 from beamviz.explorer.visitor import Visitor
-from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import interruption
 from beamviz.sweeps.lines import solve_in_memory
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
