@@ -264,7 +264,11 @@ class State:
         return differing - {"case", "view", *NO_CHOICES, *UNDER_WAY, *LASTING}
 
     def keep(self) -> Self:
-        """Keep the case, to compare later ones with."""
+        """Keep the case, to compare later ones with, unless it has a number out of range."""
+        try:
+            self.case.beam()
+        except InvalidInput:
+            return self
         return replace(self, kept=self.case, comparison=EARLIER)
 
     def keep_for_comparison(self) -> Self:

@@ -106,8 +106,8 @@ def is_shown(id: str, tab: str) -> bool:
 def page_of(guest: Visitor) -> dict[str, Any]:
     """What a visitor sees of the page: of parts that are on it, in the open tab or outside."""
     tab = guest.parts["open"]
-    every = guest.text + "".join(tab.content for tab in tabs().values())
-    there = {*re.findall(r'(?:id|data-set)="([^"]+)"', every)}
+    shown = [text for key, text in guest.texts.items() if is_shown(key, tab)]
+    there = {*re.findall(r'(?:id|data-set)="([^"]+)"', "".join([*shown, tabs()[tab].content]))}
     props = {
         f"{key}.{name}": one
         for key, changes in guest.props.items()
@@ -126,19 +126,27 @@ def page_of(guest: Visitor) -> dict[str, Any]:
         for key, one in content.items()
         if is_shown(key, tab) and (kind == "props" or key in there)
     }
-    return seen | {key: guest.parts[key] for key in ("open", "captions", "address", "met")}
+    return seen | {key: guest.parts.get(key) for key in ("open", "captions", "address", "met")}
 
 
 def scene_of(guest: Visitor) -> dict[str, Any]:
-    """The visible nodes of the scene with their properties and places."""
+    """The visible nodes of the scene with their properties and places; of the points of captions
+    those that have a text."""
+    texts = {caption["name"] for caption in guest.parts["captions"]}
     hidden = {name for name, node in guest.nodes.items() if node.get("visible") is False}
     nodes = {}
     for name, node in guest.nodes.items():
         parents = [name[:k] for k, sign in enumerate(name) if sign == "/" and k] + [name]
-        if not hidden & {*parents}:
+        is_caption = re.search(r"/(node \d+|warning|title|speed)$", name)
+        if not hidden & {*parents} and (name in texts or not is_caption):
             at_origin = {"position": (0.0, 0.0, 0.0), "wxyz": (1.0, 0.0, 0.0, 0.0)}
             nodes[name] = at_origin | {key: one for key, one in node.items() if key != "visible"}
     return nodes
+
+
+def is_records(content: Any) -> bool:
+    """Whether it is a list of objects."""
+    return isinstance(content, list) and all(isinstance(one, dict) for one in content)
 
 
 def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
@@ -146,12 +154,15 @@ def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
     if isinstance(first, dict) and isinstance(second, dict):
         for key in first.keys() | second.keys():
             yield from differences(first.get(key), second.get(key), f"{path}/{key}")
+    elif is_records(first) and is_records(second) and len(first) == len(second):
+        for k, pair in enumerate(zip(first, second, strict=True)):
+            yield from differences(*pair, f"{path}/{k}")
     elif isinstance(first, float | list | tuple) and isinstance(second, float | int | list | tuple):
         try:
             close = np.allclose(
                 np.array(first, float), np.array(second, float), 1e-5, 1e-6, equal_nan=True
             )
-        except ValueError:  # not numbers, or not as many
+        except (ValueError, TypeError):  # not numbers, or not as many
             close = list(first) == list(second)
         if not close:
             yield f"{path}: {str(first)[:200]} != {str(second)[:200]}"
@@ -204,12 +215,13 @@ VALID = {"alpha": 1.0, "beta": 0.5, "gamma": 5.0, "delta": 0.25, "mu": 70.0, "sp
 
 def compare_with_fresh(url: str, guest: Visitor, frame_loops: Any, done: Any) -> None:
     """Compare a page with a fresh one, which has the same memory of lessons."""
+    address = guest.parts.get("address", "")
     with visitor(url) as fresh:
         fresh.do("preferences", "still")
         fresh.do("met", " ".join(guest.parts["met"]))
-        fresh.do("link", f"?{guest.parts['address']}")
+        fresh.do("link", f"?{address}")
         sessions = frame_loops[-1].sessions
         settled(fresh, sessions[max(sessions)])
         found = [*differences(page_of(guest), page_of(fresh), "page")]
         found += differences(scene_of(guest), scene_of(fresh), "scene")
-        assert found == [], "\n".join([guest.parts["address"], *map(str, done), *found])
+        assert found == [], "\n".join([address, *map(str, done), *found])

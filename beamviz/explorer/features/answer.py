@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from beamviz.beam import Units
+from beamviz.beam import PARAMETERS, Units
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, frequencies, mode_value, significant
@@ -16,8 +16,8 @@ from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.jobs import JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import Case
 from beamviz.explorer.view import Picture
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver import Solution
 
@@ -31,7 +31,12 @@ UNIT_HINT = page.hint("the unit", "Ã— 1/T*, the beam's own unit of time: T* = âˆ
 
 
 class AnswerPanel(Feature):
-    """What the page says of the beam shown, around the scene."""
+    """What the page says of the beam shown, around the scene. first: the case as the server has
+    it, with which the page invites to drag something."""
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.first = visitor.state.case
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -39,9 +44,17 @@ class AnswerPanel(Feature):
             Part(lambda s: (s.answer, s.picture), answer_content),
             Part(lambda s: (s.picture, s.answer), scene_content),
             Part(pace_reads, pace_content),
-            Part(invitation_reads, invitation_content),
+            Part(self.caption_reads, caption_content),
             Part(lambda s: (work(s.jobs, settled=s.settled),), work_content),
         )
+
+    def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
+        """What the picture leaves out, whether a force drives the beam, whether the first case is
+        shown, and whether it has a mass."""
+        state = snapshot.state
+        first = state.case == self.first
+        driven, alpha = snapshot.picture.force is not None, state.case.numbers["alpha"]
+        return picture_note(snapshot), driven, first, bool(alpha)
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
@@ -91,17 +104,23 @@ def work(jobs: Mapping[str, JobStatus], *, settled: bool = True) -> str:
     return f"cancelled: {names}{RETRY}" if names else ""
 
 
-def invitation_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """Whether a force drives the beam, whether the first scene was edited, and its mass."""
-    state = snapshot.state
-    first = state.case == Case.of(state.opened)
-    return snapshot.picture.force is not None, first, bool(state.case.numbers["alpha"])
+def picture_note(snapshot: Snapshot) -> str:
+    """What the picture does not show of the numbers beside it, "" if it shows all."""
+    answer, picture = snapshot.answer, snapshot.picture
+    if answer is None:
+        return ""
+    if answer.beam is None:
+        return f"Drawn with the nearest values in range: {escape(picture.modes.beam.described(PARAMETERS))}."
+    if answer.result is None:
+        return "Drawn unloaded, as it is before it rotates."
+    return "The modes shown do not grow; another one does." if picture.hides_growth else ""
 
 
-def invitation_content(driven: bool, first: bool, has_mass: bool) -> Content:
-    """The caption, until the first edit an invitation to drag the mass, if any, and the speed."""
-    text = invitation(has_mass=has_mass) if first else ""
-    return page.html("scene-caption", RESPONSE if driven else text)
+def caption_content(note: str, driven: bool, first: bool, has_mass: bool) -> Content:
+    """The caption: what the picture leaves out, or until the first edit an invitation to drag the
+    mass, if any, and the speed."""
+    text = RESPONSE if driven else note or (invitation(has_mass=has_mass) if first else "")
+    return page.html("scene-caption", text)
 
 
 def invitation(*, has_mass: bool) -> str:

@@ -193,6 +193,7 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
         "x": page.axis_data(along, (request.start, request.stop)),
         "y": page.frequency_axis(across, (0.0, 1.0)),
         "lines": lines,
+        "at": [],
         "perRev": None,
         "gaps": [],
         "marks": [],
@@ -323,6 +324,7 @@ def chart_content(
     second = other.result if other else None
     if chart is None:
         content |= page.chart("loci-chart", axes_data(answer.request, answer.message, second))
+        content |= page.html("loci-resonances", "")
         return content | page.html("loci-events", page.note(answer.message))
     content |= page.chart("loci-chart", chart_data(chart, multiples, second))
     content |= page.html("loci-events", event_table(chart) + notes(chart))
