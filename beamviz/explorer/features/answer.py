@@ -110,7 +110,8 @@ def picture_note(snapshot: Snapshot) -> str:
     if answer is None:
         return ""
     if answer.beam is None:
-        return f"Drawn with the nearest values in range: {escape(picture.modes.beam.described(PARAMETERS))}."
+        nearest = escape(picture.modes.beam.described(PARAMETERS))
+        return f"Drawn with the nearest values in range: {nearest}."
     if answer.result is None:
         return "Drawn unloaded, as it is before it rotates."
     return "The modes shown do not grow; another one does." if picture.hides_growth else ""
