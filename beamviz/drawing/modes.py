@@ -1,4 +1,4 @@
-"""Mode shapes sampled along the beam, and the clock of rotation and vibration."""
+"""Mode shapes sampled along the beam, and the rate at which they are played."""
 
 import math
 from collections.abc import Sequence
@@ -44,9 +44,12 @@ class SampledModes:
     solution: Solution | None = None
 
     @classmethod
-    def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
-        """The modes of a solution, with the signs of `previous`."""
-        x, labels = stations(solution.beam.beta), identify_modes(solution).labels
+    def sampled(
+        cls, solution: Solution, previous: Self | None = None, x: np.ndarray | None = None
+    ) -> Self:
+        """The modes of a solution, with the signs of `previous`; x: other stations than usual."""
+        x = stations(solution.beam.beta) if x is None else x
+        labels = identify_modes(solution).labels
         equilibrium = solution.equilibrium
         local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
         local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
@@ -113,7 +116,7 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def node_positions(x: np.ndarray, components: np.ndarray) -> list[np.ndarray]:
     """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,). Linear
-    interpolation, accurate to 1e-4; `Solution.nodes` is exact, but slower."""
+    interpolation, accurate to 1e-4; `Solution.nodes` is converged, but slower."""
     far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
     v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)
@@ -172,29 +175,3 @@ def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
     if len(seen):
         longest += [2 * math.pi / seen.min() / SLOWEST, 2 * math.pi / seen.max() / FASTEST]
     return min(longest, default=0.1)
-
-
-@dataclass
-class Clock:
-    """The clock of rotation and all modes, which keeps their frequency ratios.
-
-    rate: time [T*] per second on screen; angle: of the hub [rad]; phases: of the modes (m,) [rad].
-    """
-
-    rate: float = 0.1
-    angle: float = 0.0
-    phases: np.ndarray = field(default_factory=lambda: np.full(0, math.pi / 2))
-
-    def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
-        """Choose the rate; with `keep`, only if the present one is much too slow or too fast."""
-        best = playback_rate(frequencies, gamma)
-        if not keep or not best / 4 < self.rate < best * 3:
-            self.rate = best
-
-    def advance(self, time: float, frequencies: np.ndarray, gamma: float) -> None:
-        """Advance by `time` [T*]; phases are continuous when frequencies change."""
-        if len(self.phases) != len(frequencies):
-            self.phases = np.full(len(frequencies), math.pi / 2)
-        swinging = np.where(np.isfinite(frequencies), frequencies, 0.0)
-        self.phases = (self.phases + time * swinging) % (2 * math.pi)
-        self.angle = (self.angle + time * gamma) % (2 * math.pi)
