@@ -13,10 +13,8 @@ import numpy as np
 from beamviz.beam import Beam, check_choice, check_float, check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, unknown_keyword
 from beamviz.solver.families import gauss, quadrature  # noqa: F401
-from beamviz.solver.hp import CommonMesh, displacements, solve_hp  # noqa: F401
-from beamviz.solver.hp.equilibrium import greatest_force, is_small_strain  # noqa: F401
+from beamviz.solver.hp import displacements, solve_hp  # noqa: F401
 from beamviz.solver.hp.mesh import interpolation_matrix  # noqa: F401
-from beamviz.solver.hp.mesh_design import half_waves  # noqa: F401
 from beamviz.solver.problem import CHOICES, FEATURES, METHODS, OPTIONS, Problem, interruption
 from beamviz.solver.solution import Solution
 
@@ -69,20 +67,18 @@ def solve(
 def solve_many(
     beams: Iterable[Beam],
     extra_modes: int = 0,
-    common_mesh: CommonMesh | None = None,
     **options: Any,
 ) -> list[Answer]:
     """`solve` for many beams with the same options, in batches where the method allows it.
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
     extra_modes: number of modes beyond those asked for, 0 to 20, whose errors may exceed the
-    tolerance. common_mesh: of a line in parameter space that contains `beams`: those with their
-    mass at the same position then share a mesh, in this call and in others with the same argument.
+    tolerance.
     Raises InvalidInput for wrong options.
     """
     problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    return _solve(list(beams), problem, extra_modes, common_mesh)
+    return _solve(list(beams), problem, extra_modes)
 
 
 def __getattr__(name: str) -> Any:
@@ -128,9 +124,7 @@ def _validated(*options: Any) -> Problem:
     return problem
 
 
-def _solve(
-    beams: list[Beam], problem: Problem, extra_modes: int = 0, common_mesh: CommonMesh | None = None
-) -> list[Answer]:
+def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
     """Dispatch to the method; those other than `hp` are imported on first use."""
     start, package = time.perf_counter(), METHODS[problem.method].package
     answers: list[Answer]
@@ -138,7 +132,7 @@ def _solve(
         answers = _solve_states(beams, problem, extra_modes)
     elif package == "hp":
         interruption.get()()
-        answers = solve_hp(beams, problem, extra_modes, common_mesh)
+        answers = solve_hp(beams, problem, extra_modes)
     else:
         module, function = package.split(".")
         solve_one = getattr(import_module(f"beamviz.solver.{module}"), function)

@@ -132,6 +132,7 @@ class Mesh(Grid):
 
     grid: Grid  # without the matrices
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
+    starts: np.ndarray  # (elements,) first point of each element
     axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
     IJT: np.ndarray  # (..., 2, 2 n, n) the identity and, below it, J, times T
     tails: np.ndarray  # (..., 2 elements, n)
@@ -173,7 +174,8 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
     breaks, points, weights, J = map(read_only, (breaks, points, weights, J))
     grid = Grid(breaks, orders, axial_orders, points, weights, J)
-    arrays = (rooted, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
+    starts = np.cumsum((0, *orders[:-1]))
+    arrays = (rooted, starts, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
     return Mesh(breaks, orders, axial_orders, points, weights, J, grid, *map(read_only, arrays))
 
 

@@ -1,0 +1,233 @@
+"""The first mesh of a beam, from the half-waves of its modes, its boundary layers, and the distance
+of singularities.
+
+A tension N large against the bending stiffness causes boundary layers of width
+1 / sqrt(N f^(2c-3)), c the power of the curvature measure, at the clamp and on both sides of a
+concentrated mass; at a free tip, where the tension vanishes, the layer is an Airy function of width
+(N')^(-1/3). The stretch is singular where the tension, continued beyond the end of a span, reaches
+a limit of the strain law. Gauss points are dense at the ends of an element: only what they do not
+resolve with fewer unknowns gets elements of its own.
+
+The order of an element follows from the Legendre expansions of what it resolves. The polynomial of
+degree n has, on [-1, 1], these shares of the square integral, j_n the spherical Bessel function:
+
+    cos(k x + any phase)        (2 n + 1) j_n(k)^2
+    exp(-a (x + 1))             exp(-n^2 / a)                 a >> n
+    exp(-2/3 (a (x + 1))^1.5)   exp(-1.886 n^1.5 (2 a)^-0.75)
+    1 / (x + z)                 (z + sqrt(z^2 - 1))^(-2 n)    (Bernstein)
+
+These are shares of the strain energy of a mode, and so of its omega^2.
+"""
+
+import math
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.solver.constitutive import StrainLaw
+from beamviz.solver.problem import Problem
+
+MIN_ORDER = 4  # so that the two highest polynomials of an element are not all of it
+MAX_ORDER = 30  # of an element: from here two halves with the same digits have fewer unknowns
+GRADING = 6.0  # ratio of the length of an element to its distance from a singularity, at most
+# omega^2 of the lowest mode as a share of its strain energy, which centrifugal and Coriolis forces
+# cancel; measured on random beams.
+CANCELLED = 1e-3
+NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
+AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that is taken to be there
+
+
+class Positions(NamedTuple):
+    """Positions u of an equilibrium."""
+
+    ends: tuple[float, ...]  # x of clamp, mass and tip
+    u: tuple[float, ...]  # at the ends
+    means: tuple[float, ...]  # of u between the ends
+
+
+class End(NamedTuple):
+    """An end of a span: its place x, the tension and the stretch there."""
+
+    x: float
+    inward: int  # 1 where the span begins at x, -1 where it ends
+    N: float
+    f: float
+    slope: float  # -dN/dx
+    singularity: float  # the distance from x, away from the span, of a singularity of the stretch
+
+
+class Span(NamedTuple):
+    """A part of the beam between clamp, mass and tip."""
+
+    start: End
+    end: End
+
+    @property
+    def length(self) -> float:
+        """Its length."""
+        return self.end.x - self.start.x
+
+
+class Layer(NamedTuple):
+    """A boundary layer at an end x of a span."""
+
+    x: float
+    inward: int  # 1 where the span begins at x, -1 where it ends
+    width: float
+    tip: bool  # whether it is an Airy function
+
+    def reach(self, share: float) -> float:
+        """The distance from x beyond which this share of its energy is left."""
+        left = math.log(1 / share)
+        return self.width * ((0.75 * left) ** (2 / 3) if self.tip else left / 2)
+
+    def order(self, length: float, share: float) -> int:
+        """The order of an element of this length at x."""
+        widths, left = length / self.width, math.log(1 / share)
+        degree = math.sqrt(widths) * (left / 1.886) ** (2 / 3)
+        if not self.tip:
+            degree = 1 + math.sqrt(widths / 2 * left)  # a is not so much larger than n
+        return math.ceil(degree) + 2
+
+
+class Elements(NamedTuple):
+    """The elements of a mesh, as arguments of `make_mesh`."""
+
+    breaks: tuple[float, ...]
+    orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
+    axial_orders: tuple[int, ...]  # of modes along it, at most as high
+
+
+def unstretched_positions(beam: Beam) -> Positions:
+    """The positions of a beam of small strain: u = x."""
+    beta = beam.beta
+    if not (beam.alpha > 0 and AT_END < beta < 1 - AT_END):
+        return Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
+    return Positions((0.0, beta, 1.0), (0.0, beta, 1.0), (beta / 2, (beta + 1) / 2))
+
+
+def find_spans(beam: Beam, positions: Positions, law: StrainLaw | None) -> list[Span]:
+    """The spans of a beam, clamp first, with N = gamma^2 int_x^1 rho (u + delta) at their ends.
+    law: None where the strain is small, and the stretch taken to be 1."""
+    ends, u, means = positions
+    spans: list[Span] = []
+    load, N = beam.gamma**2, 0.0
+
+    def end_of_span(k: int, inward: int) -> End:
+        slope = load * (u[k] + beam.delta)
+        if law is None:
+            return End(ends[k], inward, N, 1.0, slope, math.inf)
+        f = float(law.stretch(np.array(N / beam.mu**2)))
+        limit = beam.mu**2 * law.force_limits[inward * slope > 0]
+        distance = max(inward * (limit - N) / slope, NEAREST) if slope else math.inf
+        return End(ends[k], inward, N, f, slope, distance)
+
+    for k in range(len(means), 0, -1):  # from the tip
+        if abs(ends[k] - beam.beta) <= AT_END:
+            N += beam.alpha * load * (u[k] + beam.delta)
+        end = end_of_span(k, -1)
+        N += load * (ends[k] - ends[k - 1]) * (means[k - 1] + beam.delta)
+        spans.insert(0, Span(end_of_span(k - 1, 1), end))
+    return spans
+
+
+def layers(span: Span, power: int) -> list[Layer]:
+    """The boundary layers of a span thinner than it is long, by the tension N f^power."""
+    found = []
+    for x, inward, N, f, slope, _ in span:
+        tip = x == 1  # free to rotate: a layer only where the tension vanishes
+        if tip:
+            width = slope ** (-1 / 3) if N == 0 and slope > 0 else math.inf
+        else:
+            width = 1 / math.sqrt(N * f**power) if N > 0 else math.inf
+        if width < span.length:
+            found.append(Layer(x, inward, width, tip))
+    return found
+
+
+def first_elements(beam: Beam, spans: list[Span], problem: Problem, share: float) -> Elements:
+    """Elements for the modes asked for, where polynomials beyond their orders have at most this
+    share of the energy."""
+    power = 2 * problem.curvature_power - 3
+    ends = [end for span in spans for end in span]
+    bending = half_waves(beam.mu, problem.modes, 0.0)[0]
+    stretching = half_waves(beam.mu, problem.modes, max(0.0, *(end.N for end in ends)))[1]
+    compression = max(-end.N * end.f**power for end in ends)
+    if compression > 0:  # half-waves of buckling over the whole beam
+        bending += math.sqrt(compression) / math.pi
+    waves = max(bending, stretching)
+    stretched = any(end.f != 1 for end in ends)  # so the axial stiffness varies
+    axial_waves = waves if problem.gyroscopic or stretched else stretching
+    breaks, orders, axial_orders = [0.0], [], []
+    for span in spans:
+        along, own = layers(span, power), set()
+        new = {span.start.x, span.end.x}
+        for layer in along:
+            beside = order_of_waves(waves * span.length, share)
+            # Beyond its element what is left is as wide as the distance of Gauss points.
+            wider = max(1.0, span.length / (layer.width * beside**2))
+            reach = layer.reach(CANCELLED * share / wider)
+            reach = span.length * 0.5 ** int(math.log2(span.length / reach))
+            whole = layer.order(span.length, share)
+            two = layer.order(reach, share) + beside
+            if whole > min(two, MAX_ORDER) and reach < span.length:
+                new.add(layer.x + layer.inward * reach)
+                own.add(layer)
+        for end in span:
+            if order_of_singularity(end.singularity / span.length, share) > MAX_ORDER:
+                away = GRADING * end.singularity
+                while away < span.length / 2:
+                    new.add(end.x + end.inward * away)
+                    away *= GRADING
+        for start, stop in pairwise(sorted(new)):
+            length = stop - start
+            order = order_of_waves(waves * length, share)
+            axial_order = order_of_waves(axial_waves * length, share)
+            for layer in along:
+                if layer.x in (start, stop) or layer not in own:
+                    order = max(order, layer.order(length, share))
+            for end in span:
+                apart = end.singularity + (start - end.x if end.inward > 0 else end.x - stop)
+                singular = order_of_singularity(apart / length, share)
+                order, axial_order = max(order, singular), max(axial_order, singular)
+            breaks.append(stop)
+            orders.append(min(order, MAX_ORDER))
+            axial_orders.append(min(axial_order, orders[-1]))
+    return Elements(tuple(breaks), tuple(orders), tuple(axial_orders))
+
+
+@lru_cache(maxsize=1024)
+def order_of_waves(half_waves: float, share: float) -> int:
+    """The order of an element for so many half-waves of a mode along it, with
+    j_n(k) = k^n / (2 n + 1)!! exp(-k^2 / (4 n + 6)) for n > k."""
+    k = math.pi / 2 * half_waves
+    degree, power, left = 0, 1.0, 1.0
+    while degree < k or left > share:
+        degree += 1
+        power *= k / (2 * degree + 1)
+        left = (2 * degree + 1) * (power * math.exp(-(k**2) / (4 * degree + 6))) ** 2
+    return max(degree + 2, MIN_ORDER)  # the tail is that of two polynomials
+
+
+def order_of_singularity(distance: float, share: float) -> int:
+    """The order of an element from whose end a singularity has this distance, in its lengths."""
+    if distance == math.inf:
+        return 0
+    return math.ceil(math.log(1 / share) / (2 * math.acosh(1 + 2 * distance))) + 2
+
+
+@lru_cache(maxsize=64)
+def half_waves(mu: float, modes: int, N: float) -> tuple[float, float]:
+    """The greatest numbers of half-waves of bending and of stretching among the lowest `modes`
+    modes under a uniform tension: mode k has k - 1/2."""
+    bending = stretching = 0
+    while bending + stretching < modes:
+        k = math.pi * (bending + 0.5)
+        if mu * math.pi * (stretching + 0.5) < k * math.sqrt(k**2 + N):
+            stretching += 1
+        else:
+            bending += 1
+    return max(bending - 0.5, 0.0), max(stretching - 0.5, 0.0)
