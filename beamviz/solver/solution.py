@@ -47,9 +47,9 @@ def status_of(s: NDArray) -> Status:
     """The status of an equilibrium with modes s (modes,), growth rate + i frequency: "unstable" if
     a disturbance without vibration leaves it, "growing" if a vibration about it grows."""
     grows = s.real > 0
-    if (grows & (s.imag == 0)).any():
-        return "unstable"
-    return "growing" if grows.any() else "stable"
+    if not grows.any():
+        return "stable"
+    return "unstable" if (s.imag[grows] == 0).any() else "growing"
 
 
 @dataclass(frozen=True)

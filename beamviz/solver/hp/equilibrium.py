@@ -7,7 +7,7 @@ other is followed from rest, alone, on its stable branch to its load or to the l
 
 import math
 from collections.abc import Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 from operator import attrgetter
 from typing import NamedTuple
 
@@ -18,19 +18,40 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
-from beamviz.solver.hp.first_mesh import Positions, unstretched_positions
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
+STRETCH_SHARE = (
+    1e-3  # error of the stretch at which Newton's method ends, relative to the tolerance
+)
 SMALL_FORCE = 0.3  # axial force n, as a share of 1 and of the limits of the law, of a small strain
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
 COARSE_ORDER = 6  # of the mesh of the equilibrium from which the first mesh is designed
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # mesh on which a limit is located
+AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that is taken to be there
 LIMIT_ORDER = 12
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
 
 numbers_of = attrgetter(*PARAMETERS)
+
+
+class Numbers(NamedTuple):
+    """The numbers of a straight beam."""
+
+    alpha: float
+    beta: float
+    gamma: float
+    delta: float
+    mu: float
+
+
+class Positions(NamedTuple):
+    """Positions u of an equilibrium."""
+
+    ends: tuple[float, ...]  # x of clamp, mass and tip
+    u: tuple[float, ...]  # at the ends
+    means: tuple[float, ...]  # of u between the ends
 
 
 class State(NamedTuple):
@@ -41,18 +62,26 @@ class State(NamedTuple):
 
 
 class BeamStack(NamedTuple):
-    """The parameters of a stack of beams, each (beams, 1)."""
+    """The parameters of a stack of beams, each (beams, 1), those of the mass (1, 1) where all beams
+    have the same."""
 
     alpha: NDArray
     beta: NDArray
     gamma: NDArray
     delta: NDArray
     mu: NDArray
+    turning: bool  # whether all have a speed
+    inward: bool  # whether any points inward
 
 
-def stack_of(beams: Sequence[Beam]) -> BeamStack:
+def stack_of(beams: Sequence[Beam | Numbers]) -> BeamStack:
     """The parameters of some beams."""
-    return BeamStack(*np.array([numbers_of(beam) for beam in beams]).T[..., None])
+    numbers = list(map(numbers_of, beams))
+    alpha, beta, gamma, delta, mu = np.array(numbers).T[..., None]
+    if len({row[:2] for row in numbers}) == 1:
+        alpha, beta = alpha[:1], beta[:1]
+    turning = all(row[2] for row in numbers)
+    return BeamStack(alpha, beta, gamma, delta, mu, turning, any(row[3] < 0 for row in numbers))
 
 
 class Inertia(NamedTuple):
@@ -79,7 +108,7 @@ class AxialState(NamedTuple):
 
 def axial_problem(mesh: Mesh, beams: BeamStack, law: StrainLaw) -> "AxialProblem":
     """The problem of beams whose mass sits on a break of the mesh."""
-    alpha, beta = (x[:1] if (x == x[0]).all() else x for x in (beams.alpha, beams.beta))
+    alpha, beta = beams.alpha, beams.beta
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[:, None, :]
@@ -88,7 +117,7 @@ def axial_problem(mesh: Mesh, beams: BeamStack, law: StrainLaw) -> "AxialProblem
     return AxialProblem(mesh, inertia, beams, law)
 
 
-def is_small_strain(beam: Beam, law: StrainLaw) -> bool:
+def is_small_strain(beam: Beam | Numbers, law: StrainLaw) -> bool:
     """Whether the axial force, that of the unstretched beam at the clamp or more, is far from the
     limits of the law and of the beam along its whole length."""
     hub = abs(beam.delta)
@@ -97,7 +126,7 @@ def is_small_strain(beam: Beam, law: StrainLaw) -> bool:
     return force < SMALL_FORCE * min(1.0, abs(law.force_limits[beam.delta >= 0]))
 
 
-def has_unique_equilibrium(beam: Beam, law: StrainLaw) -> bool:
+def has_unique_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> bool:
     """Whether Newton's method can converge to the stable state only."""
     return beam.delta >= 0 and law.max_stretch == math.inf
 
@@ -111,27 +140,27 @@ class AxialProblem(NamedTuple):
     beams: BeamStack
     law: StrainLaw
 
-    def solve(self, start: State | None = None, accuracy: float = NEWTON_STEP**2) -> AxialState:
+    def solve(self, small: bool, tolerance: float, start: State | None = None) -> AxialState:
         """The equilibria by Newton's method, with an infinite error where it failed.
 
-        start: the state of a single beam on another mesh; else the beams are of small strain or
-        have a unique equilibrium. accuracy: relative, of f.
+        small: whether all beams are of small strain: then they have no limit of equilibrium near.
+        tolerance: of omega^2. start: the state of a single beam on another mesh; else the beams are
+        of small strain or have a unique equilibrium.
         """
         inertia, beams = self.inertia, self.beams
         load = (beams.gamma / beams.mu) ** 2
-        if not load.any():
-            return self.at_rest()
         if start is not None:
-            f = start.mesh.at(self.mesh.points) @ start.f
-            f = f[None]
+            f = (start.mesh.at(self.mesh.points) @ start.f)[None]
         else:
-            force = load * (inertia.G1 + beams.delta * inertia.g) / inertia.weights
-            f = self.law.stretch(force)  # were the beam at rest
-        state = self.newton(load, f, accuracy)
-        margin = self.margin(load, state.f)
+            pull, static = load / inertia.weights, beams.delta * inertia.g
+            f = self.law.stretch(pull * (inertia.G1 + static))  # were the beam at rest
+            f = self.law.stretch(pull * (np.matvec(inertia.G, f) + static))
+        if small:
+            return self.newton(load, f, STRETCH_SHARE * tolerance)
+        with np.errstate(all="ignore"):  # a diverging iteration is detected
+            state = self.newton(load, f)
+            margin = self.margin(load, state.f)
         found = (state.error < math.inf) & (margin > 0)
-        if found.all():
-            return state._replace(margin=margin)
         error, margin = np.where(found, state.error, math.inf), np.where(found, margin, 1.0)
         return state._replace(error=error, margin=margin)
 
@@ -147,11 +176,10 @@ class AxialProblem(NamedTuple):
         load = (self.beams.gamma / self.beams.mu) ** 2
         path = self.follow(load.item())
         if path.limit is not None:
-            beam = Beam(*(number.item() for number in self.beams))
+            beam = Numbers(*(number.item() for number in self.beams[:5]))
             raise no_equilibrium(beam, beam.mu * path.limit**0.5, self.law)
         return AxialState(path.state, path.iterations, np.zeros(1), self.margin(load, path.state))
 
-    @np.errstate(all="ignore")  # a diverging iteration is detected
     def newton(self, load: NDArray, f: NDArray, accuracy: float = NEWTON_STEP**2) -> AxialState:
         """The stretch f (beams, n) in equilibrium at a load (beams, 1), by Newton-Raphson from f.
 
@@ -161,20 +189,19 @@ class AxialProblem(NamedTuple):
         inertia, beams, law = self.inertia, self.beams, self.law
         A = load[..., None] * inertia.G
         w, static = inertia.weights, load * beams.delta * inertia.g
-        error = np.full(len(f), math.inf)
-        iteration = 0
-        while iteration < NEWTON_ITERATIONS and np.fmax.reduce(error) >= accuracy:
-            iteration += 1
+        for iteration in range(1, NEWTON_ITERATIONS + 1):
             residual = w * law.force(f) - np.matvec(A, f) - static
             tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
             step = np.linalg.solve(tangent, residual[..., None])[..., 0]
             f = f - step
             error = np.vecdot(step, step) / f[:, 0] ** 2  # the next step is as small as this square
-        low, high = f.min(axis=-1), f.max(axis=-1)
-        found = (error < accuracy) & (low > law.min_stretch) & (high < law.max_stretch)
+            if np.fmax.reduce(error) < accuracy:
+                break
+        inside = (f > law.min_stretch) & (f < law.max_stretch)
+        found = (error < accuracy) & np.logical_and.reduce(inside, axis=-1)
         if not found.all():
             f, error = np.where(found[:, None], f, 1.0), np.where(found, error, math.inf)
-        return AxialState(f, iteration, error, error)
+        return AxialState(f, iteration, error, np.ones(len(f)))
 
     @np.errstate(all="ignore")
     def follow(self, load: float) -> Root:
@@ -216,23 +243,35 @@ class AxialProblem(NamedTuple):
         return (1 - np.maximum(force / most, force / least))[:, 0]
 
 
+def ends_of_spans(beam: Beam | Numbers) -> tuple[float, ...]:
+    """x of the clamp, of a mass between clamp and tip, and of the tip."""
+    inside = beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
+    return (0.0, beam.beta, 1.0) if inside else (0.0, 1.0)
+
+
+def unstretched_positions(beam: Beam | Numbers) -> Positions:
+    """The positions of a beam of small strain: u = x."""
+    ends = ends_of_spans(beam)
+    return Positions(ends, ends, tuple((a + b) / 2 for a, b in pairwise(ends)))
+
+
 def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     """The error of a beam beyond its limit of equilibrium or too near it, located on a mesh that is
     fine at the clamp; None where there is no limit. Raises NotConverged."""
-    breaks = sorted({*LIMIT_BREAKS, *unstretched_positions(beam).ends})
+    breaks = sorted({*LIMIT_BREAKS, *ends_of_spans(beam)})
     mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
     limit = axial_problem(mesh, stack_of([beam]), law).follow(load).limit
     return None if limit is None else no_equilibrium(beam, beam.mu * limit**0.5, law)
 
 
-def coarse_equilibrium(beam: Beam, law: StrainLaw) -> tuple[State, Positions]:
+def coarse_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> tuple[State, Positions]:
     """The equilibrium of a beam of large strain on a coarse mesh, and its positions. Raises
     NoEquilibrium with the limit, and NotConverged."""
-    ends = unstretched_positions(beam).ends
+    ends = ends_of_spans(beam)
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     problem = axial_problem(mesh, stack_of([beam]), law)
-    state = problem.solve() if has_unique_equilibrium(beam, law) else None
+    state = problem.solve(False, 0.0) if has_unique_equilibrium(beam, law) else None
     if state is None or state.error[0] == math.inf:
         state = problem.followed()
     f = state.f[0]

@@ -20,6 +20,8 @@ These are shares of the strain energy of a mode, and so of its omega^2.
 """
 
 import math
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -27,7 +29,21 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw
+from beamviz.solver.hp.equilibrium import (
+    AT_END,
+    Numbers,
+    Positions,
+    State,
+    coarse_equilibrium,
+    ends_of_spans,
+    has_unique_equilibrium,
+    is_small_strain,
+    numbers_of,
+    unstretched_positions,
+)
+from beamviz.solver.hp.modes import TRUNCATION_FACTOR
 from beamviz.solver.problem import Problem
 
 MIN_ORDER = 4  # so that the two highest polynomials of an element are not all of it
@@ -36,16 +52,8 @@ GRADING = 6.0  # ratio of the length of an element to its distance from a singul
 # omega^2 of the lowest mode as a share of its strain energy, which centrifugal and Coriolis forces
 # cancel; measured on random beams.
 CANCELLED = 1e-3
+ROUNDED = 0.8  # least ratio of a number to itself rounded up to three binary digits
 NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
-AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that is taken to be there
-
-
-class Positions(NamedTuple):
-    """Positions u of an equilibrium."""
-
-    ends: tuple[float, ...]  # x of clamp, mass and tip
-    u: tuple[float, ...]  # at the ends
-    means: tuple[float, ...]  # of u between the ends
 
 
 class End(NamedTuple):
@@ -93,23 +101,23 @@ class Layer(NamedTuple):
         return math.ceil(degree) + 2
 
 
-class Elements(NamedTuple):
-    """The elements of a mesh, as arguments of `make_mesh`."""
+class Part(NamedTuple):
+    """The elements of a span."""
 
-    breaks: tuple[float, ...]
+    ends: tuple[float, ...]  # of the elements, as fractions of the span
     orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
     axial_orders: tuple[int, ...]  # of modes along it, at most as high
 
 
-def unstretched_positions(beam: Beam) -> Positions:
-    """The positions of a beam of small strain: u = x."""
-    beta = beam.beta
-    if not (beam.alpha > 0 and AT_END < beta < 1 - AT_END):
-        return Positions((0.0, 1.0), (0.0, 1.0), (0.5,))
-    return Positions((0.0, beta, 1.0), (0.0, beta, 1.0), (beta / 2, (beta + 1) / 2))
+class Elements(NamedTuple):
+    """The elements of a mesh, as arguments of `make_mesh`."""
+
+    breaks: tuple[float, ...]
+    orders: tuple[int, ...]
+    axial_orders: tuple[int, ...]
 
 
-def find_spans(beam: Beam, positions: Positions, law: StrainLaw | None) -> list[Span]:
+def find_spans(beam: Beam | Numbers, positions: Positions, law: StrainLaw | None) -> list[Span]:
     """The spans of a beam, clamp first, with N = gamma^2 int_x^1 rho (u + delta) at their ends.
     law: None where the strain is small, and the stretch taken to be 1."""
     ends, u, means = positions
@@ -148,55 +156,124 @@ def layers(span: Span, power: int) -> list[Layer]:
     return found
 
 
-def first_elements(beam: Beam, spans: list[Span], problem: Problem, share: float) -> Elements:
-    """Elements for the modes asked for, where polynomials beyond their orders have at most this
-    share of the energy."""
+def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, State | None]:
+    """The elements of a beam for the modes of the problem and its tolerance. Of a large strain that
+    is not certain to have an equilibrium also its equilibrium on a coarse mesh, else None. Raises
+    NoEquilibrium with the limit, and NotConverged.
+
+    Other beams share the elements of one whose numbers are rounded up: to find them takes longer
+    than to solve one of many beams.
+    """
+    law = problem.strain_law
+    if problem.rigid_tension or is_small_strain(beam, law) or has_unique_equilibrium(beam, law):
+        with suppress(NoEquilibrium):  # of the rounded numbers
+            parts, _ = rounded_parts(rounded_up(beam), problem)
+            return elements(beam, parts), None
+    parts, start = first_parts(beam, problem)
+    return elements(beam, parts), start
+
+
+def elements(beam: Beam, parts: Sequence[Part]) -> Elements:
+    """The elements of a beam whose spans have these."""
+    breaks = [0.0]
+    for part, (start, end) in zip(parts, pairwise(ends_of_spans(beam)), strict=True):
+        breaks += [start + (end - start) * fraction for fraction in part.ends[:-1]] + [end]
+    orders = tuple(order for part in parts for order in part.orders)
+    return Elements(tuple(breaks), orders, tuple(n for part in parts for n in part.axial_orders))
+
+
+def rounded_up(beam: Beam) -> Numbers:
+    """The numbers of a beam, away from zero to three binary digits; the position of the mass by its
+    distance from the nearer end."""
+    alpha, beta, gamma, delta, mu = numbers_of(beam)
+    if not alpha:
+        beta = 1.0
+    elif beta < 1:
+        beta = three_digits(beta) if beta < 0.5 else 1 - three_digits(1 - beta)
+    numbers = alpha, gamma, delta, mu
+    alpha, gamma, delta, mu = map(three_digits, numbers)
+    return Numbers(alpha, beta, gamma, delta, mu)
+
+
+def three_digits(x: float) -> float:
+    """x, rounded away from zero to three binary digits."""
+    mantissa, exponent = math.frexp(x)
+    return math.ldexp(math.copysign(math.ceil(abs(8 * mantissa)), x), exponent - 3)
+
+
+def first_parts(beam: Beam | Numbers, problem: Problem) -> tuple[list[Part], State | None]:
+    """The elements of each span of a beam, and its equilibrium where the strain is large."""
+    law, start, positions = problem.strain_law, None, unstretched_positions(beam)
+    small = problem.rigid_tension or is_small_strain(beam, law)
+    if not small:
+        start, positions = coarse_equilibrium(beam, law)
+    # No tension, no layers.
+    loaded = beam if problem.stiffens else Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu)
+    spans = find_spans(loaded, positions, None if small else law)
+    return parts_of_spans(beam.mu, spans, problem), start
+
+
+rounded_parts = lru_cache(maxsize=1024)(first_parts)
+
+
+def parts_of_spans(mu: float, spans: list[Span], problem: Problem) -> list[Part]:
+    """Elements where polynomials beyond their orders have at most the share of the energy that the
+    tolerance allows."""
+    share = problem.tolerance / TRUNCATION_FACTOR
     power = 2 * problem.curvature_power - 3
     ends = [end for span in spans for end in span]
-    bending = half_waves(beam.mu, problem.modes, 0.0)[0]
-    stretching = half_waves(beam.mu, problem.modes, max(0.0, *(end.N for end in ends)))[1]
+    most = max(0.0, *(end.N for end in ends))
+    bending = half_waves(mu, problem.modes, 0.0)[0]
+    stretching = half_waves(ROUNDED * mu, problem.modes, most)[1]
     compression = max(-end.N * end.f**power for end in ends)
     if compression > 0:  # half-waves of buckling over the whole beam
         bending += math.sqrt(compression) / math.pi
     waves = max(bending, stretching)
     stretched = any(end.f != 1 for end in ends)  # so the axial stiffness varies
     axial_waves = waves if problem.gyroscopic or stretched else stretching
-    breaks, orders, axial_orders = [0.0], [], []
-    for span in spans:
-        along, own = layers(span, power), set()
-        new = {span.start.x, span.end.x}
+    return [part_of_span(span, waves, axial_waves, power, share) for span in spans]
+
+
+def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share: float) -> Part:
+    """The elements of a span, of a beam with so many half-waves."""
+    length = span.length
+    breaks = {0.0, 1.0}  # from the start of the span, in its lengths
+    beside = order_of_waves(waves * length, share)
+    along, own = layers(span, power), set()
+    for layer in along:
+        whole = layer.order(length, share)
+        if whole <= beside:
+            continue
+        # Beyond its element what is left is as wide as the distance of Gauss points.
+        wider = max(1.0, length / (layer.width * beside**2))
+        reach = layer.reach(CANCELLED * share / wider) / length
+        reach = 0.5 ** int(-math.log2(reach)) if reach < 1 else 1.0
+        two = layer.order(reach * length, share) + beside
+        if whole > min(two, MAX_ORDER) and reach < 1:
+            breaks.add(reach if layer.inward > 0 else 1 - reach)
+            own.add(layer)
+    singular = [end for end in span if end.singularity < math.inf]
+    for end in singular:
+        if order_of_singularity(end.singularity / length, share) > MAX_ORDER:
+            away = GRADING * end.singularity / length
+            while away < 0.5:
+                breaks.add(away if end.inward > 0 else 1 - away)
+                away *= GRADING
+    orders, axial_orders = [], []
+    for start, stop in pairwise(sorted(breaks)):
+        size = (stop - start) * length
+        order = order_of_waves(waves * size, share)
+        axial_order = order_of_waves(axial_waves * size, share)
         for layer in along:
-            beside = order_of_waves(waves * span.length, share)
-            # Beyond its element what is left is as wide as the distance of Gauss points.
-            wider = max(1.0, span.length / (layer.width * beside**2))
-            reach = layer.reach(CANCELLED * share / wider)
-            reach = span.length * 0.5 ** int(math.log2(span.length / reach))
-            whole = layer.order(span.length, share)
-            two = layer.order(reach, share) + beside
-            if whole > min(two, MAX_ORDER) and reach < span.length:
-                new.add(layer.x + layer.inward * reach)
-                own.add(layer)
-        for end in span:
-            if order_of_singularity(end.singularity / span.length, share) > MAX_ORDER:
-                away = GRADING * end.singularity
-                while away < span.length / 2:
-                    new.add(end.x + end.inward * away)
-                    away *= GRADING
-        for start, stop in pairwise(sorted(new)):
-            length = stop - start
-            order = order_of_waves(waves * length, share)
-            axial_order = order_of_waves(axial_waves * length, share)
-            for layer in along:
-                if layer.x in (start, stop) or layer not in own:
-                    order = max(order, layer.order(length, share))
-            for end in span:
-                apart = end.singularity + (start - end.x if end.inward > 0 else end.x - stop)
-                singular = order_of_singularity(apart / length, share)
-                order, axial_order = max(order, singular), max(axial_order, singular)
-            breaks.append(stop)
-            orders.append(min(order, MAX_ORDER))
-            axial_orders.append(min(axial_order, orders[-1]))
-    return Elements(tuple(breaks), tuple(orders), tuple(axial_orders))
+            if layer not in own or (start == 0 if layer.inward > 0 else stop == 1):
+                order = max(order, layer.order(size, share))
+        for end in singular:
+            apart = end.singularity + length * (start if end.inward > 0 else 1 - stop)
+            degree = order_of_singularity(apart / size, share)
+            order, axial_order = max(order, degree), max(axial_order, degree)
+        orders.append(min(order, MAX_ORDER))
+        axial_orders.append(min(axial_order, orders[-1]))
+    return Part(tuple(sorted(breaks)[1:]), tuple(orders), tuple(axial_orders))
 
 
 @lru_cache(maxsize=1024)
@@ -214,8 +291,6 @@ def order_of_waves(half_waves: float, share: float) -> int:
 
 def order_of_singularity(distance: float, share: float) -> int:
     """The order of an element from whose end a singularity has this distance, in its lengths."""
-    if distance == math.inf:
-        return 0
     return math.ceil(math.log(1 / share) / (2 * math.acosh(1 + 2 * distance))) + 2
 
 

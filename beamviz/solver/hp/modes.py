@@ -85,7 +85,7 @@ def lowest_modes(
     where one of several is unstable.
     """
     matrices = stiffness_and_mass(axial, state.f, problem)
-    coupled = problem.gyroscopic and axial.beams.gamma.all()
+    coupled = problem.gyroscopic and axial.beams.turning
     solve = gyroscopic_modes if coupled else uncoupled_modes
     return solve(axial, state, matrices, count, problem)
 
@@ -123,12 +123,11 @@ def uncoupled_modes(
     mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
     S = mesh.axial / np.sqrt(d)[..., None]
-    inward = (beams.delta < 0).any()
-    shift = eigen.COMPRESSED if inward else 0.0
+    shift = eigen.COMPRESSED if beams.inward else 0.0
     v, size, added, _ = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
     omega_squared = size - added  # (beams, 2, count), bending first
     condition = size / size[..., :1]  # rounding errors are largest in the high modes
-    if inward:  # compression cancels against bending stiffness: sum of absolute terms
+    if beams.inward:  # compression cancels against bending stiffness: sum of absolute terms
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
         size[:, 0] = np.vecmat(diagonal, v[:, 0] ** 2)
     scale = abs(omega_squared) + eigen.COMPRESSED
@@ -203,9 +202,7 @@ def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
     change of omega^2 by a higher order. A polynomial of degree 1 or more has an integral in its own
     element only."""
     tail = v.mT @ mesh.IJT.mT
-    energy = tail * tail * abs(matrices.stiffness)[:, :, None]
-    of_unknown_and_integral = energy.reshape(*energy.shape[:-1], 2, -1)
-    return np.add.reduceat(of_unknown_and_integral.sum(axis=-2), mesh.starts, axis=-1)
+    return (tail * tail) @ (abs(matrices.stiffness)[..., None] * mesh.in_element)
 
 
 def _errors(

@@ -16,24 +16,15 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
-    AxialState,
     State,
     axial_problem,
-    coarse_equilibrium,
-    has_unique_equilibrium,
     is_small_strain,
     limit_error,
     stack_of,
 )
-from beamviz.solver.hp.first_mesh import (
-    MAX_ORDER,
-    Elements,
-    find_spans,
-    first_elements,
-    unstretched_positions,
-)
+from beamviz.solver.hp.first_mesh import MAX_ORDER, Elements, first_elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
-from beamviz.solver.hp.modes import TRUNCATION_FACTOR, StraightModes, lowest_modes
+from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 12  # for each beam
@@ -42,7 +33,6 @@ MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
-STRETCH_SHARE = 1e-3  # accepted error of the stretch, relative to the tolerance
 
 
 class Attempt(NamedTuple):
@@ -50,6 +40,7 @@ class Attempt(NamedTuple):
     mesh, if any."""
 
     elements: Elements
+    small: bool  # of small strain
     alone: bool
     start: State | None = None
 
@@ -67,6 +58,8 @@ def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list
         except (NoEquilibrium, NotConverged) as error:
             answers[k] = failure(beam, problem, error)
     for _ in range(MAX_ATTEMPTS):
+        if not attempts:
+            break
         for stack in stacks(attempts):
             stacked = [beams[k] for k in stack]
             for k, outcome in zip(
@@ -79,8 +72,6 @@ def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list
                 else:
                     answers[k] = outcome
                     del attempts[k]
-        if not attempts:
-            break
     for k in attempts:
         answers[k] = failure(
             beams[k],
@@ -92,17 +83,10 @@ def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list
 
 def first_attempt(beam: Beam, problem: Problem) -> Attempt:
     """The first mesh. Raises NoEquilibrium with the limit, and NotConverged."""
-    law, start, positions = problem.strain_law, None, unstretched_positions(beam)
-    small = problem.rigid_tension or is_small_strain(beam, law)
-    if not small:
-        start, positions = coarse_equilibrium(beam, law)
-    loaded = beam if problem.stiffens else beam.replace(gamma=0.0)  # no tension, no layers
-    spans = find_spans(loaded, positions, None if small else law)
-    elements = first_elements(beam, spans, problem, problem.tolerance / TRUNCATION_FACTOR)
-    if small or has_unique_equilibrium(beam, law):
-        alone = problem.gyroscopic and not (beam.gamma and beam.delta >= 0)
-        return Attempt(elements, alone)
-    return Attempt(elements, True, start)
+    small = problem.rigid_tension or is_small_strain(beam, problem.strain_law)
+    elements, start = first_elements(beam, problem)
+    alone = start is not None or (problem.gyroscopic and not (beam.gamma and beam.delta >= 0))
+    return Attempt(elements, small, alone, start)
 
 
 def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
@@ -140,12 +124,11 @@ def solve_stack(
     mesh = common_mesh([attempt.elements for attempt in attempts])
     axial = axial_problem(mesh, stack_of(beams), problem.strain_law)
     try:
-        if problem.rigid_tension:
+        if problem.rigid_tension or not any(beam.gamma for beam in beams):
             state = axial.at_rest()
         else:
-            small = all(is_small_strain(beam, problem.strain_law) for beam in beams)
-            accuracy = STRETCH_SHARE * problem.tolerance if small else 1e-14
-            state = axial.solve(attempts[0].start, accuracy)
+            small = all(attempt.small for attempt in attempts)
+            state = axial.solve(small, problem.tolerance, attempts[0].start)
             if len(beams) == 1 and state.error[0] == math.inf:
                 state = axial.followed()
         modes = lowest_modes(axial, state, count, problem)
@@ -155,44 +138,37 @@ def solve_stack(
         if isinstance(error, BeamvizError):
             return [failure(beams[0], problem, error)]
         raise
-    excess = excesses(modes, problem)
+    # Rounding error is exempt: refinement cannot reduce it, and the reported error contains it.
+    allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
+    excess = (modes.truncation / allowed[..., None])[:, : problem.modes]
+    worst = np.add.reduce(excess, axis=-1).max(axis=-1)
     modes.omega_squared.setflags(write=False)
     modes.bending_energy_fraction.setflags(write=False)
-    each = zip(beams, attempts, modes.of_each_beam(), excess.tolist(), strict=True)
+    each = enumerate(zip(worst.tolist(), modes.of_each_beam(), strict=True))
     return [
-        found if sum(over) <= 1 else next_attempt(beam, attempt, state, found, over, problem)
-        for beam, attempt, found, over in each
+        found if total <= 1 else next_attempt(beams[k], attempts[k], found, excess[k], problem)
+        for k, (total, found) in each
     ]
 
 
-def excesses(modes: StraightModes, problem: Problem) -> NDArray:
-    """The truncation error (beams, elements) of each element relative to what is allowed for all,
-    that of the worst of the modes asked for."""
-    # Rounding error is exempt: refinement cannot reduce it, and the reported error contains it.
-    allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
-    relative = modes.truncation / allowed[..., None]
-    worst = relative[:, : problem.modes].sum(axis=-1).argmax(axis=-1)
-    return relative[np.arange(len(worst)), worst]
-
-
 def next_attempt(
-    beam: Beam,
-    attempt: Attempt,
-    state: AxialState,
-    modes: StraightModes,
-    excess: list[float],
-    problem: Problem,
+    beam: Beam, attempt: Attempt, modes: StraightModes, excess: NDArray, problem: Problem
 ) -> Attempt | Answer:
     """Another attempt on a finer mesh; near a limit of equilibrium, where the rounding error of the
-    stretch is large on any mesh, the modes, if their errors are not large."""
-    if math.isinf(sum(excess)):  # the equilibrium was not found in a stack
+    stretch is large on any mesh, the modes, if their errors are not large.
+
+    excess: truncation errors (modes, elements) relative to what is allowed for all elements.
+    """
+    totals = excess.sum(axis=-1)
+    worst = totals.argmax()
+    if math.isinf(totals[worst]):  # the equilibrium was not found in a stack
         return attempt._replace(alone=True)
-    elements = refined(attempt.elements, excess)
+    elements = refined(attempt.elements, excess[worst].tolist())
     unknowns = sum(elements.orders)
     if unknowns <= MAX_UNKNOWNS:
-        start = None
-        return Attempt(elements, attempt.alone, start)
-    if modes.margin < LIMIT_MARGIN and sum(excess) * problem.tolerance < GREATEST_ERROR:
+        start = State(make_mesh(*attempt.elements), modes.f) if attempt.start else None
+        return attempt._replace(elements=elements, start=start)
+    if modes.margin < LIMIT_MARGIN and totals[worst] * problem.tolerance < GREATEST_ERROR:
         return modes
     reason = f"{unknowns} unknowns needed in a family, at most {MAX_UNKNOWNS}"
     remedy = "a larger tolerance or fewer modes"
