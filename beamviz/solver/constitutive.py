@@ -57,6 +57,12 @@ class StrainLaw:
         return 1 + n * (1 - n * (a - b * n))
 
     @cached_property
+    def stiffens(self) -> bool:
+        """Whether the stiffness grows with the stretch in tension: then an outward beam always has
+        an equilibrium."""
+        return bool((np.diff(self.stiffness(np.geomspace(1.0, 100.0, 50))) > 0).all())
+
+    @cached_property
     def force_limits(self) -> tuple[float, float]:
         """The least and the greatest force n."""
         with np.errstate(divide="ignore"):  # Hencky's force has no lower limit

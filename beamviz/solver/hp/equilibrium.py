@@ -24,6 +24,7 @@ STRETCH_SHARE = (
     1e-3  # error of the stretch at which Newton's method ends, relative to the tolerance
 )
 SMALL_FORCE = 0.3  # axial force n, as a share of 1 and of the limits of the law, of a small strain
+PASSES = 2  # of the first guess, each a third of the work of an iteration of Newton's method
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
@@ -149,20 +150,36 @@ class AxialProblem(NamedTuple):
         """
         inertia, beams = self.inertia, self.beams
         load = (beams.gamma / beams.mu) ** 2
+        accuracy = STRETCH_SHARE * tolerance if small else NEWTON_STEP**2
         if start is not None:
-            f = (start.mesh.at(self.mesh.points) @ start.f)[None]
+            f, error = (start.mesh.at(self.mesh.points) @ start.f)[None], math.inf
         else:
-            pull, static = load / inertia.weights, beams.delta * inertia.g
-            f = self.law.stretch(pull * (inertia.G1 + static))  # were the beam at rest
-            f = self.law.stretch(pull * (np.matvec(inertia.G, f) + static))
+            f, error = self.first_guess(load, accuracy)
+        if small and error < accuracy:
+            ones = np.ones(len(f))
+            return AxialState(f, 0, error * ones, ones)
         if small:
-            return self.newton(load, f, STRETCH_SHARE * tolerance)
+            return self.newton(load, f, accuracy)
         with np.errstate(all="ignore"):  # a diverging iteration is detected
             state = self.newton(load, f)
             margin = self.margin(load, state.f)
         found = (state.error < math.inf) & (margin > 0)
         error, margin = np.where(found, state.error, math.inf), np.where(found, margin, 1.0)
         return state._replace(error=error, margin=margin)
+
+    def first_guess(self, load: NDArray, accuracy: float) -> tuple[NDArray, float]:
+        """The stretch (beams, n) by fixed-point iteration f = stretch(load (G f + delta g) / w) from
+        rest, and the error for a small strain: an iteration reduces it by the force."""
+        inertia = self.inertia
+        pull, static = load / inertia.weights, self.beams.delta * inertia.g
+        f = self.law.stretch(pull * (inertia.G1 + static))
+        most = float((pull * (inertia.G1 + abs(static))).max())  # of the force
+        error = 2 * most**2
+        for _ in range(PASSES):
+            if error < accuracy:
+                break
+            f, error = self.law.stretch(pull * (np.matvec(inertia.G, f) + static)), error * most
+        return f, error
 
     def at_rest(self) -> AxialState:
         """The beams unstretched."""
@@ -189,7 +206,7 @@ class AxialProblem(NamedTuple):
         inertia, beams, law = self.inertia, self.beams, self.law
         A = load[..., None] * inertia.G
         w, static = inertia.weights, load * beams.delta * inertia.g
-        for iteration in range(1, NEWTON_ITERATIONS + 1):
+        for iteration in range(1, NEWTON_ITERATIONS + 1):  # noqa: B007
             residual = w * law.force(f) - np.matvec(A, f) - static
             tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
             step = np.linalg.solve(tangent, residual[..., None])[..., 0]

@@ -21,7 +21,6 @@ These are shares of the strain energy of a mode, and so of its omega^2.
 
 import math
 from collections.abc import Sequence
-from contextlib import suppress
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -29,7 +28,6 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.hp.equilibrium import (
     AT_END,
@@ -165,12 +163,12 @@ def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, State | None
     than to solve one of many beams.
     """
     law = problem.strain_law
-    if problem.rigid_tension or is_small_strain(beam, law) or has_unique_equilibrium(beam, law):
-        with suppress(NoEquilibrium):  # of the rounded numbers
-            parts, _ = rounded_parts(rounded_up(beam), problem)
-            return elements(beam, parts), None
-    parts, start = first_parts(beam, problem)
-    return elements(beam, parts), start
+    limited = not (problem.rigid_tension or is_small_strain(beam, law))
+    if limited and (beam.delta < 0 or not law.stiffens):
+        parts, start = first_parts(beam, problem)
+        return elements(beam, parts), None if has_unique_equilibrium(beam, law) else start
+    parts, _ = rounded_parts(rounded_up(beam), problem)
+    return elements(beam, parts), None
 
 
 def elements(beam: Beam, parts: Sequence[Part]) -> Elements:
@@ -190,15 +188,14 @@ def rounded_up(beam: Beam) -> Numbers:
         beta = 1.0
     elif beta < 1:
         beta = three_digits(beta) if beta < 0.5 else 1 - three_digits(1 - beta)
-    numbers = alpha, gamma, delta, mu
-    alpha, gamma, delta, mu = map(three_digits, numbers)
-    return Numbers(alpha, beta, gamma, delta, mu)
+    return Numbers(three_digits(alpha), beta, *map(three_digits, (gamma, delta, mu)))
 
 
 def three_digits(x: float) -> float:
     """x, rounded away from zero to three binary digits."""
     mantissa, exponent = math.frexp(x)
-    return math.ldexp(math.copysign(math.ceil(abs(8 * mantissa)), x), exponent - 3)
+    digits = math.ceil(8 * mantissa) if x > 0 else math.floor(8 * mantissa)
+    return math.ldexp(digits, exponent - 3)
 
 
 def first_parts(beam: Beam | Numbers, problem: Problem) -> tuple[list[Part], State | None]:

@@ -179,21 +179,21 @@ def next_attempt(
 
 
 def refined(elements: Elements, excess: Sequence[float]) -> Elements:
-    """Finer elements where the error is more than an even share of what is allowed."""
+    """Finer elements where the error is more than an even share of what is allowed: of a higher
+    order, or from the highest one on halves."""
     breaks, orders, axial_orders = [0.0], [], []
-    for start, end, order, axial_order, over in zip(
-        elements.breaks, elements.breaks[1:], *elements[1:], excess, strict=False
-    ):
+    columns = elements.breaks, elements.breaks[1:], *elements[1:], excess
+    for start, end, order, axial_order, over in zip(*columns, strict=False):
         missed = over * len(excess)
         more = MORE_ORDER + math.ceil(math.log10(missed)) if missed > 1 else 0
         halves = 2 if order + more > MAX_ORDER else 1
         if halves == 1:
             order += more
-        axial_order = min(axial_order + more, order)
-        breaks += [start + (end - start) * k / halves for k in range(1, halves + 1)]
+        else:
+            breaks.append((start + end) / 2)
+        breaks.append(end)
         orders += [order] * halves
-        axial_orders += [axial_order] * halves
-    breaks[-1] = 1.0
+        axial_orders += [min(axial_order + more, order)] * halves
     return Elements(tuple(breaks), tuple(orders), tuple(axial_orders))
 
 
