@@ -10,8 +10,8 @@ from beamviz.beam import Beam, Units
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
 
 if TYPE_CHECKING:
-    from beamviz.frequency_loci import Event, Loci, loci
-    from beamviz.frequency_loci.forced_response import Resonance, RunUp, resonances, run_up
+    from beamviz.frequency_loci import Event, Loci, loci, resonances
+    from beamviz.frequency_loci.forced_response import RunUp, run_up
     from beamviz.scene import Scene
     from beamviz.solver import Solution, solve, solve_many
 
@@ -25,7 +25,6 @@ __all__ = [
     "Loci",
     "NoEquilibrium",
     "NotConverged",
-    "Resonance",
     "RunUp",
     "Scene",
     "Solution",
@@ -45,8 +44,8 @@ __all__ = [
 
 ON_FIRST_USE = {
     "beamviz.exports": ("animate", "export", "screenshot"),
-    "beamviz.frequency_loci": ("Event", "Loci", "loci"),
-    "beamviz.frequency_loci.forced_response": ("Resonance", "RunUp", "resonances", "run_up"),
+    "beamviz.frequency_loci": ("Event", "Loci", "loci", "resonances"),
+    "beamviz.frequency_loci.forced_response": ("RunUp", "run_up"),
     "beamviz.scene": ("Scene",),
     "beamviz.solver": ("Solution", "solve", "solve_many"),
     "beamviz.sweeps": ("sweep",),

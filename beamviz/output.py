@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from beamviz.beam import Beam, Units
     from beamviz.frequency_loci import Branch, Event, Loci
-    from beamviz.frequency_loci.forced_response import Resonance
     from beamviz.solver import Problem, Solution
 
 STATIONS = 201  # equally spaced along the beam
@@ -250,8 +249,8 @@ SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solut
 # Frequency loci.
 
 
-def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
-    """Sweep, branches, crossings and veerings as JSON."""
+def loci_json(loci: "Loci") -> str:
+    """Sweep, branches, events and limits as JSON."""
     keys = ("label", *VALUE_KEYS)
     data: dict[str, Any] = {
         "beam": {name: x for name, x in loci.beam.numbers.items() if name != loci.over},
@@ -261,11 +260,8 @@ def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         "branches": [{key: getattr(branch, key) for key in keys} for branch in loci.branches],
         "events": loci.events,
         "limits": loci.limits,
-        "complete": loci.complete,
         "stats": {"solves": loci.solves, "seconds": loci.seconds},
     }
-    if resonances:
-        data["resonances"] = resonances
     if units := loci.units:
         for record in data["branches"]:
             record["hertz"] = units.hertz(record["frequency"])
@@ -275,19 +271,22 @@ def loci_json(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
     return json_text(data)
 
 
-def loci_csv(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
-    """One line for each value, every column a number: frequencies, then bending fractions."""
+def loci_csv(loci: "Loci") -> str:
+    """One line for each value, every column a number: frequencies, growth rates of branches that
+    grow or decay, bending fractions."""
     columns = {loci.over: loci.values}
     if loci.units and loci.over == "gamma":
         columns["rpm"] = loci.units.rpm(loci.values)
     columns |= {branch.label: branch.frequency for branch in loci.branches}
     if loci.units:
         columns |= {f"{b.label}_hertz": loci.units.hertz(b.frequency) for b in loci.branches}
+    growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
+    columns |= {f"{branch.label}_growth_rate": branch.growth_rate for branch in growing}
     columns |= {f"{branch.label}_bending": branch.bending_fraction for branch in loci.branches}
     return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
 
 
-def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
+def loci_table(loci: "Loci") -> str:
     """The sweep, its frequencies and its events, to be read in a terminal."""
     heading = [
         "Beam         " + described_numbers(loci.beam, without=loci.over),
@@ -297,8 +296,8 @@ def loci_table(loci: "Loci", resonances: Sequence["Resonance"] = ()) -> str:
         *([described_units(loci.units)] if loci.units else []),
     ]
     footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
-    limits, crossed = [limit.message for limit in loci.limits], resonance_lines(loci, resonances)
-    parts = [heading, frequency_lines(loci), event_lines(loci), crossed, limits, [footer]]
+    limits = [limit.message for limit in loci.limits]
+    parts = [heading, frequency_lines(loci), event_lines(loci), limits, [footer]]
     return "\n\n".join("\n".join(part) for part in parts if part)
 
 
@@ -311,6 +310,8 @@ def frequency_lines(loci: "Loci") -> list[str]:
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
     table = aligned_table({loci.over: [f"{loci.values[i]:.7g}" for i in rows], **columns})
     lines = [f"Frequencies [1/T*]{thinned}", *table]
+    if any(np.nan_to_num(branch.growth_rate[rows]).any() for branch in loci.branches):
+        lines.append("+, -: growth rate [1/T*] of a mode that grows or decays")
     if any(cell[-1] in "bsm" for cells in columns.values() for cell in cells):
         lines.append("b, s, m: bending, stretching or mixed there, unlike the label")
     return lines
@@ -322,48 +323,46 @@ def branch_cells(branch: "Branch", rows: list[int]) -> Iterator[str]:
     decimals = min([5, *map(significant_decimals, errors)])
     for i in rows:
         value, letter = branch.frequency[i], (branch.family[i] or "")[:1]
-        text = "unstable" if math.isnan(value) else f"{value:.{decimals}f}"
+        rate = branch.growth_rate[i]
+        text = f"{value:.{decimals}f}" if math.isfinite(value) else "unstable"
+        if rate:
+            text = f"{text} {rate:+.{decimals}f}"
         yield f"{text} {letter if letter != branch.label[0].lower() else ' '}" if letter else "-  "
 
 
 def event_lines(loci: "Loci") -> list[str]:
-    """The table of events, and a note if there may be more."""
-    note = [loci.warning] if loci.warning else []
+    """The table of events."""
     if not loci.events:
-        return note or ["No crossing or veering in this range."]
-    return aligned_table(event_columns(loci.over, loci.events)) + note
+        return ["No crossing or veering in this range."]
+    return aligned_table(event_columns(loci, loci.events))
 
 
-def event_columns(over: str, events: Sequence["Event"]) -> Columns:
-    """The table of events, to be read."""
-    return {
-        "event": [event.kind for event in events],
+def event_columns(loci: "Loci", events: Sequence["Event"]) -> Columns:
+    """The table of events, to be read; with rpm for a beam in SI."""
+    columns: dict[str, Iterable[Any]] = {
+        "event": [event_name(event) for event in events],
         "branches": [" ".join(event.branches) for event in events],
-        f"at {over}": [f"{event.at:.6f}" for event in events],
-        "frequency [1/T*]": [f"{event.frequency:.5f}" for event in events],
-        "gap [1/T*]": [f"{event.gap:.3g}" for event in events],
-        "veering index": [f"{event.index:.3f}" for event in events],
+        f"at {loci.over}": [f"{event.at:.6f}" for event in events],
     }
+    if loci.units and loci.over == "gamma":
+        columns["rpm"] = [f"{loci.units.rpm(event.at):.6g}" for event in events]
+    columns["frequency [1/T*]"] = [f"{event.frequency:.5f}" for event in events]
+    if any(event.kind == "veering" for event in events):
+        veers = [event.kind == "veering" for event in events]
+        pairs = [*zip(events, veers, strict=True)]
+        columns["gap [1/T*]"] = [f"{event.gap:.3g}" if own else "-" for event, own in pairs]
+        columns["veering index"] = [f"{event.index:.3f}" if own else "-" for event, own in pairs]
+    return columns
+
+
+def event_name(event: "Event") -> str:
+    """The kind of an event; of a resonance with the multiple of the speed, as "resonance 2x"."""
+    return f"{event.kind} {event.per_rev}x" if event.per_rev else event.kind
 
 
 def loci_html(loci: "Loci") -> str:
     """A small table of crossings and veerings."""
-    return html_table(repr(loci), event_columns(loci.over, loci.events[:MAX_HTML_ROWS]))
-
-
-def resonance_lines(loci: "Loci", resonances: Sequence["Resonance"]) -> list[str]:
-    """The table of resonances; with rpm for a beam in SI."""
-    if not resonances:
-        return []
-    columns: dict[str, Iterable[Any]] = {
-        "per rev": [one.per_rev for one in resonances],
-        "branch": [one.branch for one in resonances],
-        "at gamma": [f"{one.at:.6f}" for one in resonances],
-        "frequency": [f"{one.frequency:.5f}" for one in resonances],
-    }
-    if units := loci.units:
-        columns["rpm"] = [f"{units.rpm(one.at):.6g}" for one in resonances]
-    return ["Resonances, frequency = per rev x speed", *aligned_table(columns)]
+    return html_table(repr(loci), event_columns(loci, loci.events[:MAX_HTML_ROWS]))
 
 
 def loci_dataset(loci: "Loci") -> "xarray.Dataset":

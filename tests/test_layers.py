@@ -17,6 +17,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("scene",),
     ("frequency_loci",),
     ("sweeps",),
+    ("chart_ranges",),
     ("plotting",),
     ("lessons",),
     ("output",),

@@ -109,8 +109,7 @@ def loci(
 
     --sweep takes the beam, the values and the model from a line of a store.
     """
-    from beamviz.frequency_loci import loci
-    from beamviz.frequency_loci.forced_response import resonances
+    from beamviz.frequency_loci import MAX_PER_REV, loci
     from beamviz.output import LOCI_FORMATS
 
     check_store_options(context, sweep, ["at"], ["over", "format", "plot", "per_rev"])
@@ -129,11 +128,13 @@ def loci(
             raise InvalidInput(f"Missing option '--{option}'.")
         values = sweep_values("--", over, start, stop, points)
         note_unused(beam, [over])
-    found = loci(beam, over, values, modes, **options)
-    crossed = resonances(found, check_int("per-rev", per_rev, 0, 100))
+    check_int("per-rev", per_rev, 0, MAX_PER_REV)
+    if per_rev and over != "gamma":
+        raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
+    found = loci(beam, over, values, modes, per_rev, **options)
     if plot:
-        save_figure(plot, draw_chart(found, crossed, range(1, per_rev + 1)))
-    print(LOCI_FORMATS[format](found, crossed).rstrip("\n"))
+        save_figure(plot, draw_chart(found, range(1, per_rev + 1)))
+    print(LOCI_FORMATS[format](found).rstrip("\n"))
 
 
 @app.command()

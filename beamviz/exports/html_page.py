@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
@@ -19,9 +20,7 @@ from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import package_text
 from beamviz.frequency_loci import loci
-from beamviz.frequency_loci.forced_response import resonances
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.plotting import figure_bytes
 from beamviz.plotting.loci import draw_chart
 from beamviz.scene import Scene
@@ -99,12 +98,11 @@ def chart(scene: Scene) -> str:
     multiples = scene.per_rev if scene.over == "gamma" else ()
     try:
         values = np.linspace(*chart_range(scene.beam, scene.over), CHART_POINTS)
-        found = loci(scene.beam, scene.over, values, **scene.solver_options)
-        crossed = resonances(found, max(multiples, default=0))
+        most = max(multiples, default=0)
+        found = loci(scene.beam, scene.over, values, per_rev=most, **scene.solver_options)
     except BeamvizError as error:
         return f"<p class=wrong>{escape(str(error))}</p>"
-    shown = [one for one in crossed if one.per_rev in multiples]
-    figure = draw_chart(found, shown, multiples, getattr(scene.beam, scene.over))
+    figure = draw_chart(found, multiples, getattr(scene.beam, scene.over))
     svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     axes, enlarge = figure.axes[0], "this.classList.toggle('large')"
     low, high = axes.get_xlim()

@@ -19,7 +19,7 @@ import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
 from beamviz.errors import InvalidInput, NoEquilibrium
-from beamviz.frequency_loci.limits import is_bent
+from beamviz.frequency_loci.equilibria import is_deflected
 from beamviz.frequency_loci.mode_vectors import Outcome
 from beamviz.plotting import FAINT, INK
 from beamviz.solver import other_stable_states, solve_many
@@ -316,7 +316,7 @@ def has_others(answers: Sequence[Outcome]) -> list[bool]:
     """Whether beams with neighbouring speeds have another stable state beside that of each: found
     by a search, or from one that a neighbour has."""
     found: list[list[Solution]] = [
-        other_stable_states(one) if is_bent(one) and k % SEARCHED == 0 else []
+        other_stable_states(one) if is_deflected(one) and k % SEARCHED == 0 else []
         for k, one in enumerate(answers)
     ]
     places = range(len(answers))
@@ -324,7 +324,7 @@ def has_others(answers: Sequence[Outcome]) -> list[bool]:
         near: list[Solution] = []
         for k in order:
             own = answers[k]
-            if near and not found[k] and is_bent(own):
+            if near and not found[k] and is_deflected(own):
                 found[k] = other_stable_states(own, near)
             near = found[k]
     return [bool(others) for others in found]

@@ -6,34 +6,42 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from beamviz.beam import Beam, Units
-from beamviz.errors import BeamvizError, InvalidInput
-from beamviz.frequency_loci.branches import Branch, Part, branches_of, trace
-from beamviz.frequency_loci.crossings import Event
-from beamviz.frequency_loci.limits import Limit, LimitSearch, state_events
-from beamviz.frequency_loci.sweep import Sweep, check_values
-from beamviz.solver import Problem, parse_keywords
+from beamviz.beam import Beam, Units, check_int
+from beamviz.errors import InvalidInput, NotConverged
+from beamviz.frequency_loci.branches import Branch, Part, branches_at
+from beamviz.frequency_loci.events import EVENT_KINDS, Event, Tracked, locate_events
+from beamviz.frequency_loci.limits import (
+    ExistenceSearch,
+    Limit,
+    Range,
+    limits_of,
+    stability_changes,
+)
+from beamviz.frequency_loci.path import Path, check_values, first_error
+from beamviz.frequency_loci.tracking import grid_values, track_loci, values_towards
+from beamviz.solver import parse_keywords
+from beamviz.solver.problem import Problem
 
 MAX_POINTS = 10_000
+MAX_PER_REV = 100
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Loci:
-    """Frequencies along one parameter, mode by mode, with their crossings and veerings."""
+    """Frequencies along one parameter, mode by mode, with their events."""
 
     beam: Beam
     problem: Problem
     over: str
-    values: np.ndarray  # (values,)
+    values: NDArray  # (values,)
     branches: tuple[Branch, ...]
-    events: tuple[Event, ...]  # crossings and veerings, by ascending value
+    events: tuple[Event, ...]  # by ascending value
     limits: tuple[Limit, ...]
-    complete: bool  # False if the search for crossings stopped early
     solves: int  # number of values solved
     seconds: float
-    parts: tuple[Part, ...]  # between the limits
+    tracked: Tracked  # on the grid
 
     def __getitem__(self, label: str) -> Branch:
         """The branch with this label; KeyError lists the labels."""
@@ -44,11 +52,12 @@ class Loci:
 
     def __repr__(self) -> str:
         kinds = [event.kind for event in self.events]
+        counts = [f"{kind}: {kinds.count(kind)}" for kind in EVENT_KINDS if kind in kinds]
         return (
             f"Loci(over {self.over} = {self.values[0]:g} .. {self.values[-1]:g},"
-            f" {len(self.values)} values, branches {' '.join(one.label for one in self.branches)},"
-            f" crossings: {kinds.count('crossing')}, veerings: {kinds.count('veering')},"
-            f" limits: {len(self.limits)})"
+            f" {len(self.values)} values,"
+            f" branches {' '.join(branch.label for branch in self.branches)},"
+            f" events: {', '.join(counts) or 'none'}; limits: {len(self.limits)})"
         )
 
     def to_xarray(self) -> Any:
@@ -76,24 +85,18 @@ class Loci:
 
     def labels_at(self, value: float) -> tuple[str, ...]:
         """The labels of the branches of the lowest modes at a value, by ascending frequency; empty
-        where there is no solution. Raises InvalidInput for a value outside the sweep."""
+        where there is no solution. Raises InvalidInput for a value outside the range."""
         first, last = self.values[[0, -1]].tolist()
         if not first <= value <= last:
             raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
-        sweep = Sweep(self.beam, self.over, self.problem)
-        found = branches_of(sweep, np.array([float(value)]), self.parts)
-        ranks = {int(branch.mode_index[0]): branch.label for branch in found}
+        here = branches_at(self.path, np.array([float(value)]), self.tracked.parts)
+        ranks = {int(branch.mode_index[0]): branch.label for branch in here}
         return tuple(ranks[k] for k in sorted(ranks) if k >= 0)
 
     @property
-    def warning(self) -> str:
-        """Warning where the search for crossings and veerings was incomplete; else empty."""
-        if self.complete:
-            return ""
-        return (
-            f"The search for crossings and veerings stopped after {self.solves} solves: there may"
-            " be more, and those listed are less accurate. Use a narrower range or fewer modes."
-        )
+    def path(self) -> Path:
+        """The path, nothing solved."""
+        return Path(self.beam, self.over, self.problem)
 
     @property
     def units(self) -> Units | None:
@@ -101,39 +104,75 @@ class Loci:
         return None if self.over == "mu" else self.beam.units
 
 
-def loci(beam: Beam, over: str, values: ArrayLike, modes: int = 5, **options: Any) -> Loci:
+def loci(
+    beam: Beam, over: str, values: ArrayLike, modes: int = 5, per_rev: int = 0, **options: Any
+) -> Loci:
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
     over: "alpha", "beta", "gamma", "delta", "mu" or "spin_up", whose value in `beam` is not used.
-    values: 2 to 10000 ascending numbers. modes: 1 to 20. options: as for solve(). Ranges without a
-    stable equilibrium are reported in `limits`. Raises InvalidInput; and NoEquilibrium or
-    NotConverged where no value has a solution.
+    values: 2 to 10000 ascending numbers; events between the first and the last do not depend on
+    how many there are. modes: 1 to 20. per_rev: over gamma, multiples of the speed, 1 .. per_rev,
+    whose resonances are among the events. options: as for solve(). Ranges without a stable
+    equilibrium are reported in `limits`. Raises InvalidInput; and NoEquilibrium or NotConverged
+    where no value has a solution.
     """
     began = time.perf_counter()
     values = check_values("over =", over, values, 2, MAX_POINTS)
-    problem = parse_keywords(**options, modes=modes)
-    sweep = Sweep(beam, over, problem)
-    search = LimitSearch(sweep, float(np.ptp(values)))
-    parts = trace(sweep, values, search)
-    branches = branches_of(sweep, values, parts)
+    per_rev = check_int("per_rev", per_rev, 0, MAX_PER_REV)
+    path = Path(beam, over, parse_keywords(**options, modes=modes))
+    low, high = values[[0, -1]].tolist()
+    grid = grid_values(low, high)
+    path.solve(np.union1d(grid, values))
+    if any(isinstance(path.outcomes[value], NotConverged) for value in grid.tolist()):
+        grid = np.union1d(grid, values)  # convergence may vary from value to value
+    search = ExistenceSearch(path, grid)
+    parts = tuple(_part(path, span, grid) for span in search.ranges)
+    branches = branches_at(path, values, parts)
     if not branches:
-        raise next(one for one in sweep.solve(values) if isinstance(one, BeamvizError))
-    events = [event for part in parts for event in part.labelled_events]
-    if problem.state != "straight":
-        events += state_events(sweep, values)
+        raise first_error(path.solve(values))
+    tracked = Tracked(path, grid, parts, per_rev)
+    events = locate_events(tracked)
+    merged = [event.at for event in events if event.kind == "coalescence"]
+    limits = [*limits_of(search.changes, high, over)]
+    for part in parts:
+        limits += limits_of(stability_changes(part.track, merged), part.track.high, over)
     return Loci(
         beam=beam,
-        problem=problem,
+        problem=path.problem,
         over=over,
         values=values,
         branches=branches,
-        events=tuple(sorted(events, key=lambda event: event.at)),
-        limits=tuple(search.limits(values[0], values[-1])),
-        complete=not sweep.exhausted,
-        solves=len(sweep.outcomes),
+        events=events,
+        limits=tuple(sorted(limits, key=lambda limit: limit.start)),
+        solves=len(path.outcomes),
         seconds=time.perf_counter() - began,
-        parts=tuple(parts),
+        tracked=tracked,
     )
+
+
+def _part(path: Path, span: Range, grid: NDArray) -> Part:
+    """The loci on the grid in a range with solutions, with more values towards limits of
+    equilibrium."""
+    values = grid[(grid >= span.low) & (grid <= span.high)]
+    towards = [values]
+    if span.ends_high:
+        towards.append(values_towards(span.high, values[-1]))
+    if span.ends_low:
+        towards.append(values_towards(span.low, values[0]))
+    return Part(track_loci(path, span.low, span.high, np.unique(np.concatenate(towards))))
+
+
+def resonances(found: Loci, count: int = 1) -> list[Event]:
+    """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count,
+    as events of the kind "resonance".
+
+    Raises InvalidInput for loci over another parameter.
+    """
+    count = check_int("count", count, 0, MAX_PER_REV)
+    if count and found.over != "gamma":
+        raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
+    tracked = found.tracked._replace(per_rev=count)
+    return sorted(EVENT_KINDS["resonance"].locate(tracked), key=lambda event: event.at)
 
 
 def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
@@ -143,9 +182,8 @@ def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -
     return at_values(found, np.linspace(low, high, points))
 
 
-def at_values(found: Loci, values: np.ndarray) -> Loci:
+def at_values(found: Loci, values: NDArray) -> Loci:
     """`found` at other values in its range, solved for, with the same branches."""
-    sweep = Sweep(found.beam, found.over, found.problem)
-    branches = branches_of(sweep, values, found.parts)
-    events = tuple(one for one in found.events if values[0] <= one.at <= values[-1])
+    branches = branches_at(found.path, values, found.tracked.parts)
+    events = tuple(event for event in found.events if values[0] <= event.at <= values[-1])
     return replace(found, values=values, branches=branches, events=events)

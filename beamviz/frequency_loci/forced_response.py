@@ -10,15 +10,13 @@ same force at rest.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from beamviz.beam import Beam, check_float, check_int
-from beamviz.errors import InvalidInput, unknown_keyword
-from beamviz.frequency_loci import Loci, loci
-from beamviz.frequency_loci.curves import polish
-from beamviz.frequency_loci.sweep import Sweep
+from beamviz.frequency_loci import loci
+from beamviz.frequency_loci.events import Event
 from beamviz.solver import quadrature, solve_many
 from beamviz.solver.solution import Solution
 
@@ -28,47 +26,6 @@ MAX_PER_REV = 20
 SPEEDS = 81  # evenly spaced
 NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # speeds near a resonance, in its half-widths
 TIP = np.ones(1)
-
-
-class Resonance(NamedTuple):
-    """omega = per_rev gamma: a force of per_rev periods per revolution excites a mode."""
-
-    per_rev: int
-    branch: str
-    at: float  # gamma
-    frequency: float
-
-
-def resonances(found: Loci, count: int = 1, **unknown: Any) -> list[Resonance]:
-    """The intersections of loci over gamma with the per-rev lines omega = k gamma, k = 1 .. count.
-
-    They are located on the interpolated loci, for any number of speeds, and corrected by solves.
-    Raises InvalidInput for loci over another parameter and for unknown keywords.
-    """
-    for name in unknown:
-        raise unknown_keyword("keyword", name, ("count",))
-    if not count:
-        return []
-    if found.over != "gamma":
-        raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
-    sweep = Sweep(found.beam, "gamma", found.problem)
-    lines = np.arange(1, count + 1)
-
-    def above_lines(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
-        return (squares.reshape(len(p), 1, -1) - ((lines * p[:, None]) ** 2)[..., None]).reshape(
-            len(p), -1
-        )
-
-    roots = [(part, root) for part in found.parts for root in part.curves.roots(above_lines)]
-    polish([root for _, root in roots], sweep, above_lines)
-    located = []
-    for part, root in roots:
-        at = np.array([root.at])
-        line, mode = divmod(root.channel, part.numbers(at).shape[1])
-        label = part.labels.get(int(part.numbers(at)[0, mode]))
-        if label and sweep.spectra(at).rank.flat[mode] < sweep.modes:
-            located.append(Resonance(line + 1, label, root.at, (line + 1) * root.at))
-    return sorted(located, key=lambda resonance: resonance.at)
 
 
 def response(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:
@@ -115,7 +72,7 @@ class RunUp:
     damping: float
     speeds: np.ndarray
     solutions: tuple[Solution | None, ...]
-    resonances: tuple[Resonance, ...]
+    resonances: tuple[Event, ...]
 
     @cached_property
     def amplitudes(self) -> np.ndarray:
@@ -129,7 +86,7 @@ class RunUp:
                 found[k] = np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b))
         return found
 
-    def peak(self, resonance: Resonance) -> float:
+    def peak(self, resonance: Event) -> float:
         """The amplitude of the tip at a resonance."""
         return float(self.amplitudes[np.argmin(abs(self.speeds - resonance.at))])
 
@@ -146,11 +103,11 @@ def run_up(
     per_rev = check_int("per_rev", per_rev, 1, MAX_PER_REV)
     damping = check_float("damping", damping, *DAMPING)
     even = np.linspace(0.0, stop, SPEEDS)
-    found = loci(beam, "gamma", even, modes=modes, **options)
-    own = tuple(one for one in resonances(found, per_rev) if one.per_rev == per_rev)
-    near = [one.at * (1 + damping * NEAR) for one in own]
+    events = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options).events
+    excited = tuple(event for event in events if event.per_rev == per_rev)
+    near = [event.at * (1 + damping * NEAR) for event in excited]
     speeds = np.unique(np.concatenate([even, *near]))
     speeds = speeds[(speeds >= 0) & (speeds <= stop)]
     answers = solve_many([beam.replace(gamma=speed) for speed in speeds], modes=modes, **options)
     solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
-    return RunUp(beam, per_rev, damping, speeds, solutions, own)
+    return RunUp(beam, per_rev, damping, speeds, solutions, excited)

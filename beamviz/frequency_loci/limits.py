@@ -1,128 +1,120 @@
-"""Limits of a sweep: values at which equilibrium, stability or convergence begin or end; and events
-of an equilibrium that may be bent: buckling, limit points, second stable states."""
+"""Limits along a path: values at which equilibrium, stability or convergence begin or end."""
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import NamedTuple, TypeGuard
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import barycentric_interpolate
-from scipy.optimize import brentq
 
-from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
-from beamviz.frequency_loci.axis import Axis
-from beamviz.frequency_loci.crossings import Event
-from beamviz.frequency_loci.curves import Curves, polish
+from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.frequency_loci.mode_vectors import Outcome
-from beamviz.frequency_loci.sweep import Sweep
-from beamviz.solver import solve
+from beamviz.frequency_loci.path import Modes, Path
+from beamviz.frequency_loci.roots import find_roots
+from beamviz.frequency_loci.tracking import Track
 from beamviz.solver.solution import Solution
 
-PRECISION = 1e-9  # relative, of a limit of equilibrium and of a buckling point
-FINEST = 1e-12  # of the sweep: least precision of these
-ROUGH = 1e-5  # of the sweep: precision of a limit of convergence
+PRECISION = 1e-9  # relative, of a limit of equilibrium
+FINEST = 1e-12  # of the range: least precision of one
+ROUGH = 1e-5  # of the range: precision of a limit of convergence
 OVERSHOOT = 0.1  # of the remaining interval: trial value beyond the extrapolated limit
 EXTRAPOLATED = 3  # number of values that a limit is extrapolated from
-MAX_SOLVES = 300  # for all limits of a sweep; one takes about 10, few sweeps have more than 4
-JUMP = 4.0  # ratio of a tip displacement to the neighbouring ones from which it may be a jump
-SAME_TIP = 1e-3  # [L] distance of the tips up to which two states are the same
-SECOND_STATES_SOUGHT = 4  # number of values at which second states are searched for
+MAX_SOLVES = 300  # for all limits of a path; one takes about 10, few paths have more than 4
 
 STABLE = "stable"
-
-Change = tuple[float, str]  # value and new kind
+MESSAGES = {  # by the kind of a limit
+    NoEquilibrium.kind: "no equilibrium",
+    NotConverged.kind: "not converged",
+    "unstable": "unstable",
+    "growing": "vibrations grow",
+}
 
 
 class Limit(NamedTuple):
-    """A range of a sweep without equilibrium, stability or convergence."""
+    """A range of a path without equilibrium, stability or convergence."""
 
-    kind: str  # "no-equilibrium", "unstable", "not-converged"
+    kind: str  # "no-equilibrium", "unstable", "growing" (a vibration grows), "not-converged"
     start: float
     stop: float
     message: str
 
 
-def _kind(outcome: Outcome) -> str:
-    """The kind of an error; of any solution STABLE, until `find_instabilities`."""
-    return STABLE if isinstance(outcome, Solution) else outcome.kind
+class Change(NamedTuple):
+    """A value from which on the outcome is of another kind: STABLE or that of a Limit."""
+
+    at: float
+    kind: str
 
 
-def _lowest(p: np.ndarray, squares: np.ndarray) -> np.ndarray:
-    """A function (n, 1) that vanishes with the lowest omega^2, and nearer to a straight line: that
-    may be -1e9."""
-    return np.arcsinh(np.fmin.reduce(squares, axis=(1, 2)))[:, None]
+def limits_of(changes: Sequence[Change], stop: float, over: str) -> Iterator[Limit]:
+    """The ranges without equilibrium, stability or convergence, from the first of some changes of
+    the kind of outcome to `stop`."""
+    kinds: list[Change] = []
+    for change in sorted(changes):
+        if not kinds or change.kind != kinds[-1].kind:
+            kinds.append(change)
+    ends = [*(change.at for change in kinds[1:]), stop]
+    for (start, kind), stop in zip(kinds, ends, strict=True):
+        if kind != STABLE and start < stop:
+            yield Limit(
+                kind, start, stop, f"{MESSAGES[kind]} for {over} = {start:.6g} .. {stop:.6g}"
+            )
 
 
-@dataclass
-class LimitSearch:
-    """Search for limits between the solved values of a sweep, with a limited number of solves."""
+def kind_of(outcome: Outcome) -> str:
+    """The kind of an outcome: the status of a solution, or the kind of an error."""
+    return outcome.equilibrium.status if isinstance(outcome, Solution) else outcome.kind
 
-    sweep: Sweep
-    length: float  # of the sweep
-    changes: list[Change] = field(default_factory=list)  # found so far
-    remaining: int = MAX_SOLVES  # solves
 
-    def axes(self) -> list[Axis]:
-        """The ranges of the sweep with solutions; their ends are added to `changes`."""
-        outcomes = self.sweep.outcomes
-        solved = sorted(outcomes)
-        axes: list[Axis] = []
-        start, limited, kind = solved[0], False, _kind(outcomes[solved[0]])
-        for low, high in pairwise(solved):
-            if (after := _kind(outcomes[high])) == kind:
+class Range(NamedTuple):
+    """A range of a path with solutions, and whether an equilibrium ends at its ends."""
+
+    low: float
+    high: float
+    ends_low: bool
+    ends_high: bool
+
+
+class ExistenceSearch:
+    """The search for the values between solved ones at which equilibrium or convergence begins or
+    ends, with a limited number of solves."""
+
+    def __init__(self, path: Path, grid: NDArray):
+        self.path = path
+        self.length = float(grid[-1] - grid[0])
+        self.remaining = MAX_SOLVES
+        self.changes = [Change(float(grid[0]), existence(path.outcomes[float(grid[0])]))]
+        self.ranges: list[Range] = []
+        self._find(grid.tolist())
+
+    def _find(self, solved: list[float]) -> None:
+        """Fill `changes`, and `ranges` with solutions."""
+        outcomes = self.path.outcomes
+        kinds = [existence(outcomes[value]) for value in solved]
+        start, ends_low = solved[0], False
+        for k, (low, high) in enumerate(pairwise(solved)):
+            before, after = kinds[k : k + 2]
+            if before == after:
                 continue
-            at = self._between(low, high)
-            self.changes.append((at, after))
-            at_limit = NoEquilibrium.kind in (kind, after)
-            if kind == STABLE:
-                axes += self._axis(start, at, (limited, at_limit))
-            start, limited, kind = at, at_limit, after
-        return axes + (self._axis(start, solved[-1], (limited, False)) if kind == STABLE else [])
+            at = self.between(low, high)
+            self.changes.append(Change(at, after))
+            at_limit = NoEquilibrium.kind in (before, after)
+            if before == STABLE:
+                self.ranges.append(Range(start, at, ends_low, at_limit))
+            start, ends_low = at, at_limit
+        if kinds[-1] == STABLE:
+            self.ranges.append(Range(start, solved[-1], ends_low, False))
 
-    def _axis(self, low: float, high: float, limited: tuple[bool, bool]) -> list[Axis]:
-        """The axis between two changes, up to limits of equilibrium or else the last solutions."""
-        solved = [
-            value
-            for value, outcome in self.sweep.outcomes.items()
-            if isinstance(outcome, Solution) and low <= value <= high
-        ]
-        if not solved:
-            return []
-        ends = low if limited[0] else min(solved), high if limited[1] else max(solved)
-        return [replace(self.sweep.axis(*ends), limited=limited)]
-
-    def find_instabilities(self, curves: Curves) -> None:
-        """Add the values at which the lowest omega^2 of the loci vanishes to `changes`."""
-        if _lowest(*curves.table[:2])[0] < 0:
-            self.changes.append((curves.axis.low, "unstable"))
-        roots = curves.roots(_lowest)
-        polish(roots, self.sweep, _lowest)
-        self.changes += [(root.at, STABLE if root.slope > 0 else "unstable") for root in roots]
-
-    def limits(self, start: float, stop: float) -> Iterator[Limit]:
-        """The ranges of start .. stop without equilibrium, stability or convergence."""
-        kinds: list[Change] = [(start, _kind(self.sweep.outcomes[start]))]
-        for at, kind in sorted(self.changes):
-            if kind != kinds[-1][1]:
-                kinds.append((at, kind))
-        ends = [*(at for at, _ in kinds[1:]), stop]
-        for (low, kind), high in zip(kinds, ends, strict=True):
-            if kind != STABLE:
-                about = "" if self.remaining > 0 else "about "  # some are midpoints
-                where = f"{self.sweep.over} = {about}{low:.6g} .. {high:.6g}"
-                yield Limit(kind, low, high, f"{kind.replace('-', ' ')} for {where}")
-
-    def _between(self, low: float, high: float) -> float:
+    def between(self, low: float, high: float) -> float:
         """The value between two solved ones at which equilibrium, or convergence, begins or ends;
         the midpoint once no solves remain. By bisection, accelerated by extrapolation of the excess
         of gamma over the limit of equilibrium; over gamma that is the distance from the limit."""
         if self.remaining <= 0:
             return (low + high) / 2
-        after = self.sweep.outcomes[high]
-        if self.sweep.over == "gamma" and (excess := self._excess(high, after)):
+        after = self.path.outcomes[high]
+        if self.path.over == "gamma" and (excess := self._excess(high, after)):
             return min(max(high - excess[0][0], low), high)
         before, after = self._outcome(low), self._outcome(high)
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
@@ -153,9 +145,9 @@ class LimitSearch:
 
     def _outcome(self, value: float) -> Outcome:
         """The outcome at a value, solved if it was not."""
-        self.remaining -= value not in self.sweep.outcomes
-        (outcome,) = self.sweep.solve(np.array([value]))
-        if isinstance(outcome, NoEquilibrium) and self.sweep.at(value).gamma < outcome.limit:
+        self.remaining -= value not in self.path.outcomes
+        (outcome,) = self.path.solve(np.array([value]))
+        if isinstance(outcome, NoEquilibrium) and self.path.at(value).gamma < outcome.limit:
             return NotConverged(str(outcome))  # it exists, but is too near its limit
         return outcome
 
@@ -163,7 +155,12 @@ class LimitSearch:
         """The excess of gamma over the limit of equilibrium and the value; empty without limit."""
         if not (isinstance(outcome, NoEquilibrium) and math.isfinite(outcome.limit)):
             return []
-        return [(self.sweep.at(value).gamma - outcome.limit, value)]
+        return [(self.path.at(value).gamma - outcome.limit, value)]
+
+
+def existence(outcome: Outcome) -> str:
+    """The kind of an error; of any solution STABLE."""
+    return STABLE if isinstance(outcome, Solution) else outcome.kind
 
 
 def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
@@ -174,88 +171,41 @@ def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
     return float(barycentric_interpolate(excess, values, 0.0))
 
 
-def state_events(sweep: Sweep, values: np.ndarray) -> list[Event]:
-    """The events, in no order, of the equilibria at ascending values. "buckling": the straight
-    state loses its stability; "limit point": the bent state ends, and the branches end or continue
-    on another state; "second state": the value from which another stable bent state exists."""
-    events: list[Event] = []
-    over, outcomes = sweep.over, sweep.solve(values)
-    for low, high in pairwise(range(len(values))):
-        before, after = outcomes[low], outcomes[high]
-        ends = float(values[low]), float(values[high])
-        if isinstance(before, Solution) and isinstance(after, Solution):
-            if before.equilibrium.shape != after.equilibrium.shape:
-                events += _buckling(sweep, *ends, before, after)
-            elif is_bent(before) and _may_jump(outcomes, low):
-                events += _limit_point(over, *ends, before, after)
-        elif is_bent(before) or is_bent(after):
-            events += _limit_point(over, *ends, before, after)
-    return events + _second_states(sweep, values, outcomes)
+def stability_changes(track: Track, merged: Sequence[float]) -> list[Change]:
+    """The values of a part with solutions at which its stability changes, and at its beginning the
+    status there. merged: where two frequencies coalesce."""
+    path, values = track.path, track.values
+    kinds = [kind_of(path.outcomes[value]) for value in values.tolist()]
+    changes = [Change(track.low, kinds[0])]
+    if path.is_straight:
+        samples = _lowest(track.modes)[:, None]
+        roots = find_roots(values, samples, lambda at, _: _lowest(path.modes(at)))
+        return changes + [
+            Change(at, STABLE if rises else "unstable")
+            for at, rises in zip(roots.at.tolist(), roots.rises.tolist(), strict=True)
+        ]
+    for k, (low, high) in enumerate(pairwise(values.tolist())):
+        if kinds[k] != kinds[k + 1]:
+            here = [at for at in merged if low <= at <= high]
+            at = here[0] if here else _bisected(path, low, high, kinds[k])
+            changes.append(Change(at, kinds[k + 1]))
+    return changes
 
 
-def _buckling(
-    sweep: Sweep, low: float, high: float, before: Solution, after: Solution
-) -> list[Event]:
-    """The point where the lowest omega^2 of the straight state vanishes."""
-    options = sweep.problem.options | {"state": "straight", "coriolis": False, "modes": 1}
-
-    def lowest(value: float) -> float:
-        return float(np.arcsinh(solve(sweep.at(value), **options).omega_squared[0]))
-
-    try:
-        at = brentq(lowest, low, high, xtol=PRECISION * (high - low), rtol=PRECISION)
-    except (BeamvizError, ValueError):  # with a spin-up, or no straight state at one of the ends
-        return []
-    return [Event("buckling", (before.labels[0], after.labels[0]), float(at), 0.0)]
+def _lowest(modes: Modes) -> NDArray:
+    """A function (n,) that vanishes with the lowest omega^2, and nearer to a straight line: that
+    may be -1e9."""
+    return np.arcsinh(np.fmin.reduce(modes.omega_squared, axis=(1, 2)))
 
 
-def is_bent(outcome: Outcome) -> TypeGuard[Solution]:
-    """Whether an outcome is a bent state."""
-    return isinstance(outcome, Solution) and outcome.equilibrium.shape == "bent"
-
-
-def _may_jump(outcomes: list[Outcome], k: int) -> bool:
-    """Whether the tip moves much further from value k to the next than between their neighbours."""
-    first, last = max(k - 2, 0), min(k + 4, len(outcomes))
-    near, none = outcomes[first:last], np.full(2, np.nan)
-    tips = np.array([one.equilibrium.tip if is_bent(one) else none for one in near])
-    moves = np.linalg.norm(np.diff(tips, axis=0), axis=1)
-    others = np.delete(moves, k - first)
-    others = others[np.isfinite(others)]
-    return moves[k - first] > max(SAME_TIP, JUMP * others.max() if len(others) else 0.0)
-
-
-def _limit_point(
-    over: str, low: float, high: float, before: Outcome, after: Outcome
-) -> list[Event]:
-    """The limit point, between two values, of the bent state at one of them."""
-    from beamviz.solver import end_of_bent_state
-
-    for start, stop in ((before, high), (after, low)):
-        if not is_bent(start):
-            continue
-        with suppress(NotConverged):
-            at = end_of_bent_state(start, over, stop)
-            if at is not None and low <= at <= high:
-                first, last = (
-                    one if isinstance(one, Solution) else start for one in (before, after)
-                )
-                return [Event("limit point", (first.labels[0], last.labels[0]), at, 0.0)]
-    return []
-
-
-def _second_states(sweep: Sweep, values: np.ndarray, outcomes: list[Outcome]) -> list[Event]:
-    """The limit point, or else the first value, of the first other stable bent state found. The
-    label of its lowest branch is "B1 (state 2)" or so."""
-    from beamviz.solver import end_of_bent_state, other_stable_states
-
-    for k in np.unique(np.linspace(0, len(values) - 1, SECOND_STATES_SOUGHT).astype(int)):
-        own = outcomes[k]
-        for other in other_stable_states(own)[:1] if isinstance(own, Solution) else ():
-            end, start = None, float(values[0])
-            with suppress(NotConverged):
-                end = end_of_bent_state(other, sweep.over, start)
-            labels = own.labels[0], f"{other.labels[0]} (state 2)"
-            at = start if end is None else end
-            return [Event("second state", labels, at, float(other.frequencies[0]))]
-    return []
+def _bisected(path: Path, low: float, high: float, kind: str) -> float:
+    """The value between two at which an outcome ceases to be of a kind, to ROUGH of their
+    distance."""
+    fine = ROUGH * (high - low)
+    while high - low > fine:
+        middle = (low + high) / 2
+        if kind_of(path.solve(np.array([middle]))[0]) == kind:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2

@@ -38,8 +38,9 @@ def gauss_points(solutions: Sequence[Solution]) -> int:
     k = sqrt(P) = sqrt(2 g). A product of two modes has wave number 2 k and is, with an error that
     decays fast, a polynomial of degree k on 0 .. 1, which k / 2 = sqrt(g / 2) points integrate.
     """
-    growth = math.sqrt(max(-min(solution.omega_squared[0] for solution in solutions), 0.0))
-    return GAUSS_POINTS + 2 * len(solutions[0].omega_squared) + math.ceil(math.sqrt(growth / 2))
+    s = np.array([solution.s for solution in solutions])
+    growth = max(float(s.real.max()), 0.0)
+    return GAUSS_POINTS + 2 * s.shape[1] + math.ceil(math.sqrt(growth / 2))
 
 
 def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Points:
@@ -50,7 +51,8 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
         return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
-    squares = np.array([solution.omega_squared for solution in solutions])
+    s = np.array([solution.s for solution in solutions])
+    squares = np.where(s.imag > 0, s.imag**2, -(s.real**2))
     fields, masses = _fields(solutions, count)
     if solutions[0].problem.state != "straight":
         vectors = fields * np.sqrt(masses)
@@ -60,24 +62,6 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
         return Points(at, squares, *_gyroscopic(_in_phase(fields, squares), masses, squares, gamma))
     shapes = fields.reshape(*squares.shape, -1)
     return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
-
-
-def kinetic_energies(solutions: Sequence[Solution]) -> np.ndarray:
-    """Kinetic energies (n, 2, m) across the beam and total of gyroscopic modes, equal in number,
-    relative to the norm in the product of `_gyroscopic`. As functions of omega^2 that are analytic
-    also where it vanishes: the energies across of unstable modes count as negative. The beams
-    rotate.
-
-    By the equation of a mode z the norm is (z* M z + z* K z / omega^2) / 2 with z* M z = 1; of
-    unstable modes the terms across the beam are negative."""
-    squares = np.array([one.omega_squared for one in solutions])
-    fraction = np.array([one.bending_energy_fraction for one in solutions])
-    stored = np.array([getattr(one.fields, "stored", None) for one in solutions])
-    sign = np.where(squares >= 0, 1.0, -1.0)
-    across = sign * fraction
-    total = 1 - fraction + across
-    norm = (total + (stored[:, 0] + sign * stored[:, 1]) / squares) / 2
-    return np.stack((across, total), axis=1) / norm[:, None]
 
 
 def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:

@@ -24,14 +24,14 @@ FLOOR = 1e-12  # replaces an interpolated omega^2 below it
 TINY = float(np.finfo(float).tiny)
 
 
-class Approach(NamedTuple):
-    """The least gap of two frequencies."""
+class LeastGap(NamedTuple):
+    """The least gap of two frequencies, where their loci cross or avoid to."""
 
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
     width: float  # gap sqrt(2 / (gap^2)"); by solves |(d, c)| / |(d', c')|, equal for a constant c
-    modes: tuple[int, int]  # indices of the two among all modes
+    ranks: tuple[int, int]  # indices of the two among all modes
 
 
 def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
@@ -92,7 +92,7 @@ class TwoModes(NamedTuple):
         return brentq(self.slope, low, high, xtol=1e-14 * (high - low))
 
 
-def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approach:
+def closest(entries: np.ndarray, near: float, low: float, high: float) -> LeastGap:
     """The least gap by the `entries` (n, 6) from `reduce`. These are interpolated through the
     points nearest to `near` that are at least SPACING apart, as the difference of closer ones is
     rounding error."""
@@ -112,4 +112,4 @@ def closest(entries: np.ndarray, near: float, low: float, high: float) -> Approa
     (_, *pair), (_, *rates) = local.entries(at)
     width = math.hypot(*map(abs, pair)) / max(math.hypot(*map(abs, rates)), TINY)
     i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
-    return Approach(at, frequency, 0.0 if touching else gap, width, (i, j))
+    return LeastGap(at, frequency, 0.0 if touching else gap, width, (i, j))

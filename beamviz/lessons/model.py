@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.frequency_loci import Event, loci
-from beamviz.frequency_loci.forced_response import resonances
 from beamviz.scene import Scene
 from beamviz.solver import Solution, solve
 
@@ -160,8 +159,9 @@ def crossing(over: str, stop: float, **options: Any) -> Event:
 
 def resonance(per_rev: int, label: str) -> float:
     """Speed at which omega = per_rev gamma for a mode of the bare beam."""
-    found = resonances(loci(BARE, "gamma", np.linspace(0, 15, 31)), per_rev)
-    return next(one.at for one in found if (one.per_rev, one.branch) == (per_rev, label))
+    found = loci(BARE, "gamma", np.linspace(0, 15, 31), per_rev=per_rev).events
+    wanted = per_rev, (label,)
+    return next(event.at for event in found if (event.per_rev, event.branches) == wanted)
 
 
 def first_unstable(beam: Beam, stop: float, **options: Any) -> float:

@@ -14,8 +14,8 @@ from matplotlib.transforms import Bbox
 
 from beamviz.beam import NUMBERS
 from beamviz.frequency_loci import Branch, Event, Loci, close_up
-from beamviz.frequency_loci.forced_response import Resonance
-from beamviz.frequency_loci.limits import Limit
+from beamviz.frequency_loci.events import EVENT_KINDS, EventKind
+from beamviz.frequency_loci.limits import MESSAGES, Limit
 from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
 from beamviz.plotting.labels import OFFSET, EndLabel, LabelPlacer, draw_legend, label_line_ends
 
@@ -26,14 +26,8 @@ SHADES = 20  # of colour from one family to the other
 FAMILIES = LinearSegmentedColormap.from_list(
     "families", [COLOURS["stretching"], "#8C7C86", COLOURS["bending"]]
 )
-MARKS: dict[str, dict[str, Any]] = {
-    "crossing": {"marker": "o", "ms": 6, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
-    "veering": {"marker": "D", "ms": 5.5, "mfc": INK, "mec": "white", "mew": 0.8, "ls": ""},
-    "buckling": {"marker": "v", "ms": 7, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
-    "limit point": {"marker": "^", "ms": 7, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
-    "second state": {"marker": "s", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1, "ls": ""},
-    "resonance": {"marker": "x", "ms": 4.5, "mec": INK, "mew": 1.1, "ls": ""},
-}
+MARK: dict[str, Any] = {"ms": 6, "mew": 1.1, "ls": ""}
+GROWTH_HEIGHT, GROWTH_SHARE = 0.26, 0.72  # of the figure for growth rates; of it, their axes
 LINE: dict[str, Any] = {"lw": 1.7, "zorder": 3}
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
@@ -51,27 +45,28 @@ INSET_MARGIN = np.array([0.03, 0.07])  # around it, with its title
 INSET_GRID = np.linspace(0.0, 1.0, 15)  # of positions
 
 
-def draw_chart(
-    loci: Loci,
-    resonances: Sequence[Resonance] = (),
-    per_rev: Sequence[int] = (),
-    marker: float | None = None,
-) -> Figure:
-    """The chart: loci in the colours of their families, crossings, veerings, limits, per-rev lines
+def draw_chart(loci: Loci, per_rev: Sequence[int] = (), marker: float | None = None) -> Figure:
+    """The chart: loci in the colours of their families, events, limits, per-rev lines
     omega = k gamma for each k of `per_rev`, and an upright line at the value `marker`; above them
-    the parameters held fixed, the model, and the meaning of colours and marks."""
+    the parameters held fixed, the model, and the meaning of colours and marks; below them the
+    growth rates where modes grow."""
+    growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
+    bottom = BOTTOM + (GROWTH_HEIGHT if growing else 0.0)
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
-        axes = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, TOP - BOTTOM))
-        chart = Chart(loci, axes)
-        chart.annotate(resonances, per_rev)
+        axes = figure.add_axes((LEFT, bottom, RIGHT - LEFT, TOP - bottom))
+        chart = Chart(loci, axes, per_rev)
+        chart.annotate(per_rev)
+        if growing:
+            lower = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, GROWTH_SHARE * GROWTH_HEIGHT))
+            chart.draw_growth_rates(lower, growing)
         if marker is not None:
             axes.axvline(chart.x(marker), color="0.5", lw=0.8, zorder=0, gid="marker")
         held = loci.beam.described(name for name in loci.beam.numbers if name != loci.over)
         title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
         figure.text(0.012, 0.965, title, va="center", weight="bold")
         figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
-        draw_legend(figure, _legend(loci, resonances, per_rev), 0.0085, 0.887)
+        draw_legend(figure, _legend(chart, per_rev), 0.0085, 0.887)
     return figure
 
 
@@ -83,10 +78,13 @@ def plot_loci(loci: Loci, axes: Axes | None = None) -> Axes:
 
 
 class Chart:
-    """Loci on axes, which are in SI where the beam has units."""
+    """Loci on axes, which are in SI where the beam has units; resonances with the multiples
+    `per_rev` of the speed alone."""
 
-    def __init__(self, loci: Loci, axes: Axes):
+    def __init__(self, loci: Loci, axes: Axes, per_rev: Sequence[int] = ()):
         self.loci, self.axes = loci, axes
+        events = loci.events
+        self.events = [event for event in events if not event.per_rev or event.per_rev in per_rev]
         # Functions from numbers to the units of the axes, and templates of a text in these units.
         self.x, xlabel, self.value = axis_of(loci.over, loci.units)
         self.y, ylabel, self.height = axis_of("frequency", loci.units)
@@ -96,16 +94,32 @@ class Chart:
         axes.set(xlabel=xlabel, ylabel=ylabel)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
-    def annotate(self, resonances: Sequence[Resonance] = (), per_rev: Sequence[int] = ()) -> None:
+    def draw_growth_rates(self, axes: Axes, branches: Sequence[Branch]) -> None:
+        """The growth rates of some branches, on axes below those of the frequencies."""
+        values = self.loci.values
+        for branch in branches:
+            rate = self.y(branch.growth_rate) if self.loci.units is None else branch.growth_rate
+            shade = np.nanmean(branch.bending_fraction)
+            axes.plot(self.x(values), rate, color=FAMILIES(shade), **LINE)
+            last = int(np.flatnonzero(np.isfinite(rate))[-1])
+            text = f"{branch.label} {rate[last]:+.3g}".replace("-", "−")
+            axes.annotate(text, (self.x(values[last]), rate[last]), (3, 0), **OFFSET, fontsize=8)
+        axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
+        axes.set(xlim=self.axes.get_xlim(), xlabel=self.axes.get_xlabel(), ylabel="growth [1/T*]")
+        axes.locator_params(nbins=4)
+        self.axes.set(xlabel="")
+        self.axes.tick_params(labelbottom=False)
+
+    def annotate(self, per_rev: Sequence[int] = ()) -> None:
         """Draw limits, per-rev lines, marks and labels."""
         for limit in self.loci.limits:
             self.draw_limit(limit)
         self.label_ends(self.draw_per_rev_lines(per_rev))
-        marks: list[Resonance | Event] = [*resonances, *self.loci.events]
-        for mark in marks:
-            kind, zorder = (mark.kind, 6) if isinstance(mark, Event) else ("resonance", 5)
-            self.axes.plot(self.x(mark.at), self.y(mark.frequency), **MARKS[kind], zorder=zorder)
-        self.label_inside(marks)
+        for event in self.events:
+            zorder = 5 if event.per_rev else 6
+            place = self.x(event.at), self.y(event.frequency)
+            self.axes.plot(*place, **_mark(EVENT_KINDS[event.kind]), zorder=zorder)
+        self.label_inside(self.events)
         self.label_events()
 
     def text(self, value: float) -> str:
@@ -121,7 +135,8 @@ class Chart:
         here = np.isfinite(branch.bending_fraction)
         if not here.any():
             return
-        met = (event for event in loci.events if event.kind != "second state")
+        labels = {branch.label for branch in loci.branches}
+        met = (event for event in self.events if labels.issuperset(event.branches))
         own = [event for event in met if branch.label in event.branches]
         sides = [0.5 if one.gap and branch.label == _upper(loci, one) else -0.5 for one in own]
         heights = [one.frequency + side * one.gap for one, side in zip(own, sides, strict=True)]
@@ -156,7 +171,7 @@ class Chart:
         widest = int(np.diff(lines).argmax())
         middle = sum(ends) / 2, lines[widest : widest + 2].mean()
         rotation = 0 if limit.stop - limit.start > WIDE * (last - first) else 90
-        text = f"{limit.kind.replace('-', ' ')}\n{where}"
+        text = f"{MESSAGES[limit.kind]}\n{where}"
         axes.text(*middle, text, rotation=rotation, **ON_LIMIT)
 
     def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:
@@ -187,9 +202,10 @@ class Chart:
 
     def label_events(self) -> None:
         """Insets around veerings, and labels of the other events."""
-        loci, placer = self.loci, LabelPlacer(self.axes)
-        events = list(loci.events) if len(loci.events) <= MAX_LABELLED else []
-        veerings = [event for event in loci.events if event.kind == "veering"]
+        placer = LabelPlacer(self.axes)
+        labelled = [event for event in self.events if not event.per_rev]
+        events = labelled if len(labelled) <= MAX_LABELLED else []
+        veerings = [event for event in self.events if event.kind == "veering"]
         for event in veerings if len(veerings) <= MAX_ENLARGED else ():
             if self._draw_inset(placer, event) and event in events:
                 events.remove(event)
@@ -198,7 +214,7 @@ class Chart:
             lines += [self.gap(event)] if event.kind == "veering" else []
             placer.annotate("\n".join(lines), self.x(event.at), self.y(event.frequency))
 
-    def label_inside(self, marks: Sequence[Resonance | Event]) -> None:
+    def label_inside(self, marks: Sequence[Event]) -> None:
         """Labels on the branches that end inside the frame or change their family, each where the
         nearest other line, mark or label is farthest."""
         values, pixels = self.x(self.loci.values), self.axes.transData.transform
@@ -268,20 +284,24 @@ def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
     return None
 
 
-def _legend(
-    loci: Loci, resonances: Sequence[Resonance], per_rev: Sequence[int]
-) -> dict[str, dict[str, Any]]:
+def _mark(kind: EventKind) -> dict[str, Any]:
+    """The style of the mark of an event."""
+    fill = INK if kind.filled else "white"
+    edge = "white" if kind.filled else INK
+    return {**MARK, "marker": kind.marker, "mfc": fill, "mec": edge}
+
+
+def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
     """The styles of lines and marks, of those drawn, by their meaning."""
-    families = {name for branch in loci.branches for name in branch.family}
+    families = {name for branch in chart.loci.branches for name in branch.family}
     shares = {"bending": 1.0, "mixed": 0.5, "stretching": 0.0}
     colours = {name: FAMILIES(share) for name, share in shares.items() if name in families}
     lines: dict[str, dict[str, Any]] = {name: {"color": c, **LINE} for name, c in colours.items()}
-    kinds = [event.kind for event in loci.events]
-    for kind in (kind for kind in MARKS if kind in kinds):
-        label = kind if len(kinds) <= MAX_LABELLED else f"{kinds.count(kind)} {kind}s"
-        lines[label] = MARKS[kind]
+    kinds = [event.kind for event in chart.events]
+    for name, kind in EVENT_KINDS.items():
+        if name in kinds:
+            label = name if len(kinds) <= MAX_LABELLED else f"{kinds.count(name)} {name}s"
+            lines[label] = _mark(kind)
     if per_rev:
         lines["per-rev line, k × speed"] = PER_REV
-    if resonances:
-        lines["resonance"] = MARKS["resonance"]
     return lines

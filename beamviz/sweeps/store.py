@@ -27,7 +27,7 @@ from beamviz import __version__
 from beamviz.beam import NUMBERS, Beam, Units, exact_text
 from beamviz.errors import InvalidInput, Unavailable, optional
 from beamviz.files import check_suffix, temporary
-from beamviz.frequency_loci.sweep import check_values
+from beamviz.frequency_loci.path import check_values
 from beamviz.signals import defer_signals
 from beamviz.solver import DEFAULTS, METHODS, Problem, parse_keywords, solve_many
 

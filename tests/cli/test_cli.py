@@ -103,7 +103,7 @@ SHOWN = {  # regular expressions of lines
         r"unstable for gamma = 2\.99604 \.\. 8", r"No crossing or veering in this range\.",
         "^ +8 +unstable ",
     ],
-    f"{LOCI} 20 --points 3 --si STEEL --per-rev 2": ["rpm$"],
+    f"{LOCI} 20 --points 3 --si STEEL --per-rev 2": ["rpm ", "resonance 2x"],
 }  # fmt: skip
 
 

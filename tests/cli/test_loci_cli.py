@@ -3,7 +3,6 @@
 import csv
 import io
 import math
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -13,8 +12,6 @@ from matplotlib.image import imread
 from matplotlib.text import Annotation
 
 from beamviz import Beam, Units, loci
-from beamviz.frequency_loci.forced_response import resonances
-from beamviz.output import loci_table as to_table
 from beamviz.plotting.loci import draw_chart
 
 SWEEP = ("loci", "--over", "gamma", "--start", "0", "--stop", "10", "--alpha", "1")
@@ -40,19 +37,7 @@ def test_loci_as_json(run):
     assert event["at"] == pytest.approx(4.4641, abs=5e-5)
     assert event["frequency"] == pytest.approx(60.559, abs=1e-3)
     assert data["beam"] == {"alpha": 1, "beta": 1, "delta": 0, "mu": 70}
-    assert (data["model"]["coriolis"], data["complete"], data["limits"]) == (False, True, [])
-
-
-def test_an_incomplete_search_is_reported(run, monkeypatch):
-    """In the JSON and in the table, which then does not say that there are no events."""
-    monkeypatch.setattr("beamviz.frequency_loci.sweep.MAX_SOLVES", 0)
-    found = loci(Beam(alpha=1), "gamma", np.linspace(0, 10, 5))
-    assert not found.complete
-    for events in (found.events, ()):
-        table = to_table(replace(found, events=events))
-        assert "The search for crossings and veerings stopped after" in table
-        assert "No crossing" not in table
-    assert strict(run(*SWEEP, "--points", "5", "--format", "json")[1])["complete"] is False
+    assert (data["model"]["coriolis"], data["limits"]) == (False, [])
 
 
 def test_loci_without_equilibrium_or_stability(run):
@@ -75,9 +60,10 @@ def test_loci_as_csv_for_numpy(run):
     heading = next(csv.reader(io.StringIO(out)))
     columns = np.loadtxt(io.StringIO(out), delimiter=",", skiprows=1, unpack=True)
     table = dict(zip(heading, columns.tolist(), strict=True))
-    assert (code, len(heading), heading[:3]) == (0, 11, ["gamma", "B1", "B2"])
+    assert (code, len(heading), heading[:3]) == (0, 12, ["gamma", "B1", "B2"])
     assert table["gamma"] == [0, 2, 4, 6, 8]
     assert np.isnan(table["B1"]).tolist() == [False, False, True, True, True]
+    assert [rate > 0 for rate in table["B1_growth_rate"]] == [False, False, True, True, True]
     assert table["B1_bending"] == 5 * [1]
 
 
@@ -89,7 +75,8 @@ def test_loci_in_si_units(run, steel):
     assert data["rpm"] == pytest.approx([0, 300 / math.pi / time, 600 / math.pi / time])
     first = data["branches"][0]
     assert first["hertz"] == pytest.approx([f / (2 * math.pi * time) for f in first["frequency"]])
-    assert data["resonances"][0]["branch"] == "B1"
+    first = data["events"][0]
+    assert (first["kind"], first["branches"], first["per_rev"]) == ("resonance", ["B1"], 2)
     header = run(*line, "csv")[1].splitlines()[0]
     assert header.startswith("gamma,rpm,B1,")
     assert ",B1_hertz," in header
@@ -131,9 +118,9 @@ def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options, shown):
     """No label on another, none of a line on a resonance, none outside the picture. Each event is
     marked, each limit is named in its range, and a veering has an inset with its gap in the title
     and labels at both ends of each line."""
-    found = loci(beam, over, np.linspace(0, stop, 101), **options)
     per_rev = 3 if over == "gamma" else 0
-    figure = draw_chart(found, resonances(found, per_rev), range(1, per_rev + 1))
+    found = loci(beam, over, np.linspace(0, stop, 101), per_rev=per_rev, **options)
+    figure = draw_chart(found, range(1, per_rev + 1))
     figure.draw_without_rendering()
     axes = figure.axes[0]
     texts = (text for one in (axes, *axes.child_axes) for text in one.texts if text.get_text())

@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.features import loci_chart, veering
 from beamviz.explorer.features.loci_chart import Chart, ChartRequest, chart_data
 from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import solve
 
 

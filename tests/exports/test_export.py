@@ -18,13 +18,13 @@ from live.visitor import PAPER
 from scipy.spatial.transform import Rotation
 
 from beamviz import exports
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import section_size
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
-from beamviz.frequency_loci.sweep import chart_range
 from beamviz.output import STATIONS
 from beamviz.scene import Scene
 from beamviz.server.viser_private import offline_scene

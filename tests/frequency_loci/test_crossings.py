@@ -16,7 +16,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from beamviz import Beam, loci, solve
 from beamviz.errors import NotConverged
-from beamviz.frequency_loci import sweep
+from beamviz.frequency_loci import path
 
 MU = 70.0
 TIP = Beam(alpha=1, beta=1)
@@ -175,14 +175,14 @@ def test_solutions_may_be_missing_beside_a_veering(monkeypatch):
     whole = loci(beam, "beta", values, 6).events
     (veering,) = (event for event in whole if event.gap)
     assert veering.branches == ("S2", "S3")
-    solve_many = sweep.solve_many
+    solve_many = path.solve_many
 
     def failing(beams, **options):
         found = solve_many(beams, **options)
         beside = [0 < veering.at - one.beta < 0.02 * veering.width for one in beams]
         return [NotConverged("") if own else one for own, one in zip(beside, found, strict=True)]
 
-    monkeypatch.setattr(sweep, "solve_many", failing)
+    monkeypatch.setattr(path, "solve_many", failing)
     found = loci(beam, "beta", values, 6).events
     assert [event.branches for event in found] == [
         event.branches for event in whole if not event.gap

@@ -10,7 +10,7 @@ import pytest
 from helpers import sorted_frequencies
 
 from beamviz import Beam, InvalidInput, loci, solve
-from beamviz.frequency_loci import Event, close_up, sweep
+from beamviz.frequency_loci import Event, close_up
 
 TIP = Beam(alpha=1, beta=1)
 FEW_TERMS = "modes = 5: at most 3 with terms = 3; ask for more"
@@ -41,28 +41,6 @@ def test_the_gap_is_the_gyroscopic_coupling(gamma):
     assert (crossing.kind, veering.kind) == ("crossing", "veering")
     assert veering.gap == pytest.approx(2 * gamma * coupling, rel=1e-3)
     assert veering.index == pytest.approx(1, abs=1e-3)
-
-
-def test_solutions_are_solved_for_when_asked(monkeypatch):
-    """A chart takes fewer solves than values; then a solution takes one, and all are one batch."""
-    solve_many, batches = sweep.solve_many, []
-
-    def watched(beams, **options):
-        batches.append(len(beams))
-        return solve_many(beams, **options)
-
-    monkeypatch.setattr(sweep, "solve_many", watched)
-    values = np.linspace(0, 20, 201)
-    found = loci(TIP, "gamma", values)
-    assert sum(batches) == found.solves < 40
-    batches.clear()
-    branch = found["S1"]
-    solution = branch.solutions[7]
-    exact = solution.frequencies[branch.mode_index[7]]
-    assert exact == pytest.approx(branch.frequency[7], rel=1e-6)
-    assert solution is found["B1"].solutions[7]
-    assert len(list(branch.solutions)) == 201
-    assert batches == [1, 200]
 
 
 def test_the_solutions_of_one_mass_inside_and_one_at_the_tip():
@@ -198,7 +176,7 @@ def test_repr_is_one_line(tip):
     """The range, the branches, and the number of events and limits."""
     assert repr(tip) == (
         "Loci(over gamma = 0 .. 20, 21 values, branches B1 B2 B3 S1 B4,"
-        " crossings: 2, veerings: 0, limits: 0)"
+        " events: crossing: 2; limits: 0)"
     )
     assert repr(tip["B3"]) == "Branch('B3', at 21 of 21 values)"
 

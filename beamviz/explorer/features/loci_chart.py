@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
-from html import escape
 from itertools import pairwise
 from typing import Any, Self
 
 import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
+from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
@@ -22,9 +22,8 @@ from beamviz.explorer.page import Data
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.frequency_loci.forced_response import Resonance, resonances
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import names_of_branches
-from beamviz.frequency_loci.sweep import CHART_POINTS, chart_range
 from beamviz.scene import PER_REV
 
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
@@ -34,7 +33,6 @@ FAILURES = {
     "not-converged": "The calculation did not converge",
 }
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
-SIGNS = {"crossing": "○", "veering": "●", "buckling": "▽", "limit point": "△", "second state": "◇"}
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
@@ -75,23 +73,22 @@ class ChartRequest:
     def chart(self) -> "Chart":
         """The chart. Raises the errors of `loci`."""
         values = np.linspace(self.start, self.stop, CHART_POINTS)
-        found = loci(self.beam, self.over, values, **self.options)
-        return Chart(self, found, tuple(resonances(found, self.per_rev)))
+        return Chart(self, loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options))
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Computed loci and their resonances."""
+    """Computed loci."""
 
     request: ChartRequest
     loci: Loci
-    resonances: tuple[Resonance, ...]
 
     @cached_property
     def events(self) -> dict[str, Event]:
-        """The events by key: the labels of their branches and a count, as 'B3 S1 1'. Keys remain
-        valid when the beam or the model changes."""
-        return numbered((" ".join(sorted(one.branches)), one) for one in self.loci.events)
+        """The events but resonances by key: the labels of their branches and a count, as
+        'B3 S1 1'. Keys remain valid when the beam or the model changes."""
+        events = (event for event in self.loci.events if not event.per_rev)
+        return numbered((" ".join(sorted(event.branches)), event) for event in events)
 
     @property
     def pairs(self) -> dict[str, Event]:
@@ -99,10 +96,10 @@ class Chart:
         kinds = ("crossing", "veering")
         return {key: event for key, event in self.events.items() if event.kind in kinds}
 
-    def resonances_at(self, multiples: Sequence[int]) -> dict[str, Resonance]:
+    def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
         """Resonances with these multiples of the speed by key: multiple, branch and a count."""
-        shown = (one for one in self.resonances if one.per_rev in multiples)
-        return numbered((f"{one.per_rev} {one.branch}", one) for one in shown)
+        shown = (event for event in self.loci.events if event.per_rev in multiples)
+        return numbered((f"{event.per_rev} {event.branches[0]}", event) for event in shown)
 
     @cached_property
     def top(self) -> float:
@@ -211,23 +208,21 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
 def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """Crossings, veerings and resonances as buttons."""
     axes = along, across = chart.request.measures
-    places: dict[str, Event | Resonance] = {**chart.events, **chart.resonances_at(multiples)}
+    places = {**chart.events, **chart.resonances_at(multiples)}
     found = []
     for key, one in places.items():
-        kind = one.kind if isinstance(one, Event) else "resonance"
-        force = f" with {one.per_rev} per revolution" if isinstance(one, Resonance) else ""
-        name = f"{kind} of {' and '.join(event_names(chart, one))}{force}"
+        force = f" with {one.per_rev} per revolution" if one.per_rev else ""
+        name = f"{one.kind} of {' and '.join(event_names(chart, one))}{force}"
         text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
         action = {"action": "go_to_event", "value": key}
-        found.append(page.mark(key, kind, axes, (one.at, one.frequency), text, **action))
+        found.append(page.mark(key, one.kind, axes, (one.at, one.frequency), text, **action))
     return found
 
 
-def event_names(chart: Chart, event: Event | Resonance) -> list[str]:
+def event_names(chart: Chart, event: Event) -> list[str]:
     """The names of the modes of an event there, stretching modes first."""
-    branches = (event.branch,) if isinstance(event, Resonance) else event.branches
     names = names_of_branches(chart.loci, event.at)
-    found = {names.get(one, one) for one in branches}
+    found = {names.get(one, one) for one in event.branches}
     return sorted(found, key=lambda name: (name[0] != "S", name))
 
 
@@ -330,19 +325,18 @@ def with_line(state: State, on: Any, k: int) -> State:
 
 def event_table(chart: Chart) -> str:
     """The events, each with a button that moves the beam there."""
-    warning = f"<p>{escape(chart.loci.warning)}</p>" if chart.loci.warning else ""
     if not chart.events:
-        return warning or "<p>No crossing or veering in this range.</p>"
+        return "<p>No crossing or veering in this range.</p>"
     along, across = chart.request.measures
     heads = ("go to", f"at {along.head}", across.label, "smallest gap")
-    rows = [
-        (*cells(chart, key, SIGNS[event.kind], event), f"{across.factor * event.gap:.3g}")
-        for key, event in chart.events.items()
-    ]
-    others = {event.kind for event in chart.events.values()} - {"crossing", "veering"}
-    caption = "Crossings ○ and veerings ●"
-    caption += "".join(f", {kind} {sign}" for kind, sign in SIGNS.items() if kind in others)
-    return page.table("crossings and veerings", heads, rows, caption=caption) + warning
+    rows = []
+    for key, event in chart.events.items():
+        sign, gap = EVENT_KINDS[event.kind].sign, f"{across.factor * event.gap:.3g}"
+        rows.append((*cells(chart, key, sign, event), gap))
+    kinds = {event.kind for event in chart.events.values()}
+    shown = {name: kind.sign for name, kind in EVENT_KINDS.items() if name in kinds}
+    caption = ", ".join(f"{name} {sign}" for name, sign in shown.items()).capitalize()
+    return page.table("crossings and veerings", heads, rows, caption=caption)
 
 
 def event_buttons(chart: Chart) -> str:
@@ -354,7 +348,7 @@ def event_buttons(chart: Chart) -> str:
     return page.group("go to", buttons)
 
 
-def cells(chart: Chart, key: str, sign: str, one: Event | Resonance) -> tuple[str, str, str]:
+def cells(chart: Chart, key: str, sign: str, one: Event) -> tuple[str, str, str]:
     """A button that moves the beam to an event, with its value and its frequency."""
     along, across = chart.request.measures
     label = f"{sign} {', '.join(event_names(chart, one))}"

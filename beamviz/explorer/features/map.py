@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
@@ -16,7 +17,6 @@ from beamviz.explorer import page
 from beamviz.explorer.features.loci_chart import AXES
 from beamviz.explorer.state import FIELDS, Case
 from beamviz.explorer.visitor import Feature, Visitor
-from beamviz.frequency_loci.sweep import chart_range
 from beamviz.solver import interruption
 from beamviz.sweeps.lines import solve_in_memory
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap

@@ -8,6 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
+from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
@@ -18,7 +19,6 @@ from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
-from beamviz.frequency_loci.sweep import CHART_FILL, chart_range
 from beamviz.scene import PER_REV, clip
 from beamviz.solver.solution import Solution
 
@@ -195,8 +195,8 @@ def run_data(run: RunUp) -> page.Data:
     runs, marks = [[0, len(run.speeds) - 1, "bending", ""]], []
     for one in run.resonances:
         times = f"{run.peak(one):.3g} times the deflection at rest"
-        text = f"resonance of {one.branch}: {along.text(one.at, 4)}, {times}"
-        key, place = f"{one.branch} {one.at:.4g}", (one.at, run.peak(one))
+        text = f"resonance of {one.branches[0]}: {along.text(one.at, 4)}, {times}"
+        key, place = f"{one.branches[0]} {one.at:.4g}", (one.at, run.peak(one))
         action = {"action": "gamma", "value": along.factor * one.at}
         marks.append(page.mark(key, "resonance", axes, place, text, **action))
     return {
@@ -218,7 +218,7 @@ def resonance_table(run: RunUp) -> str:
     rows = []
     for one in run.resonances:
         speed = {"data_set": "gamma", "data_value": along.factor * one.at}
-        go_to = page.button(f"◆ {one.branch}", class_="quiet", **speed)
+        go_to = page.button(f"◆ {one.branches[0]}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
     return page.table("resonances of the run-up", heads, rows)

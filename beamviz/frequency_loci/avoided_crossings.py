@@ -1,0 +1,227 @@
+"""Avoided crossings: least gaps of neighbouring loci of one family, however narrow.
+
+Candidates are the minima of the gaps on the grid, and pairs whose shapes are exchanged from one
+value of the grid to the next: such a gap is narrower than the grid. The 2 x 2 reduction onto the
+two modes (see `two_modes`) locates the least gap from a few solves; those of all candidates are
+made together.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.frequency_loci.mode_vectors import Points
+from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.tracking import Track
+from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
+
+CLOSE = 0.1  # of the frequency: greatest gap of interest
+WIDER = 2.0  # of CLOSE: gap on the grid below which a minimum is examined
+ROUNDS = 10  # of solves for one gap
+SETTLED = 1e-4  # of the width: shift below which a search ends
+FINEST = 1e-6  # of the bracket: the same
+ROUGH = 1e-3  # of the bracket: shift below which one that no longer shrinks is rounding error
+SAME = 1e-3  # relative change of the gap below which a search ends
+DIFFERENCE_STEP = 0.01  # of the width: step of central differences
+REACH = 10.0  # widths beyond which the shapes hardly rotate
+
+
+class Candidate(NamedTuple):
+    """Modes k and k + 1 of a family whose gap is least within low .. high."""
+
+    family: int
+    k: int
+    low: float
+    high: float
+    before: float  # where the gap is greatest on either side
+    after: float
+
+
+class AvoidedCrossing(NamedTuple):
+    """The least gap of modes k and k + 1 of a family; gap 0 where they cross all the same."""
+
+    family: int
+    k: int
+    least: LeastGap
+    coupling: float  # s_ab = phi_a' (K' - lambda M') phi_b, lambda the mean of the pair
+    veering_index: float  # MDF_ab CSQ_ab MDF_ba among the modes solved for: 0 .. 1
+    rotation: float  # [rad] of the shapes into each other from before to after it; 90 degrees: all
+
+
+def avoided_crossings(track: Track) -> list[AvoidedCrossing]:
+    """The least gaps of at most CLOSE of the frequency of which a mode is one of the requested."""
+    searches = [Search(track, candidate) for candidate in candidates(track)]
+    locate(searches, track.path)
+    found = [search for search in searches if search.is_wanted(track.path.problem.modes)]
+    return _measured(track.path, found)
+
+
+def candidates(track: Track) -> list[Candidate]:
+    """Minima of small gaps on the grid, and exchanges of shapes."""
+    at, modes = track.values, track.modes
+    if len(at) < 3:
+        return []
+    f, requested = modes.frequencies, modes.rank < track.path.problem.modes
+    gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
+    least = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
+    least &= (gap[1:-1] < WIDER * CLOSE * f[1:-1, :, 1:]) & requested[1:-1, :, :-1]
+    places = {(i, i + 2, family, k) for i, family, k in np.argwhere(least).tolist()}
+    exchanged = (
+        track.continuity.exchanged & requested[:-1, :, :-1] & np.isfinite(gap[:-1] + gap[1:])
+    )
+    for i, family, k in np.argwhere(exchanged).tolist():
+        if not {(i - 1, i + 1, family, k), (i, i + 2, family, k)} & places:
+            places.add((i, i + 1, family, k))
+    found = []
+    for low, high, family, k in sorted(places):
+        first, last = low, high
+        while first > 0 and gap[first - 1, family, k] >= gap[first, family, k]:
+            first -= 1
+        while last < len(at) - 1 and gap[last + 1, family, k] >= gap[last, family, k]:
+            last += 1
+        found.append(Candidate(family, k, *at[[low, high, first, last]].tolist()))
+    return found
+
+
+class Search:
+    """The search for the least gap of a candidate: its 2 x 2 problem, from more and more solves.
+    The basis are the shapes of the two modes in the middle of the bracket."""
+
+    def __init__(self, track: Track, candidate: Candidate):
+        self.candidate, points = candidate, track.points
+        family, k, low, high, *_ = candidate
+        i = int(abs(track.values - (low + high) / 2).argmin())
+        rank = track.modes.rank[i, family, k : k + 2]
+        near = slice(max(i - 2, 0), i + 3)
+        self.reference = points.shapes[i, rank]
+        self.entries = reduce(self.reference, Points(*(array[near] for array in points)))
+        self.least = LeastGap(float(track.values[i]), 0.0, math.inf, 0.0, (0, 1))
+        self.shift = math.inf
+        self.is_settled = False
+
+    def next_value(self) -> float | None:
+        """Where to solve next; None once the gap is located, or cannot be."""
+        low, high = self.candidate.low, self.candidate.high
+        if self.is_settled or len(self.entries) < 2:
+            return None
+        previous, last = self.least, self.shift
+        self.least = closest(self.entries, previous.at, low, high)
+        self.shift = abs(self.least.at - previous.at)
+        fine = max(SETTLED * min(self.least.width, high - low), FINEST * (high - low))
+        steady = abs(self.least.gap - previous.gap) <= SAME * self.least.gap
+        rounding = last / 2 < self.shift < ROUGH * (high - low)
+        self.is_settled = bool(steady and (self.shift <= fine or rounding))
+        if self.is_settled:
+            return None
+        solved = self.entries[:, 0].real
+        if self.least.at not in solved:
+            return self.least.at
+        inside = np.unique(solved[(solved > low) & (solved < high)])
+        ends = np.concatenate(([low], inside, [high]))  # halve the widest interval
+        widest = int(np.diff(ends).argmax())
+        return float(ends[widest] + ends[widest + 1]) / 2
+
+    def add(self, points: Points) -> None:
+        """Take in further solves."""
+        self.entries = np.vstack((self.entries, reduce(self.reference, points)))
+
+    def is_wanted(self, modes: int) -> bool:
+        """Whether a small gap of at least one of the lowest modes was located between the ends of
+        the bracket. A gap that is least at an end has a kink there, as where a beam buckles."""
+        at, frequency, gap, _, (lower, _) = self.least
+        inside = not gap or at not in (self.candidate.low, self.candidate.high)
+        return self.is_settled and inside and gap <= CLOSE * frequency and lower < modes
+
+
+def locate(searches: list[Search], path: Path) -> None:
+    """Run searches to their ends, their solves in batches."""
+    for _ in range(ROUNDS):
+        wanted = {
+            k: value
+            for k, search in enumerate(searches)
+            if (value := search.next_value()) is not None
+        }
+        if not wanted:
+            break
+        points = path.points(np.unique(list(wanted.values())))
+        for k, value in wanted.items():
+            searches[k].add(points.among(np.array([value])))
+
+
+def _measured(path: Path, searches: list[Search]) -> list[AvoidedCrossing]:
+    """The located gaps with their coupling, veering index and rotation of the shapes, from solves
+    beside each: close to it, and so far away that the shapes are those of before and after."""
+    if not searches:
+        return []
+    at = np.array([search.least.at for search in searches])
+    width = np.array([search.least.width for search in searches])
+    before, after = np.array([search.candidate[4:] for search in searches]).T
+    step = np.minimum(DIFFERENCE_STEP * width, np.minimum(at - before, after - at))
+    near = at[:, None] + np.column_stack((-step, step))
+    ends = np.column_stack(
+        (np.maximum(at - REACH * width, before), np.minimum(at + REACH * width, after))
+    )
+    values = np.unique(np.concatenate((near, ends)))
+    points, modes = path.points(values), path.modes(values)
+    family, k = np.array([search.candidate[:2] for search in searches]).T
+    pair = np.stack((k, k + 1), axis=1)
+
+    def ranks(at: NDArray) -> NDArray:
+        """The indices (n, 2, 2) among all modes of both modes at two values (n, 2)."""
+        return modes.rank[
+            np.searchsorted(values, at)[..., None], family[:, None, None], pair[:, None]
+        ]
+
+    coupling, index = veering_indices(points, near, ranks(near)[:, 0])
+    rotation = rotations(points, ends, ranks(ends))
+    return [
+        AvoidedCrossing(*search.candidate[:2], search.least, *numbers)
+        for search, *numbers in zip(
+            searches, coupling.tolist(), index.tolist(), rotation.tolist(), strict=True
+        )
+    ]
+
+
+def _places(points: Points, values: NDArray) -> tuple[NDArray, NDArray]:
+    """The indices (n, 2) of values among the points, and whether both are among them (n,)."""
+    places = np.searchsorted(points.at, values).clip(max=max(len(points.at) - 1, 0))
+    return places, (points.at[places] == values).all(axis=1)
+
+
+def rotations(points: Points, ends: NDArray, ranks: NDArray) -> NDArray:
+    """The angles (n,) by which the shapes of two modes, of these ranks (n, 2, 2) by frequency at
+    two ends (n, 2), rotate into each other between them; 90 degrees where that is not known."""
+    places, known = _places(points, ends)
+    known &= (ranks < points.shapes.shape[1]).all(axis=(1, 2))  # else above the modes solved for
+    places, ranks = places[..., None], np.where(known[:, None, None], ranks, 0)
+    before = points.shapes[places[:, 0], ranks[:, 0]]
+    O = abs(before.conj() @ points.duals[places[:, 1], ranks[:, 1]].mT)
+    angles = np.arctan2(O[:, 0, 1] + O[:, 1, 0], O[:, 0, 0] + O[:, 1, 1])
+    return np.where(known, angles, math.pi / 2)
+
+
+def veering_indices(points: Points, near: NDArray, pair: NDArray) -> tuple[NDArray, NDArray]:
+    """s_ab and the veering index (n,) of pairs of modes (n, 2) (du Bois, Adhikari & Lieven 2011),
+    from the rates at which the modes rotate into each other at the least gap, s_ab / (lambda_b -
+    lambda_a), by central differences of the points `near` (n, 2); index 0 where the points or
+    the modes are not known."""
+    places, known = _places(points, near)
+    known &= near[:, 1] > near[:, 0]
+    h, each = np.where(known, near[:, 1] - near[:, 0], 1.0)[:, None] / 2, np.arange(len(near))
+    O = points.shapes[places[:, 0]].conj() @ points.duals[places[:, 1]].mT
+    diagonal = np.diagonal(O, axis1=1, axis2=2)[:, None]
+    O = O * diagonal.conj() / np.maximum(abs(diagonal), TINY)
+    rates = abs(O - O.conj().mT) / (4 * h[:, None])
+    squares = points.omega_squared[places]  # (n, 2, modes)
+    mean, slope = squares.mean(axis=1), np.diff(squares, axis=1)[:, 0] / (2 * h)
+    known &= (pair < O.shape[1]).all(axis=1)  # else above the modes solved for
+    pair = np.where(known[:, None], pair, 0)
+    i, j = pair.T
+    rate = rates[each, i, j]
+    s = rate * (mean[each, j] - mean[each, i])
+    csq = s**2 / np.maximum(s**2 + ((slope[each, i] - slope[each, j]) / 2) ** 2, TINY)
+    totals = (rates[each[:, None], pair] ** 2).sum(axis=2)
+    mdf = rate[:, None] ** 2 / np.maximum(totals, TINY)
+    return s, np.where(known, mdf.prod(axis=1) * csq, 0.0)

@@ -1,0 +1,230 @@
+"""Events of loci: where two loci cross, veer or merge, where a state ends, where a force resonates.
+
+A kind of event is one record of EVENT_KINDS: what it means, its mark in charts, and the function
+that locates it. A new kind is a function and a record here.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from beamviz.frequency_loci import equilibria
+from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.roots import find_roots
+
+MIN_INDEX = 0.5  # least veering index of a veering
+ROTATED = math.radians(30)  # least rotation of its shapes into each other; 90 degrees: complete
+
+
+@dataclass(frozen=True)
+class Event:
+    """An event of the branches with these labels, at a value of the parameter."""
+
+    kind: str  # a key of EVENT_KINDS
+    branches: tuple[str, ...]
+    at: float
+    frequency: float  # the mean of those of the branches
+    gap: float = 0.0  # of a veering: the least
+    coupling: float = 0.0  # of a veering: s_ab = phi_a' (K' - lambda M') phi_b, lambda their mean
+    index: float = 0.0  # of a veering: veering index MDF_ab CSQ_ab MDF_ba, 0 .. 1
+    width: float = 0.0  # of a veering: distance at which the gap is sqrt(2) times the least
+    per_rev: int = 0  # of a resonance: periods of the force per revolution
+
+
+class Tracked(NamedTuple):
+    """What events are located in: the parts of the loci between limits of equilibrium, ascending,
+    and the number of multiples of the speed with which a force may resonate."""
+
+    path: Path
+    grid: NDArray  # values (n,)
+    parts: tuple[Part, ...]
+    per_rev: int = 0
+
+
+class EventKind(NamedTuple):
+    """A kind of event.
+
+    meaning: a sentence for readers. sign: a character for lists. marker, filled: its mark in
+    charts, as matplotlib names it. locate: the events of this kind, in any order.
+    """
+
+    meaning: str
+    sign: str
+    marker: str
+    filled: bool
+    locate: Callable[[Tracked], Iterator[Event]]
+
+
+def locate_events(tracked: Tracked) -> tuple[Event, ...]:
+    """The events of all kinds, by ascending value of the parameter."""
+    found = [event for kind in EVENT_KINDS.values() for event in kind.locate(tracked)]
+    return tuple(sorted(found, key=lambda event: event.at))
+
+
+def crossings(tracked: Tracked) -> Iterator[Event]:
+    """Where two loci cross: bending and stretching, which are not coupled, at a root of the
+    difference of their omega^2; modes of one family where their coupling vanishes (Perkins & Mote
+    1986)."""
+    for part in tracked.parts:
+        for low, high, at, frequency in part.exchanges:
+            yield Event("crossing", part.labels_of((low, high), at), at, frequency)
+        if not tracked.path.is_coupled:
+            yield from _crossings_of_families(tracked.path, part)
+
+
+def _crossings_of_families(path: Path, part: Part) -> Iterator[Event]:
+    """The crossings of a bending and a stretching locus."""
+    modes = part.track.modes
+    squares, (n, _, count) = modes.omega_squared, modes.s.shape
+    difference = squares[:, 0, :, None] - squares[:, 1, None, :]
+
+    def between(values: NDArray, pair: NDArray) -> NDArray:
+        """The differences (n,) of omega^2 of pairs at values (n,)."""
+        squares, row = path.modes(values).omega_squared, np.arange(len(values))
+        return squares[row, 0, pair // count] - squares[row, 1, pair % count]
+
+    shown = _is_shown(modes.rank, path.problem.modes)
+    either = shown[:, 0, :, None] | shown[:, 1, None, :]
+    roots = find_roots(modes.at, np.where(either, difference, np.nan).reshape(n, -1), between)
+    solved = path.modes(roots.at)
+    for i, (at, pair, rises) in enumerate(zip(*roots, strict=True)):
+        bending, stretching = (0, int(pair // count)), (1, int(pair % count))
+        square = solved.omega_squared[i, [0, 1], [bending[1], stretching[1]]].mean()
+        ranks = solved.rank[i, [0, 1], [bending[1], stretching[1]]]
+        if ranks.min() < path.problem.modes and square >= 0:
+            pair_before = (bending, stretching) if rises else (stretching, bending)
+            yield Event("crossing", part.labels_of(pair_before, at), float(at), math.sqrt(square))
+
+
+def _is_shown(rank: NDArray, modes: int) -> NDArray:
+    """Whether each mode (n, families, k) is a requested one here or at a neighbouring value."""
+    shown = np.asarray(rank < modes)
+    wider = shown.copy()
+    wider[1:] |= shown[:-1]
+    wider[:-1] |= shown[1:]
+    return wider
+
+
+def veerings(tracked: Tracked) -> Iterator[Event]:
+    """Where two loci come close, turn away and exchange their shapes."""
+    for part in tracked.parts:
+        for avoided in part.avoided_crossings:
+            at, frequency, gap, width, _ = avoided.least
+            veers = avoided.veering_index >= MIN_INDEX and avoided.rotation >= ROTATED
+            if gap and veers:
+                pair = (avoided.family, avoided.k), (avoided.family, avoided.k + 1)
+                labels = part.labels_of(pair, at)
+                numbers = gap, avoided.coupling, avoided.veering_index, width
+                yield Event("veering", labels, at, frequency, *numbers)
+
+
+def coalescences(tracked: Tracked) -> Iterator[Event]:
+    """Where two frequencies merge and one of the two vibrations begins to grow (flutter): there
+    (s_a^2 - s_b^2)^2, which is real, changes its sign."""
+    for part in tracked.parts:
+        modes = part.track.modes
+        vibrating = np.asarray(modes.s.imag > 0)
+        for k in range(modes.s.shape[2] - 1):
+            merged = _squared_difference(modes.s[:, 0, k : k + 2])
+            valid = vibrating[:, 0, k] & vibrating[:, 0, k + 1]
+            changes = valid[:-1] & valid[1:] & (merged[:-1] * merged[1:] < 0)
+            for i in np.flatnonzero(changes).tolist():
+                yield _coalescence(tracked.path, part, k, *modes.at[i : i + 2].tolist())
+
+
+def _squared_difference(s: NDArray) -> NDArray:
+    """(s_a^2 - s_b^2)^2 (n,) of pairs (n, 2): negative for a pair that grows and decays."""
+    return ((s[:, 0] ** 2 - s[:, 1] ** 2) ** 2).real
+
+
+def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Event:
+    """The point between two values where modes k and k + 1 merge."""
+
+    def difference(value: float) -> float:
+        pair = path.modes(np.array([value])).s[:, 0, k : k + 2]
+        return float(_squared_difference(pair)[0])
+
+    at = brentq(difference, low, high, rtol=1e-9)
+    frequency = path.modes(np.array([at])).s[0, 0, k : k + 2].imag.mean()
+    return Event("coalescence", part.labels_of(((0, k), (0, k + 1)), at), at, float(frequency))
+
+
+def resonances_with(tracked: Tracked) -> Iterator[Event]:
+    """Where omega = per_rev gamma: a force of per_rev periods per revolution excites the mode."""
+    path, multiples = tracked.path, np.arange(1, tracked.per_rev + 1)
+    if not len(multiples) or path.over != "gamma":
+        return
+    for part in tracked.parts:
+        modes = part.track.modes
+        n, families, count = modes.s.shape
+        lines = (multiples * modes.at[:, None]) ** 2  # omega^2 on each line
+        above = modes.omega_squared.reshape(n, 1, -1) - lines[..., None]
+        shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, -1)
+
+        def above_line(values: NDArray, channel: NDArray, size: int = families * count) -> NDArray:
+            """omega^2 (n,) above that on a line."""
+            squares = path.modes(values).omega_squared.reshape(len(values), -1)
+            line = multiples[channel // size] * values
+            return squares[np.arange(len(values)), channel % size] - line**2
+
+        samples = np.where(shown, above, np.nan).reshape(n, -1)
+        roots = find_roots(modes.at, samples, above_line)
+        ranks = path.modes(roots.at).rank.reshape(len(roots.at), -1)
+        for at, channel, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
+            line, mode = divmod(channel, families * count)
+            if rank[mode] < path.problem.modes:
+                labels = part.labels_of((divmod(mode, count),), at)
+                per_rev = line + 1
+                yield Event("resonance", labels, at, per_rev * at, per_rev=per_rev)
+
+
+def bucklings(tracked: Tracked) -> Iterator[Event]:
+    """Where the straight state loses its stability and a deflected one takes its place."""
+    for at, before, after in equilibria.bucklings(tracked.path, tracked.grid):
+        yield Event("buckling", (before.labels[0], after.labels[0]), at, 0.0)
+
+
+def limit_points(tracked: Tracked) -> Iterator[Event]:
+    """Where a deflected state ends; the branches end too, or continue on another state."""
+    for at, before, after in equilibria.limit_points(tracked.path, tracked.grid):
+        yield Event("limit point", (before.labels[0], after.labels[0]), at, 0.0)
+
+
+def second_states(tracked: Tracked) -> Iterator[Event]:
+    """From where on another stable deflected state exists; its lowest branch is "B1 (state 2)"."""
+    for at, first, second in equilibria.second_states(tracked.path, tracked.grid):
+        labels = first.labels[0], f"{second.labels[0]} (state 2)"
+        yield Event("second state", labels, at, float(second.frequencies[0]))
+
+
+EVENT_KINDS = {
+    "crossing": EventKind(
+        "two loci cross: their modes are not coupled", "○", "o", False, crossings
+    ),
+    "veering": EventKind(
+        "two loci come close, turn away and exchange their shapes", "●", "D", True, veerings
+    ),
+    "coalescence": EventKind(
+        "two frequencies merge: beyond it one of the two vibrations grows",
+        "⋈",
+        "X",
+        True,
+        coalescences,
+    ),
+    "buckling": EventKind(
+        "the straight beam loses its stability and bends", "▽", "v", False, bucklings
+    ),
+    "limit point": EventKind("a deflected state ends there", "△", "^", False, limit_points),
+    "second state": EventKind(
+        "another stable deflected state begins there", "◇", "s", False, second_states
+    ),
+    "resonance": EventKind(
+        "a multiple of the speed equals a frequency", "×", "x", False, resonances_with
+    ),
+}

@@ -1,0 +1,176 @@
+"""A path: solutions along one parameter of a beam, and their modes by family."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from beamviz.beam import NUMBERS, Beam, check_float
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
+from beamviz.frequency_loci.mode_vectors import Outcome, Points, gauss_points, mode_points
+from beamviz.solver import solve_many
+from beamviz.solver.problem import METHODS, Problem
+from beamviz.solver.solution import Solution, read_only
+
+EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
+
+
+def check_values(argument: str, over: str, values: ArrayLike, least: int, most: int) -> NDArray:
+    """The values of a parameter as a read-only array (n,); InvalidInput unless they are least ..
+    most ascending numbers within its limits. argument: where the parameter was named."""
+    if over not in NUMBERS:
+        raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}")
+    try:
+        array = np.atleast_1d(np.array(values, float)) + 0.0  # -0.0 becomes 0.0
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInput(f"values of {over}: must be numbers") from None
+    if array.ndim != 1 or not least <= len(array) <= most:
+        count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
+        raise InvalidInput(f"values of {over}: must be {least} .. {most} numbers, not {count}")
+    for value in array if not np.isfinite(array).all() else array[[0, -1]]:
+        check_float(over, float(value), *NUMBERS[over].limits)
+    falls = np.flatnonzero(np.diff(array) <= 0)
+    if len(falls):
+        first, second = array[falls[0] : falls[0] + 2]
+        raise InvalidInput(f"values of {over}: must ascend, but {second:g} follows {first:g}")
+    return read_only(array)
+
+
+class Modes(NamedTuple):
+    """Modes at values of a parameter by family, bending first; or all modes as one family."""
+
+    at: NDArray  # (values,) ascending
+    s: NDArray  # (values, families, k) growth rate + i frequency; nan where not solved for
+    bending: NDArray  # (values, families, k) share of the kinetic energy across the beam
+
+    @property
+    def omega_squared(self) -> NDArray:
+        """omega^2 (values, families, k); of a mode without a frequency minus its squared growth
+        rate."""
+        return np.where(self.s.imag > 0, self.s.imag**2, -(self.s.real**2))
+
+    @property
+    def frequencies(self) -> NDArray:
+        """Frequencies (values, families, k); nan where a mode has none."""
+        return np.where(self.s.imag > 0, self.s.imag, np.where(self.s == 0, 0.0, np.nan))
+
+    @property
+    def rank(self) -> NDArray:
+        """Index (values, families, k) of each mode by frequency among all; those not solved for
+        come last."""
+        squares = self.omega_squared
+        flat = squares.reshape(len(squares), math.prod(squares.shape[1:]))
+        order = flat.argsort(axis=1, kind="stable")
+        return order.argsort(axis=1, kind="stable").reshape(squares.shape)
+
+    @property
+    def known(self) -> NDArray:
+        """Whether each mode (values, families, k) was solved for."""
+        return np.isfinite(self.s)
+
+    def between(self, low: float, high: float) -> "Modes":
+        """The modes at the values within low .. high."""
+        inside = (self.at >= low) & (self.at <= high)
+        return Modes(*(array[inside] for array in self))
+
+
+@dataclass
+class Path:
+    """A beam with one free parameter, and the outcome at each value solved so far."""
+
+    beam: Beam
+    over: str
+    problem: Problem
+    outcomes: dict[float, Outcome] = field(default_factory=dict)
+
+    @cached_property
+    def is_straight(self) -> bool:
+        """Whether the state sought is the straight one at every value."""
+        return self.problem.state == "straight" and self.over != "spin_up" and not self.beam.spin_up
+
+    @cached_property
+    def is_coupled(self) -> bool:
+        """Whether bending and stretching couple; else the families are independent."""
+        turns = self.over == "gamma" or self.beam.gamma > 0
+        return not self.is_straight or (self.problem.gyroscopic and turns)
+
+    @cached_property
+    def extra_modes(self) -> int:
+        """Number of modes solved for beyond those requested: EXTRA_MODES, or all that the method
+        has. Raises InvalidInput where it has fewer modes than requested."""
+        resolution = METHODS[self.problem.method].resolution
+        if resolution is None:
+            return EXTRA_MODES
+        most = resolution.modes_each * self.problem.resolution
+        return int(min(EXTRA_MODES, most - self.problem.modes))
+
+    def at(self, value: float) -> Beam:
+        """The beam with this value of the free parameter."""
+        return self.beam.replace(**{self.over: float(value)})
+
+    def solve(self, values: NDArray) -> list[Outcome]:
+        """The Solution, or NoEquilibrium or NotConverged, at each of the values (n,), with extra
+        modes; those not solved before are solved in one batch."""
+        new = sorted(set(values.tolist()) - self.outcomes.keys())
+        if new:
+            self.outcomes.update(zip(new, self._solve(new), strict=True))
+        return [self.outcomes[value] for value in values.tolist()]
+
+    def _solve(self, values: list[float]) -> list[Outcome]:
+        """The outcomes at ascending values. Over the speed no equilibrium exists beyond a limit,
+        which the error at the highest speed names: speeds beyond it need no solve."""
+        beams, beyond = [self.at(value) for value in values], []
+        if self.over == "gamma" and len(beams) > 1:
+            beyond = self._solve_beams(beams[-1:])
+            if isinstance(beyond[0], NoEquilibrium):
+                beyond = beyond * sum(value > beyond[0].limit for value in values)
+        return self._solve_beams(beams[: len(beams) - len(beyond)]) + beyond
+
+    def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
+        return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
+
+    def modes(self, values: NDArray) -> Modes:
+        """The modes at values (n,), ascending or not; nan without a solution."""
+        outcomes, count = self.solve(values), self.problem.modes + self.extra_modes
+        solved = [isinstance(outcome, Solution) for outcome in outcomes]
+        solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
+        s = np.full((len(values), count), complex(math.nan, math.nan))
+        bending = np.full(s.shape, math.nan)
+        if solutions:
+            s[solved] = [solution.s for solution in solutions]
+            bending[solved] = [solution.bending_energy_fraction for solution in solutions]
+        if self.is_coupled:
+            return Modes(values, s[:, None], bending[:, None])
+        return Modes(values, *_by_family(s, bending))
+
+    def points(self, values: NDArray) -> Points:
+        """The mode vectors at those of the ascending values that have a solution."""
+        return mode_points(values, self.solve(values), self.gauss_points)
+
+    @cached_property
+    def gauss_points(self) -> int:
+        """Number of Gauss points of the mode vectors, by the values solved first."""
+        return gauss_points(
+            [outcome for outcome in self.outcomes.values() if isinstance(outcome, Solution)]
+        )
+
+
+def _by_family(s: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
+    """s and shares of the energy (values, modes) of uncoupled modes by family (values, 2, modes),
+    bending first."""
+    in_families = np.full((len(s), 2, s.shape[1]), complex(math.nan, math.nan))
+    shares = np.full(in_families.shape, math.nan)
+    for family, members in enumerate((bending >= 0.5, bending < 0.5)):
+        row, mode = members.nonzero()
+        place = (members.cumsum(axis=1) - 1)[row, mode]
+        in_families[row, family, place] = s[row, mode]
+        shares[row, family, place] = bending[row, mode]
+    return in_families, shares
+
+
+def first_error(outcomes: list[Outcome]) -> BeamvizError:
+    """The first of the errors among some outcomes."""
+    return next(outcome for outcome in outcomes if isinstance(outcome, BeamvizError))

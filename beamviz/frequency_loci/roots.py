@@ -1,0 +1,138 @@
+"""Roots of functions of the modes along a path, located by solves.
+
+A function vanishes where something happens: the difference of two omega^2 at a crossing,
+omega^2 - (k gamma)^2 at a resonance. It is sampled at the values of a grid; between two samples of
+different sign lies a root, and beside a minimum of its absolute value there may be two. All are
+refined together, so that each iteration is one batch of solves.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import barycentric_interpolate
+from scipy.optimize import elementwise
+
+REACH = 2.0  # a parabola through three samples may reach zero this many times as easily
+NEAREST = 5  # most values from which a root is interpolated
+PRECISION = 1e-7  # last step, relative to the first bracket: the error is far smaller
+MAX_STEPS = 60
+
+# Values of the parameter (k,) and channels (k,) -> values (k,) of the functions; nan where unknown.
+Function = Callable[[NDArray, NDArray], NDArray]
+
+
+class Roots(NamedTuple):
+    """Roots of some functions, by ascending value of the parameter."""
+
+    at: NDArray  # (roots,)
+    channel: NDArray  # (roots,) number of the function
+    rises: NDArray  # (roots,) whether it rises there
+
+
+def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
+    """The roots of functions known at ascending values (n,), samples (n, channels).
+
+    A sample that is zero belongs to the interval before it.
+    """
+    sides = np.sign(samples)
+    for i in range(1, len(sides)):
+        sides[i] = np.where(sides[i] == 0, sides[i - 1], sides[i])
+    brackets = []
+    for i, channel in np.argwhere(sides[:-1] * sides[1:] < 0).tolist():
+        near = slice(max(i - 2, 0), i + 4)
+        brackets.append(Bracket(channel, at[near], samples[near, channel], at[i], at[i + 1]))
+    brackets += _touching(at, samples, sides, function)
+    _locate(brackets, function)
+    brackets = sorted(
+        (bracket for bracket in brackets if bracket.is_located), key=lambda bracket: bracket.root
+    )
+    return Roots(
+        np.array([bracket.root for bracket in brackets]),
+        np.array([bracket.channel for bracket in brackets], int),
+        np.array([bracket.rises for bracket in brackets], bool),
+    )
+
+
+class Bracket:
+    """An interval with one root of a function, known at some values in and around it."""
+
+    def __init__(self, channel: int, x: NDArray, y: NDArray, low: float, high: float):
+        self.channel = channel
+        self.x, self.y = list(x[np.isfinite(y)]), list(y[np.isfinite(y)])
+        self.low, self.high = float(low), float(high)
+        self.rises = bool(self.y[self.x.index(high)] > 0)
+        self.precision = PRECISION * (self.high - self.low)
+        self.root = math.nan
+        self.is_located = self.is_lost = False
+
+    def next_value(self) -> float:
+        """Where the function, inverted, is interpolated to vanish; the middle of the bracket where
+        that lies outside it."""
+        order = np.argsort(np.abs(self.y))[:NEAREST]
+        x, y = np.array(self.x)[order], np.array(self.y)[order]
+        if len(np.unique(y)) == len(y):
+            value = float(barycentric_interpolate(y, x, 0.0))
+            if self.low < value < self.high:
+                return value
+        return (self.low + self.high) / 2
+
+    def add(self, value: float, y: float) -> None:
+        """Take in a value of the function."""
+        self.is_lost = not math.isfinite(y)
+        self.is_located = abs(value - self.root) <= self.precision or y == 0
+        self.root = value
+        if (y > 0) == self.rises:
+            self.high = value
+        else:
+            self.low = value
+        self.x.append(value)
+        self.y.append(y)
+
+
+def _locate(brackets: list[Bracket], function: Function) -> None:
+    """Locate the roots in brackets, with one batch of solves for a step of all."""
+    for _ in range(MAX_STEPS):
+        active = [one for one in brackets if not (one.is_located or one.is_lost)]
+        if not active:
+            break
+        values = np.array([bracket.next_value() for bracket in active])
+        channels = np.array([bracket.channel for bracket in active])
+        for bracket, value, y in zip(
+            active, values.tolist(), function(values, channels).tolist(), strict=True
+        ):
+            bracket.add(value, y)
+
+
+def _touching(at: NDArray, samples: NDArray, sides: NDArray, function: Function) -> list[Bracket]:
+    """Brackets of two roots between three samples of one sign: their function comes closest to zero
+    at the middle one, and by a parabola it may reach it."""
+    size = abs(samples)
+    before, middle, after = size[:-2], size[1:-1], size[2:]
+    one_sign = (sides[:-2] == sides[1:-1]) & (sides[1:-1] == sides[2:])
+    closest = (middle <= before) & (middle < after) & one_sign
+    rise = np.maximum(before, after) - middle  # a parabola falls by at most 1/4 of it
+    candidates = np.argwhere(closest & (4 * middle <= REACH * rise))
+    if not len(candidates):
+        return []
+    i, channel = candidates.T
+    side = sides[i + 1, channel]
+
+    def distance(value: NDArray, channel: NDArray, side: NDArray) -> NDArray:
+        return side * function(value, channel)
+
+    ends = at[i], at[i + 1], at[i + 2]
+    least = elementwise.find_minimum(distance, ends, args=(channel, side))
+    brackets = []
+    for k in np.flatnonzero(least.f_x < 0).tolist():
+        x = np.array([at[i[k]], least.x[k], at[i[k] + 2]])
+        y = np.array(
+            [samples[i[k], channel[k]], side[k] * least.f_x[k], samples[i[k] + 2, channel[k]]]
+        )
+        brackets += [
+            Bracket(int(channel[k]), x[:2], y[:2], *x[:2]),
+            Bracket(int(channel[k]), x[1:], y[1:], *x[1:]),
+        ]
+    return brackets

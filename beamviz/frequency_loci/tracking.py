@@ -1,0 +1,115 @@
+"""A chart's own grid, and the loci on it between the limits of equilibrium.
+
+The grid does not depend on the values asked for. It is refined where the shapes of neighbouring
+solves differ by more than an exchange of two neighbours, so that modes are told apart.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.frequency_loci.mode_vectors import Points
+from beamviz.frequency_loci.path import Modes, Path
+from beamviz.solver.solution import Solution
+
+INTERVALS = 160  # of the grid: the 81 points of a page are every second value
+HALVINGS = 6  # most of an interval
+RECOGNISED = 0.5  # least share of a shape that its neighbours at the next value have
+TOWARDS_LIMIT = np.array([0.75, 0.5, 0.25, 0.1, 0.03])  # roots of the relative distances from it
+
+
+def grid_values(low: float, high: float) -> NDArray:
+    """The values of the grid of a chart."""
+    return np.linspace(low, high, INTERVALS + 1)
+
+
+def values_towards(limit: float, last: float) -> NDArray:
+    """Values from the last solution to a limit of equilibrium, near which the loci vary as the root
+    of the distance."""
+    return limit + (last - limit) * TOWARDS_LIMIT**2
+
+
+class Continuity(NamedTuple):
+    """How the modes at each value continue at the next one."""
+
+    exchanged: NDArray  # (n - 1, families, k - 1) whether modes k and k + 1 exchange their shapes
+    is_known: NDArray  # (n - 1,) whether each requested mode is recognised
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """The loci between two limits of equilibrium, `low` and `high`, or ends of the grid.
+
+    values: of the grid (n,), ascending, each with a solution.
+    """
+
+    path: Path
+    low: float
+    high: float
+    values: NDArray
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The modes at these values."""
+        return self.path.modes(self.values)
+
+    @cached_property
+    def points(self) -> Points:
+        """Their mode vectors."""
+        return self.path.points(self.values)
+
+    @cached_property
+    def continuity(self) -> Continuity:
+        """How they continue from one value to the next."""
+        return continuity(self.modes, self.points, self.path.problem.modes)
+
+
+def track_loci(path: Path, low: float, high: float, values: NDArray) -> Track:
+    """The loci at values of the grid (n,), with more where modes are not recognised from one value
+    to the next: intervals are halved. Values without a solution are left out."""
+    track = Track(path, low, high, _with_solution(path, values))
+    for _ in range(HALVINGS):
+        unknown = ~track.continuity.is_known
+        if not unknown.any():
+            break
+        middles = (track.values[1:] + track.values[:-1]) / 2
+        more = np.union1d(track.values, _with_solution(path, middles[unknown]))
+        track = Track(path, low, high, more)
+    return track
+
+
+def _with_solution(path: Path, values: NDArray) -> NDArray:
+    """Those of some values that have a solution."""
+    outcomes = path.solve(values)
+    return values[[isinstance(outcome, Solution) for outcome in outcomes]]
+
+
+def continuity(modes: Modes, points: Points, count: int) -> Continuity:
+    """How the modes on a grid continue, `count` of them requested, by the shares of each shape in
+    those at the next value."""
+    before, after = points.shapes[:-1], points.duals[1:]
+    shares = abs(before.conj() @ after.mT) ** 2  # (n - 1, m, m)
+    rank = modes.rank
+    n, families, k = rank.shape
+    place = np.minimum(rank, shares.shape[-1] - 1)
+    known = modes.known & (rank < shares.shape[-1])
+    row = np.arange(n - 1)[:, None, None]
+
+    def share(shift: int) -> NDArray:
+        """The share (n - 1, families, k) of mode j in mode j + shift of its family."""
+        found = np.zeros((n - 1, families, k))
+        first, last = max(0, -shift), k - max(0, shift)
+        now, then = slice(first, last), slice(first + shift, last + shift)
+        both = known[:-1, :, now] & known[1:, :, then]
+        found[:, :, now] = both * shares[row, place[:-1, :, now], place[1:, :, then]]
+        return found
+
+    stays, rises, falls = share(0), share(1), share(-1)
+    kept = stays[..., :-1] + stays[..., 1:]
+    exchanged = rises[..., :-1] + falls[..., 1:] > kept
+    requested = known[:-1] & known[1:] & (rank[:-1] < count) & (rank[1:] < count)
+    recognised = stays + rises + falls >= RECOGNISED
+    return Continuity(exchanged, (recognised | ~requested).all(axis=(1, 2)))
