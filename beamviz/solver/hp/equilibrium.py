@@ -187,6 +187,12 @@ class AxialProblem(NamedTuple):
         shape = size, self.mesh.weights.shape[-1]
         return AxialState(np.ones(shape), 0, np.zeros(size), np.ones(size))
 
+    def stable_state(self, unique: bool) -> AxialState:
+        """The equilibrium of a single beam, that cannot have another or may; raises NoEquilibrium
+        with the limit below its load, and NotConverged."""
+        state = self.solve(False, 0.0) if unique else None
+        return self.followed() if state is None or state.error[0] == math.inf else state
+
     def followed(self) -> AxialState:
         """The equilibrium of a single beam by continuation from rest; raises NoEquilibrium with the
         limit below its load."""
@@ -288,10 +294,7 @@ def coarse_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> tuple[State, Pos
     ends = ends_of_spans(beam)
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     problem = axial_problem(mesh, stack_of([beam]), law)
-    state = problem.solve(False, 0.0) if has_unique_equilibrium(beam, law) else None
-    if state is None or state.error[0] == math.inf:
-        state = problem.followed()
-    f = state.f[0]
+    f = problem.stable_state(has_unique_equilibrium(beam, law)).f[0]
     values = mesh.weights * np.array((f, mesh.J @ f))
     parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
     u = accumulate(parts[0].tolist(), initial=0.0)

@@ -49,8 +49,8 @@ MAX_ORDER = 30  # of an element: from here two halves with the same digits have 
 GRADING = 6.0  # ratio of the length of an element to its distance from a singularity, at most
 # omega^2 of the lowest mode as a share of its strain energy, which centrifugal and Coriolis forces
 # cancel; measured on random beams.
-CANCELLED = 1e-3
-ROUNDED = 0.8  # least ratio of a number to itself rounded up to three binary digits
+CANCELLED = 1e-2
+ROUNDED = 0.8  # least ratio of the width of a layer to that of the rounded numbers
 NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
 
 
@@ -159,15 +159,15 @@ def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, State | None
     is not certain to have an equilibrium also its equilibrium on a coarse mesh, else None. Raises
     NoEquilibrium with the limit, and NotConverged.
 
-    Other beams share the elements of one whose numbers are rounded up: to find them takes longer
-    than to solve one of many beams.
+    Beams whose numbers agree when rounded share their elements: to find these takes longer than to
+    solve one of many beams, and beams with the same elements are solved together.
     """
     law = problem.strain_law
     limited = not (problem.rigid_tension or is_small_strain(beam, law))
     if limited and (beam.delta < 0 or not law.stiffens):
         parts, start = first_parts(beam, problem)
         return elements(beam, parts), None if has_unique_equilibrium(beam, law) else start
-    parts, _ = rounded_parts(rounded_up(beam), problem)
+    parts, _ = rounded_parts(rounded(beam), problem)
     return elements(beam, parts), None
 
 
@@ -180,22 +180,21 @@ def elements(beam: Beam, parts: Sequence[Part]) -> Elements:
     return Elements(tuple(breaks), orders, tuple(n for part in parts for n in part.axial_orders))
 
 
-def rounded_up(beam: Beam) -> Numbers:
-    """The numbers of a beam, away from zero to three binary digits; the position of the mass by its
-    distance from the nearer end."""
+def rounded(beam: Beam) -> Numbers:
+    """The numbers of a beam to four binary digits; the position of the mass by its distance from
+    the nearer end."""
     alpha, beta, gamma, delta, mu = numbers_of(beam)
     if not alpha:
         beta = 1.0
     elif beta < 1:
-        beta = three_digits(beta) if beta < 0.5 else 1 - three_digits(1 - beta)
-    return Numbers(three_digits(alpha), beta, *map(three_digits, (gamma, delta, mu)))
+        beta = four_digits(beta) if beta < 0.5 else 1 - four_digits(1 - beta)
+    return Numbers(four_digits(alpha), beta, *map(four_digits, (gamma, delta, mu)))
 
 
-def three_digits(x: float) -> float:
-    """x, rounded away from zero to three binary digits."""
+def four_digits(x: float) -> float:
+    """x, rounded to four binary digits."""
     mantissa, exponent = math.frexp(x)
-    digits = math.ceil(8 * mantissa) if x > 0 else math.floor(8 * mantissa)
-    return math.ldexp(digits, exponent - 3)
+    return math.ldexp(round(16 * mantissa), exponent - 4)
 
 
 def first_parts(beam: Beam | Numbers, problem: Problem) -> tuple[list[Part], State | None]:
@@ -243,7 +242,7 @@ def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share
             continue
         # Beyond its element what is left is as wide as the distance of Gauss points.
         wider = max(1.0, length / (layer.width * beside**2))
-        reach = layer.reach(CANCELLED * share / wider) / length
+        reach = layer.reach(CANCELLED * share / wider) / (ROUNDED * length)
         reach = 0.5 ** int(-math.log2(reach)) if reach < 1 else 1.0
         two = layer.order(reach * length, share) + beside
         if whole > min(two, MAX_ORDER) and reach < 1:

@@ -28,7 +28,7 @@ from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 12  # for each beam
-MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
+MAX_UNKNOWNS = 400  # of one family: a dense eigenproblem of more takes longer than a second
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
@@ -167,7 +167,7 @@ def next_attempt(
     unknowns = sum(elements.orders)
     if unknowns <= MAX_UNKNOWNS:
         start = State(make_mesh(*attempt.elements), modes.f) if attempt.start else None
-        return attempt._replace(elements=elements, start=start)
+        return attempt._replace(elements=elements, small=False, start=start)
     if modes.margin < LIMIT_MARGIN and totals[worst] * problem.tolerance < GREATEST_ERROR:
         return modes
     reason = f"{unknowns} unknowns needed in a family, at most {MAX_UNKNOWNS}"
