@@ -216,7 +216,7 @@ def eigenproblems(beam: Beam) -> list[partial[Any]]:
         problems[place:] = [problem]  # without the calls that it made itself
         return answer
 
-    functions = {name: getattr(eigen, name) for name in ("definite", "largest")}
+    functions = {name: getattr(eigen, name) for name in ("generalized_eigh", "eigh_largest")}
     try:
         for name, function in functions.items():
             setattr(eigen, name, partial(record, function))

@@ -24,8 +24,7 @@ ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
 # x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)
 Curve = Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
-# x -> (len(x), 2, modes). Of straight states also with attributes for loci: `spectrum`, all omega^2
-# that are known; `families`, the lowest of each family and their errors; `stored`, energies.
+# x -> displacements (len(x), 2, modes) along and across the beam
 Fields = Callable[[NDArray], NDArray]
 
 

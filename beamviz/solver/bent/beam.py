@@ -262,7 +262,7 @@ def bent_modes(state: State, count: int) -> BentModes:
     elif C is not None:
         s, V = _steady_gyroscopic(L, F, C, count)
     else:
-        omega_squared, V, _ = symmetric_modes(K, M, count)
+        omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
     return BentModes(s, scale[:, None] * V, status)

@@ -18,15 +18,16 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
-from beamviz.solver.hp.equilibrium import axial_problem, stack_of
-from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.first_mesh import Span, find_spans
 from beamviz.solver.hp.equilibrium import (
+    axial_problem,
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
+    stack_of,
     unstretched_positions,
 )
+from beamviz.solver.hp.first_mesh import Span, find_spans
+from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5

@@ -7,6 +7,7 @@ other is followed from rest, alone, on its stable branch to its load or to the l
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import accumulate, pairwise
 from operator import attrgetter
 from typing import NamedTuple
@@ -109,13 +110,26 @@ class AxialState(NamedTuple):
 
 def axial_problem(mesh: Mesh, beams: BeamStack, law: StrainLaw) -> "AxialProblem":
     """The problem of beams whose mass sits on a break of the mesh."""
-    alpha, beta = beams.alpha, beams.beta
+    if beams.alpha.size == 1:
+        inertia = shared_inertia(mesh, beams.alpha.item(), beams.beta.item())
+    else:
+        inertia = inertia_of(mesh, beams.alpha, beams.beta)
+    return AxialProblem(mesh, inertia, beams, law)
+
+
+def inertia_of(mesh: Mesh, alpha: NDArray, beta: NDArray) -> Inertia:
+    """The inertia with masses alpha at beta, each (1 or beams, 1)."""
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
     G = mesh.G + carried[..., None] * to_mass[:, None, :]
     rows = np.atleast_2d(mesh.weights), G, mesh.G1 + beta * carried, mesh.g + carried
-    inertia = Inertia(*rows, to_mass, alpha, 1.0 + alpha * (beta > 0))
-    return AxialProblem(mesh, inertia, beams, law)
+    return Inertia(*rows, to_mass, alpha, 1.0 + alpha * (beta > 0))
+
+
+@lru_cache(maxsize=64)  # 7 % of a solve where only other numbers of the beam change
+def shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
+    """The inertia of beams with the same mass."""
+    return inertia_of(mesh, np.array([[alpha]]), np.array([[beta]]))
 
 
 def is_small_strain(beam: Beam | Numbers, law: StrainLaw) -> bool:
@@ -148,8 +162,7 @@ class AxialProblem(NamedTuple):
         tolerance: of omega^2. start: the state of a single beam on another mesh; else the beams are
         of small strain or have a unique equilibrium.
         """
-        inertia, beams = self.inertia, self.beams
-        load = (beams.gamma / beams.mu) ** 2
+        load = (self.beams.gamma / self.beams.mu) ** 2
         accuracy = STRETCH_SHARE * tolerance if small else NEWTON_STEP**2
         if start is not None:
             f, error = (start.mesh.at(self.mesh.points) @ start.f)[None], math.inf
@@ -168,8 +181,8 @@ class AxialProblem(NamedTuple):
         return state._replace(error=error, margin=margin)
 
     def first_guess(self, load: NDArray, accuracy: float) -> tuple[NDArray, float]:
-        """The stretch (beams, n) by fixed-point iteration f = stretch(load (G f + delta g) / w) from
-        rest, and the error for a small strain: an iteration reduces it by the force."""
+        """The stretch (beams, n) by fixed-point iteration, f = stretch(load (G f + delta g) / w),
+        from rest, and the error for a small strain: an iteration reduces it by the force."""
         inertia = self.inertia
         pull, static = load / inertia.weights, self.beams.delta * inertia.g
         f = self.law.stretch(pull * (inertia.G1 + static))

@@ -255,8 +255,9 @@ def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share
             while away < 0.5:
                 breaks.add(away if end.inward > 0 else 1 - away)
                 away *= GRADING
-    orders, axial_orders = [], []
-    for start, stop in pairwise(sorted(breaks)):
+    rows: list[tuple[float, int, int]] = []  # end, order, order along the beam
+
+    def add_element(start: float, stop: float) -> None:
         size = (stop - start) * length
         order = order_of_waves(waves * size, share)
         axial_order = order_of_waves(axial_waves * size, share)
@@ -265,11 +266,17 @@ def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share
                 order = max(order, layer.order(size, share))
         for end in singular:
             apart = end.singularity + length * (start if end.inward > 0 else 1 - stop)
-            degree = order_of_singularity(apart / size, share)
-            order, axial_order = max(order, degree), max(axial_order, degree)
-        orders.append(min(order, MAX_ORDER))
-        axial_orders.append(min(axial_order, orders[-1]))
-    return Part(tuple(sorted(breaks)[1:]), tuple(orders), tuple(axial_orders))
+            least = order_of_singularity(apart / size, share)
+            order, axial_order = max(order, least), max(axial_order, least)
+        if order > MAX_ORDER:
+            add_element(start, (start + stop) / 2)
+            add_element((start + stop) / 2, stop)
+        else:
+            rows.append((stop, order, min(axial_order, order)))
+
+    for start, stop in pairwise(sorted(breaks)):
+        add_element(start, stop)
+    return Part(*zip(*rows, strict=True))
 
 
 @lru_cache(maxsize=1024)

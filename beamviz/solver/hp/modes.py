@@ -124,15 +124,15 @@ def uncoupled_modes(
     K, M, d, G, _ = matrices
     S = mesh.axial / np.sqrt(d)[..., None]
     shift = eigen.COMPRESSED if beams.inward else 0.0
-    v, size, added, _ = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
+    v, size, added = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
     omega_squared = size - added  # (beams, 2, count), bending first
-    condition = size / size[..., :1]  # rounding errors are largest in the high modes
+    relative_rounding = size / size[..., :1]  # largest in the high modes
     if beams.inward:  # compression cancels against bending stiffness: sum of absolute terms
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
         size[:, 0] = np.vecmat(diagonal, v[:, 0] ** 2)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = tail_energies(mesh, matrices, v)
-    truncation, rounding = _errors(mesh, state, scale, tail, size, condition)
+    truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
     if problem.softening:
         softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
         softened -= beams.gamma[..., None] ** 2
@@ -164,20 +164,20 @@ def gyroscopic_modes(
     Ka, Kb = np.eye(S.shape[-1]) + np.zeros((len(S), 1, 1)), matrices.K
     if problem.softening:
         Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
-    most_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, most_condition)
+    max_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
+    found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding)
     omega_squared, kappa = found.omega_squared, found.b
     v = np.empty((len(S), 2, *kappa.shape[1:]))  # of real or imaginary shapes
     v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (found.a.real + found.a.imag)
     s = v[:, 1] * np.where(found.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
     size = abs(omega_squared) + gamma[..., 0] ** 2
     scale = size + eigen.COMPRESSED
-    share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored.sum(axis=1)))
+    share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored))
     tail = tail_energies(mesh, matrices, v).sum(axis=1) * share[..., None]
     if not found.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb), matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    truncation, rounding = _errors(mesh, state, scale, tail, size, found.condition)
+    truncation, rounding = _errors(mesh, state, scale, tail, size, found.relative_rounding)
     shapes = kappa, s, None, found.fraction
     about = mesh.grid, state.f, state.iterations, state.margin
     lowest = omega_squared, truncation, rounding
@@ -206,14 +206,14 @@ def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
 
 
 def _errors(
-    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, condition: NDArray
+    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, relative: NDArray
 ) -> tuple[NDArray, NDArray]:
     """Estimated errors of omega^2: truncation (..., k, elements), from the order of each element
     and the error of the stretch, and rounding (..., k).
 
     scale: of omega^2 without softening. tail: tail_energies. As the tail of a mode may nearly
     vanish by chance, it is at least that of each lower mode, relative to its scale. size: of the
-    terms that are rounded. condition: of omega^2.
+    terms that are rounded. relative: their rounding error in units of EPS, but for 1.
 
     A large stretch varies almost singularly along the beam: the truncation error then exceeds the
     tail. Near the limit of equilibrium a relative error of the load changes the stretch 1 / margin
@@ -227,5 +227,5 @@ def _errors(
     factor = TRUNCATION_FACTOR * np.maximum(f[:, 0].reshape(margin.shape), 1.0) * scale
     tail = np.maximum.accumulate(tail / scale[..., None], axis=-2)
     truncation = (tail + lost / margin[..., None] ** 2) * factor[..., None]
-    rounding = ROUNDING_FACTOR * EPS * (size * (1 + condition) + scale * (1 / margin - 1))
+    rounding = ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))
     return truncation, rounding

@@ -28,7 +28,7 @@ from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 12  # for each beam
-MAX_UNKNOWNS = 400  # of one family: a dense eigenproblem of more takes longer than a second
+MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
@@ -49,7 +49,7 @@ Answer = StraightModes | BeamvizError
 
 
 def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list[Answer]:
-    """The `count` lowest modes of each beam, those of the problem to its tolerance, or its error."""
+    """`count` lowest modes of each beam, those of the problem to its tolerance; or its error."""
     answers: dict[int, Answer] = {}
     attempts: dict[int, Attempt] = {}
     for k, beam in enumerate(beams):
@@ -85,6 +85,7 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt:
     """The first mesh. Raises NoEquilibrium with the limit, and NotConverged."""
     small = problem.rigid_tension or is_small_strain(beam, problem.strain_law)
     elements, start = first_elements(beam, problem)
+    check_unknowns(elements, beam)
     alone = start is not None or (problem.gyroscopic and not (beam.gamma and beam.delta >= 0))
     return Attempt(elements, small, alone, start)
 
@@ -164,18 +165,28 @@ def next_attempt(
     if math.isinf(totals[worst]):  # the equilibrium was not found in a stack
         return attempt._replace(alone=True)
     elements = refined(attempt.elements, excess[worst].tolist())
+    try:
+        check_unknowns(elements, beam)
+    except NotConverged as error:
+        near_limit = modes.margin < LIMIT_MARGIN
+        if near_limit and totals[worst] * problem.tolerance < GREATEST_ERROR:
+            return modes
+        return failure(beam, problem, error)
+    start = State(make_mesh(*attempt.elements), modes.f) if attempt.start else None
+    return attempt._replace(elements=elements, small=False, start=start)
+
+
+def check_unknowns(elements: Elements, beam: Beam) -> None:
+    """NotConverged with a remedy for too many unknowns."""
     unknowns = sum(elements.orders)
     if unknowns <= MAX_UNKNOWNS:
-        start = State(make_mesh(*attempt.elements), modes.f) if attempt.start else None
-        return attempt._replace(elements=elements, small=False, start=start)
-    if modes.margin < LIMIT_MARGIN and totals[worst] * problem.tolerance < GREATEST_ERROR:
-        return modes
+        return
     reason = f"{unknowns} unknowns needed in a family, at most {MAX_UNKNOWNS}"
     remedy = "a larger tolerance or fewer modes"
     if beam.delta < 0:
         reason += ": the straight beam buckles in many half-waves"
         remedy = "a lower gamma or a larger delta"
-    return failure(beam, problem, NotConverged(f"{reason}; ask for {remedy}"))
+    raise NotConverged(f"{reason}; ask for {remedy}")
 
 
 def refined(elements: Elements, excess: Sequence[float]) -> Elements:
