@@ -5,12 +5,12 @@ Those of random beams at any tolerance are tested against the oracle (test_error
 
 import numpy as np
 import pytest
+from beamviz.solver.hp.mesh_design import MAX_ORDER
 from helpers import within_the_bars
 
 from beamviz import Beam, solve
 from beamviz.errors import NoEquilibrium
 from beamviz.solver import solve_many
-from beamviz.solver.hp.mesh_design import MAX_ORDER
 from beamviz.solver.hp.refinement import Refinement
 
 EXACT = 1e-11

@@ -185,13 +185,16 @@ class AxialProblem(NamedTuple):
         from rest, and the error for a small strain: an iteration reduces it by the force."""
         inertia = self.inertia
         pull, static = load / inertia.weights, self.beams.delta * inertia.g
-        f = self.law.stretch(pull * (inertia.G1 + static))
+        f = self.law.stretch_from_force(pull * (inertia.G1 + static))
         most = float((pull * (inertia.G1 + abs(static))).max())  # of the force
         error = 2 * most**2
         for _ in range(PASSES):
             if error < accuracy:
                 break
-            f, error = self.law.stretch(pull * (np.matvec(inertia.G, f) + static)), error * most
+            f, error = (
+                self.law.stretch_from_force(pull * (np.matvec(inertia.G, f) + static)),
+                error * most,
+            )
         return f, error
 
     def at_rest(self) -> AxialState:

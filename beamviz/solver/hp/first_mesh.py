@@ -126,7 +126,7 @@ def find_spans(beam: Beam | Numbers, positions: Positions, law: StrainLaw | None
         slope = load * (u[k] + beam.delta)
         if law is None:
             return End(ends[k], inward, N, 1.0, slope, math.inf)
-        f = float(law.stretch(np.array(N / beam.mu**2)))
+        f = float(law.stretch_from_force(np.array(N / beam.mu**2)))
         limit = beam.mu**2 * law.force_limits[inward * slope > 0]
         distance = max(inward * (limit - N) / slope, NEAREST) if slope else math.inf
         return End(ends[k], inward, N, f, slope, distance)
