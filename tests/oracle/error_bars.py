@@ -265,9 +265,6 @@ def _bent_solved(scene: Scene, solution: Solution) -> dict[str, Any]:
         )
     except (UnresolvedError, RuntimeError, FloatingPointError) as error:
         return {"kind": "unknown", "says": str(error)}
-    # A mode without a frequency is compared by its growth rate, as its error is that of the rate.
-    still = np.isnan(solution.frequencies)
-    ours = np.where(still, solution.growth_rates, solution.frequencies)
-    theirs = np.where(still, abs(truth.omega.imag), truth.omega.real)
+    distance = abs(solution.s - 1j * truth.omega)  # of frequency and growth rate together
     oracle_error = truth.differences + ROUNDING * abs(truth.omega)
-    return held(abs(ours - theirs), solution.errors, oracle_error, abs(truth.omega))
+    return held(distance, solution.errors, oracle_error, abs(truth.omega))

@@ -16,6 +16,7 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import (
+    TINY,
     BentBeam,
     BentModes,
     State,
@@ -23,7 +24,6 @@ from beamviz.solver.bent.beam import (
     in_axes_of_the_beam,
 )
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
-from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
@@ -34,7 +34,7 @@ from beamviz.solver.solution import Equilibrium, Solution, Stats
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
 MAX_UNKNOWNS = 1000  # two for each point
-TRUNCATION_FACTOR, ROUNDING_FACTOR = 12.0, 100.0  # of the two error estimates, see the tests
+TRUNCATION_FACTOR = 12.0  # of the error estimate: scripts/measure_error_bars.py
 
 
 def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -77,7 +77,7 @@ def solve_bent(
     for _ in range(MAX_ATTEMPTS):
         modes = bent_modes(state, count)
         truncation, rounding = _errors(state, modes)
-        allowed = 2 * problem.tolerance * abs(modes.s) ** 2 + rounding
+        allowed = problem.tolerance * abs(modes.s) + rounding
         excess = (truncation / allowed)[:, : problem.modes]
         worst = excess.sum(axis=0).argmax()
         if excess[:, worst].sum() <= 1:
@@ -191,13 +191,11 @@ def _on_mesh(state: State, refined: Mesh) -> State:
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s^2. What the
-    two highest polynomials of each element contribute: those of the state to its tangent, and those
-    of the shapes to their energies."""
+    """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s. What the
+    two highest polynomials of each element contribute to v* T(s) v, T(s) = s^2 M + s C + K: those
+    of the state in the tangent, and those of the shapes; over y* T'(s) v it is the change of s."""
     bent, s, V = state.beam, modes.s, modes.V
     energies = _energies(state, V)
-    stiffness, _, inertia = energies
-    size = abs(s) ** 2 * inertia.real + abs(stiffness)
     element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
     state_tails, shape_tails = _tails(bent, state.q), _tails(bent, V)
     truncation = np.zeros((len(bent.mesh.orders), len(s)))
@@ -206,9 +204,8 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
         lower = State(bent, state.q - part * state_tails)
         for changed in (_energies(lower, V), _energies(state, V - part[:, None] * shape_tails)):
             dK, dC, dM = changed - energies
-            truncation[k] += abs(dK + s * dC + s**2 * dM) * 2 * abs(s) ** 2 / size
-    rounding = (abs(np.diag(state.stiffness))[:, None] * abs(V) ** 2).sum(axis=0)
-    return TRUNCATION_FACTOR * truncation, ROUNDING_FACTOR * EPS * rounding
+            truncation[k] += abs(dK + s * dC + s**2 * dM)
+    return TRUNCATION_FACTOR * truncation / np.maximum(modes.pairing, TINY), modes.rounding
 
 
 def _energies(state: State, V: np.ndarray) -> np.ndarray:
@@ -221,6 +218,8 @@ def _energies(state: State, V: np.ndarray) -> np.ndarray:
 
 
 def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
+    """The Solution of modes with these errors of s."""
+    squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.mesh.orders
     moved = state.displacements @ modes.V
     theta = (bent.R @ state.kappa)[:, None]
@@ -229,5 +228,5 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     equilibrium = Equilibrium(modes.status, state.iterations, partial(_curve, kept), kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
-    results = modes.s, partial(np.array, errors), fraction, fields
+    results = modes.s, partial(np.array, squared), fraction, fields
     return Solution(bent.beam, bent.problem, equilibrium, stats, *results)
