@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from beamviz.beam import Beam, Units
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
+from beamviz.version import __version__
 
 if TYPE_CHECKING:
     from beamviz.frequency_loci import Event, Loci, loci, resonances
     from beamviz.frequency_loci.forced_response import RunUp, run_up
     from beamviz.scene import Scene
-    from beamviz.solver import Solution, solve, solve_many
-
-__version__ = "0.1.0"
+    from beamviz.solver import solve, solve_many
+    from beamviz.solver.solution import Solution
 
 __all__ = [
     "Beam",

@@ -182,11 +182,15 @@ class Beam:
         mass: float = 0.0,
         mass_position: float | None = None,
         angular_acceleration: float = 0.0,
+        **unknown: Any,
     ) -> Self:
         """A beam from SI values: length [m], density [kg/m^3], area [m^2], second moment [m^4],
         Young's modulus [Pa], hub radius [m], rotation speed [rad/s], mass [kg] and its
         position [m] from the root (the tip where none is given), angular acceleration [rad/s^2].
+        Raises InvalidInput, which names for a mistyped keyword the nearest, with its unit.
         """
+        for name in unknown:
+            raise unknown_keyword("value", name, SI_KEYS, SI_SYNONYMS, SI_KEYS)
         sizes = (length, density, area, second_moment, youngs_modulus)
         L, rho, A, I, E = map(check_positive, SI_REQUIRED, sizes)
         time = L * L * math.sqrt(rho / E) * math.sqrt(A / I)
@@ -248,6 +252,18 @@ SI_KEYS = {
     "mass_position": "m",
     "angular_acceleration": "rad/s^2",
 }
+SI_SYNONYMS = {  # other names of these values
+    **dict.fromkeys(("rpm", "speed", "omega", "Omega", "angular_velocity"), "rotation_speed"),
+    **dict.fromkeys(("E", "modulus", "elastic_modulus"), "youngs_modulus"),
+    **dict.fromkeys(("I", "inertia", "moment_of_inertia"), "second_moment"),
+    **dict.fromkeys(("a", "radius", "offset"), "hub_radius"),
+    **dict.fromkeys(("d", "position"), "mass_position"),
+    "L": "length",
+    "rho": "density",
+    "A": "area",
+    "m": "mass",
+    "spin_up": "angular_acceleration",
+}
 SI_REQUIRED = ("length", "density", "area", "second_moment", "youngs_modulus")
 MAX_TOML_BYTES = 64_000
 
@@ -281,16 +297,17 @@ def parse_toml(text: bytes, name: str) -> dict[str, Any]:
 
 
 def check_keys(data: Collection[str], keys: Collection[str], source: str) -> None:
-    """InvalidInput for the first key of `data` that is not among `keys`."""
+    """InvalidInput for the first key of `data` that is not among `keys`; SI values have units."""
     unknown = sorted(set(data) - set(keys))
     if unknown:
-        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
+        names = [f"{key} [{SI_KEYS[key]}]" if key in SI_KEYS else key for key in keys]
+        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(names)}")
 
 
 def check_float(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
     """`value` as a float in low .. high, or InvalidInput with its name and the range."""
     if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
-        raise InvalidInput(f"{name} = {value!r}: must be a number and {range_text(low, high)}")
+        raise InvalidInput(f"{name} = {value!r}: must be a {number_text(low, high)}")
     try:
         number = float(value)
     except OverflowError:
@@ -328,9 +345,17 @@ def check_int(name: str, value: object, low: int, high: int) -> int:
 
 
 def range_text(low: float, high: float) -> str:
+    """What a number must do to be in a range."""
     if math.isfinite(high):
         return f"lie in {low:g} .. {high:g}"
     return "be 0 or more" if low == 0 else "be finite"
+
+
+def number_text(low: float, high: float) -> str:
+    """A number in a range, in words."""
+    if math.isfinite(high):
+        return f"number in {low:g} .. {high:g}"
+    return "number, 0 or more" if low == 0 else "finite number"
 
 
 def exact_text(number: float) -> str:

@@ -1,8 +1,7 @@
 """Exceptions: invalid input, no equilibrium, no convergence, something outside unavailable."""
 
-from collections.abc import Collection
-from importlib import import_module
-from typing import Any
+import contextlib
+from collections.abc import Collection, Iterator, Mapping
 
 
 class BeamvizError(Exception):
@@ -12,9 +11,30 @@ class BeamvizError(Exception):
 
 
 class InvalidInput(BeamvizError, ValueError):
-    """Invalid input; the message names it, its value and the values allowed."""
+    """Invalid input; the message names it, its value and the values allowed.
+
+    use: options, and values of them, that a message advises. It is in the syntax of Python; the
+    command line writes it in its own (`advice`).
+    """
 
     kind = "invalid-input"
+
+    def __init__(self, message: str, use: Mapping[str, Collection[str]] | None = None):
+        super().__init__(message)
+        self.use = use or {}
+
+    def __str__(self) -> str:
+        return super().__str__() + self.advice("{}={!r}")
+
+    def advice(self, form: str) -> str:
+        """The options that the message advises, each in a form of its name and its value."""
+        texts = [form.format(name, value) for name, values in self.use.items() for value in values]
+        return f"; use {' or '.join(texts)}" if texts else ""
+
+    @property
+    def for_command_line(self) -> str:
+        """The message with options as the command line has them."""
+        return super().__str__() + self.advice("--{} {}").replace("_", "-")
 
 
 class NoEquilibrium(BeamvizError):
@@ -48,20 +68,33 @@ class Cancelled(Exception):
     kind = "cancelled"
 
 
-def unknown_keyword(kind: str, name: str, known: Collection[str]) -> InvalidInput:
-    """The error of a mistyped keyword: it names the nearest one, or all where none is near."""
+def unknown_keyword(
+    kind: str,
+    name: str,
+    known: Collection[str],
+    synonyms: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> InvalidInput:
+    """The error of a mistyped keyword: it names the nearest one, or all where none is near.
+
+    synonyms: known keywords by other names for them; units: of known keywords.
+    """
     import difflib
 
-    near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}"
+    others, units = synonyms or {}, units or {}
+    near = difflib.get_close_matches(name, [*known, *others], n=1, cutoff=0.5)
+    meant = others.get(near[0], near[0]) if near else ""
+    unit = f" [{units[meant]}]" if meant in units else ""
+    hint = f"did you mean {meant!r}{unit}?" if near else f"known: {', '.join(known)}"
     return InvalidInput(f"unknown {kind} {name!r}: {hint}")
 
 
-def optional(package: str, extra: str) -> Any:
-    """A package of an optional extra; Unavailable names the extra where it is not installed."""
+@contextlib.contextmanager
+def requires(extra: str) -> Iterator[None]:
+    """Around imports of an optional extra: Unavailable names it where it is not installed."""
     try:
-        return import_module(package)
+        yield
     except ImportError as error:
         raise Unavailable(
-            f"this needs {package}: pip install 'beamviz[{extra}]' ({error})"
+            f"this needs {error.name}: pip install 'beamviz[{extra}]' ({error})"
         ) from None

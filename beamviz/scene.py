@@ -26,7 +26,7 @@ from beamviz.beam import (
     read_small,
 )
 from beamviz.errors import InvalidInput
-from beamviz.solver import OPTIONS, Problem, solve_many
+from beamviz.solver.problem import OPTIONS, parse_keywords
 
 MODES = 5  # solved for a scene, and more where its view shows more
 MAX_DISTANCE = 1000.0  # of the camera, in beam lengths
@@ -179,8 +179,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         check_keys(self.options, LINKED["model"], "the model")
-        options = {key: self.options.get(key, getattr(Problem, key)) for key in LINKED["model"]}
-        solve_many([], **options)  # validates the options
+        options = {key: self.options.get(key, OPTIONS[key].default) for key in LINKED["model"]}
+        parse_keywords(**options)  # checks them
         object.__setattr__(self, "options", options)
         check_choice("over", self.over, PARAMETERS)
         object.__setattr__(self, "per_rev", check_per_rev(self.per_rev))

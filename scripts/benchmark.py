@@ -2,14 +2,13 @@
 
     python scripts/benchmark.py [SECTION ...]
 
-solves    a default solve (equilibrium, 5 modes, error estimates, relative 1e-6) against the time
-          its eigenproblems alone take, repeated while caches are warm: by scipy.linalg.eigh, and
-          by LAPACK's bare routines
+solves    a default solve (equilibrium, 5 modes, error estimates, relative 1e-6), without and with
+          Coriolis forces, against scipy.linalg.eigh of a dense problem of as many unknowns
 sweeps    201 points with 6 modes against 201 separate solves
 bent      a bent solve, without a start and from a neighbour's state, against a straight one that
           has at least as many unknowns
-charts    charts of 201 and 2001 points, 6 modes, with every crossing and veering located, beside
-          bare batched numpy.linalg.eigh of 201 matrices of 20 x 20
+charts    charts of 81 and 201 points, 6 modes, with every crossing and veering located,
+          against 161 beams of the same line, 8 modes each, solved together
 peers     201 speeds against the closest peer, Exudyn (`pip install exudyn`, not needed for anything
           else): the same planar cubic elements, with the engineering strain and the material
           curvature; its error is against `auto` with these. Nothing but equilibrium and frequencies
@@ -25,7 +24,7 @@ import subprocess
 import sys
 import tempfile
 import timeit
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from io import BytesIO
@@ -35,10 +34,11 @@ from typing import Any
 
 import _script
 import numpy as np
+from scipy.linalg import eigh
 
 from beamviz import Beam, NotConverged, Scene, loci
 from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.work_precision import lapack_ratios, least_time
+from beamviz.benchmark.work_precision import least_time
 from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene
 from beamviz.solver import Solution, solve, solve_many
 
@@ -63,22 +63,33 @@ CHARTS: tuple[tuple[Any, ...], ...] = (  # title, beam, parameter, its range, co
     ("delta, gamma 10", Beam(alpha=1, gamma=10), "delta", (0, 2), False),
     ("mu, gamma 10", Beam(alpha=1, gamma=10), "mu", (10, 100), False),
     ("beta, gamma 5", Beam(alpha=0.5, gamma=5), "beta", (0, 1), False),
-    ("gamma to 60, delta 1", Beam(alpha=1, delta=1), "gamma", (0, 60), False),
+    ("gamma to 100, mass at 0.5", MIDDLE, "gamma", (0, 100), False),
     ("gamma, Coriolis", Beam(alpha=1), "gamma", (0, 20), True),
     ("alpha, Coriolis", MIDDLE, "alpha", (0, 2), True),
     ("delta, Coriolis", MIDDLE, "delta", (0, 2), True),
     ("mu, Coriolis", MIDDLE, "mu", (10, 200), True),
     ("beta, Coriolis", MIDDLE, "beta", (0, 1), True),
+    ("gamma to 100, Coriolis", MIDDLE, "gamma", (0, 100), True),
 )
 POINTS, MODES = 201, 6  # of sweeps and charts
 
 
 def solves() -> None:
-    _script.print_row("default solve", "us", "unknowns", "/ eigh", "/ LAPACK")
+    _script.print_row("default solve", "unknowns", "us", "eigh, us", "ratio", "Coriolis, us")
     for name, beam in SCENES.items():
-        ratios, seconds = lapack_ratios(beam), least_time(partial(solve, beam))
         dof = solve(beam).stats.dof
-        _script.print_row(name, 1e6 * seconds, dof, ratios["eigh"], ratios["bare_lapack"])
+        A = np.random.default_rng(0).normal(size=(dof, dof))
+        dense = partial(eigh, A + A.T, A @ A.T + dof * np.eye(dof))
+        works = partial(solve, beam), dense, partial(solve, beam, coriolis=True)
+        seconds, by_eigh, coriolis = np.min([taking_turns(works) for _ in range(200)], axis=0)
+        times = 1e6 * seconds, 1e6 * by_eigh, seconds / by_eigh, 1e6 * coriolis
+        _script.print_row(name, dof, *times)
+
+
+def taking_turns(works: Iterable[Callable[[], object]]) -> list[float]:
+    """The processor time [s] of each of several works, one call each, so that ratios of the least
+    times survive a busy machine."""
+    return [least_time(work, 1) for work in works]
 
 
 def one_by_one(solve_one: Callable[..., object], beams: list[Beam], *given: Any) -> None:
@@ -128,16 +139,16 @@ def chart(
 
 
 def charts() -> None:
-    A = np.random.default_rng(0).normal(size=(201, 20, 20))
-    bare = partial(np.linalg.eigh, A + A.mT)
-    _script.print_row("chart", "events", "ms", "eigh, ms", "ratio", "2001 / 201")
-    for name, *line in CHARTS:
-        one = partial(chart, *line)
-        works = one, partial(one, 2001), bare
-        # They take turns, so that the ratios survive a busy machine.
-        times = [[least_time(work, 1) for work in works] for _ in range(20)]
-        few, many, eigh = np.min(times, axis=0)
-        _script.print_row(name, one(), 1e3 * few, 1e3 * eigh, few / eigh, many / few)
+    _script.print_row("chart, ms", "events", "81", "201", "161 solves", "81 / 161")
+    for name, beam, over, ends, coriolis in CHARTS:
+        one = partial(chart, beam, over, ends, coriolis)
+        line = [
+            beam.replace(**{over: value}) for value in np.linspace(ends[0], ends[1], 161).tolist()
+        ]
+        solves = partial(solve_many, line, modes=MODES + 2, coriolis=coriolis)
+        works = partial(one, 81), one, solves
+        times = 1e3 * np.min([taking_turns(works) for _ in range(10)], axis=0)
+        _script.print_row(name, one(), *times, times[0] / times[-1])
 
 
 def peers() -> None:
@@ -147,8 +158,8 @@ def peers() -> None:
     model: dict[str, Any] = {"strain": "biot", "curvature": "material"}
     speeds = np.linspace(0, 15, POINTS)
     beams = [Beam(alpha=1, gamma=gamma) for gamma in speeds]
-    exact = solve(beams[-1], MODES, tolerance=1e-9, **model).frequencies
-    own_error = abs(solve(beams[-1], MODES, **model).frequencies / exact - 1).max()
+    truth = solve(beams[-1], MODES, tolerance=1e-9, **model).frequencies
+    own_error = abs(solve(beams[-1], MODES, **model).frequencies / truth - 1).max()
     ours = least_time(partial(solve_many, beams, modes=MODES, **model), 10)
     tracked = partial(loci, Beam(alpha=1), "gamma", speeds, MODES, **model)
 
@@ -163,7 +174,7 @@ def peers() -> None:
         works = partial(one_by_one, exudyn.omega_squared, beams, count, MODES)
         try:
             found = np.sqrt(exudyn.omega_squared(beams[-1], count, MODES))
-            show(name, least_time(works, 1), abs(found / exact - 1).max())
+            show(name, least_time(works, 1), abs(found / truth - 1).max())
         except NotConverged as failure:
             print(f"{name}: {failure}")
 

@@ -1,4 +1,4 @@
-"""The exact frequencies that methods are measured against: python scripts/limits.py
+"""The converged frequencies that methods are measured against: python scripts/limits.py
 
 Nothing here is shared with the solver but `Beam` and the start of each root: the differential
 equations of the straight beam, in the numbers of mpmath, by Taylor series from clamp to tip in

@@ -25,8 +25,8 @@ import numpy as np
 import scipy
 from oracle import error_bars as oracle  # type: ignore[import-not-found]
 
-from beamviz import __version__
 from beamviz.files import markdown_table
+from beamviz.version import __version__
 
 SLOW, SLOW_BENT = 0.05, 1.0  # [s]
 LISTED = 40  # scenes in each list of the page

@@ -40,7 +40,7 @@ with sync_playwright() as playwright:
 def main(options: list[str]) -> int:
     """Run all checks, also after one has failed; 0 if all passed, else 1."""
     if {"-h", "--help"} & {*options}:
-        print(__doc__)
+        print_help()
         return 0
     python = ensure("test")
     browser = find_or_fetch(python)
@@ -59,6 +59,14 @@ def main(options: list[str]) -> int:
     failed += [check.name for check in background if not check.passed()]
     say(f"FAILED: {', '.join(failed)}" if failed else "all checks passed")
     return 1 if failed else 0
+
+
+def print_help() -> None:
+    """The help on stdout, whose reader may leave early, as `head` does."""
+    try:
+        print(__doc__, flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or its last flush fails
 
 
 def pytest_options(options: list[str]) -> list[str]:

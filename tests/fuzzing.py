@@ -20,7 +20,8 @@ from beamviz.beam import PARAMETERS, SI_KEYS, SI_REQUIRED, Beam
 from beamviz.cli import main
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci import loci
-from beamviz.solver import CHOICES, solve
+from beamviz.solver import solve
+from beamviz.solver.problem import CHOICES
 
 EVERYDAY = {name: one.slider[:2] for name, one in PARAMETERS.items()}
 NUMBERS = st.one_of(

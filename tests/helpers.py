@@ -13,7 +13,8 @@ import pytest
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.frequency_loci import Loci
-from beamviz.solver import Solution, solve
+from beamviz.solver import solve
+from beamviz.solver.solution import Solution
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz import Beam, BeamvizError, InvalidInput, Units
-from beamviz.beam import NUMBERS, PARAMETERS
+from beamviz.beam import NUMBERS, PARAMETERS, SI_KEYS
 
 STEEL = {
     "length": 2.0,
@@ -42,7 +42,7 @@ def test_a_number_is_within_its_limits_or_named(name, value):
     ("numbers", "message"),
     [
         *(
-            ({"alpha": x}, f"alpha = {x!r}: must be a number and lie in 0 .. 100")
+            ({"alpha": x}, f"alpha = {x!r}: must be a number in 0 .. 100")
             for x in ("1", None, True, 1j, [1])
         ),
         ({"alpha": 10**400}, "alpha = inf: must lie in 0 .. 100"),
@@ -115,7 +115,8 @@ def test_units_of_frequency():
         ({"length": 0}, r"^length = 0: must be above 0$"),
         ({"density": -1}, r"^density = -1: must be 0 or more$"),
         ({"area": math.nan}, r"^area = nan: must be 0 or more$"),
-        ({"youngs_modulus": "steel"}, r"^youngs_modulus = 'steel': must be a number"),
+        ({"youngs_modulus": "steel"}, r"^youngs_modulus = 'steel': must be a number, 0 or more$"),
+        ({"hub_radius": None}, r"^hub_radius = None: must be a finite number$"),
         ({"mass_position": 2.5}, r"^mass_position = 2.5: must lie in 0 .. 2$"),
         ({"hub_radius": math.inf}, r"^hub_radius = inf: must be finite$"),
         ({"rotation_speed": 1e6}, r"^rotation_speed T\* = gamma = .*: must lie in 0 .. 200$"),
@@ -131,6 +132,22 @@ def test_bad_si_values_are_named(change, message):
         Beam.from_si(**{**STEEL, **change})
 
 
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("rpm", "rotation_speed"),
+        ("lenght", "length"),
+        ("E", "youngs_modulus"),
+        ("I", "second_moment"),
+    ],
+)
+def test_a_mistyped_si_keyword_gets_the_nearest_name(given, meant):
+    """With its unit, as other names are often in other units."""
+    with pytest.raises(InvalidInput) as caught:
+        Beam.from_si(**STEEL, **{given: 3})
+    assert f"{meant!r} [{SI_KEYS[meant]}]" in str(caught.value)
+
+
 def test_toml_holds_the_keywords(tmp_path):
     """A file with the keywords of from_si is the same beam, with or without a byte-order mark."""
     text, file = "".join(f"{name} = {value}\n" for name, value in STEEL.items()), tmp_path / "beam"
@@ -141,7 +158,7 @@ def test_toml_holds_the_keywords(tmp_path):
 
 def test_an_unknown_or_missing_key_is_named(tmp_path):
     file = tmp_path / "beam.toml"
-    messages = {"lenght": "unknown key 'lenght'; known: length, density"}
+    messages = {"lenght": r"unknown key 'lenght'; known: length \[m\], density \[kg/m\^3\]"}
     messages["length"] = r"missing key 'density' \[kg/m\^3\]"
     for key, message in messages.items():
         file.write_text(f"{key} = 2\n")

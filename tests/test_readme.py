@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from beamviz import Beam, solve
 from beamviz.beam import PARAMETERS
 from beamviz.cli.commands import app
-from beamviz.solver import METHODS
+from beamviz.solver.problem import METHODS, OPTIONS, Option
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
@@ -77,6 +77,23 @@ def test_the_tables_name_every_method_and_limit():
     for symbol, row in PARAMETERS.items():
         limits = "{:g} .. {:g}".format(*row.limits)
         assert re.search(rf"^\| {symbol} \|.*\| {re.escape(limits)}", README, re.MULTILINE)
+
+
+def option_row(option: Option) -> str:
+    """The row of an option in the reference."""
+    flag, default = option.name.replace("_", "-"), option.default
+    switch = f", `--no-{flag}`" if option.kind is bool else ""
+    limits = "{:g} .. {:g}".format(*option.limits) if option.limits else "depends on the method"
+    values = ", ".join(f"`{choice}`" for choice in option.choices)
+    values = values or ("on, off" if option.kind is bool else limits)
+    usual = "-" if default is None else "on" if default is True else default or "off"
+    return f"| `--{flag}`{switch} | {values} | {usual} | {option.text} |"
+
+
+@pytest.mark.parametrize("option", OPTIONS.values(), ids=OPTIONS)
+def test_the_reference_has_every_option_as_it_is_declared(option):
+    """With its values, its default and its documentation."""
+    assert option_row(option) in REFERENCE
 
 
 def test_every_file_it_points_to_is_there():

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+import xarray
 from matplotlib.figure import Figure
 
 from beamviz import Beam, Unavailable, __version__, loci, solve, sweep
@@ -30,9 +31,26 @@ def test_a_solution_as_a_dataset(coriolis):
     assert tuple(data["family"].values) == solution.families
     assert tuple(data["label"].values) == solution.labels
     shape = data["shape"].sel(mode=2, x=0.5, component="across")
-    assert complex(shape) == pytest.approx(complex(solution.shape(1, 0.5)[0, 1]))
+    exact = complex(solution.shape(1, 0.5)[0, 1])
+    assert float(shape) == pytest.approx(exact.real)
+    assert ("shape_imag" in data) is coriolis
+    if coriolis:
+        imaginary = data["shape_imag"].sel(mode=1, x=0.5, component="along")
+        assert float(imaginary) == pytest.approx(solution.shape(0, 0.5)[0, 0].imag)
     assert (data.gamma, data.strain, data.coriolis) == (5.0, "green", coriolis)
     assert data.beamviz_version == __version__
+
+
+def test_datasets_can_be_kept_in_netcdf(tmp_path, found):
+    """Also of complex shapes: a file has the values and the attributes of the dataset."""
+    for name, data in {
+        "solution": solve(BEAM, coriolis=True).to_xarray(),
+        "loci": found.to_xarray(),
+    }.items():
+        data.to_netcdf(tmp_path / f"{name}.nc")
+        with xarray.open_dataset(tmp_path / f"{name}.nc") as kept:
+            xarray.testing.assert_equal(kept.load(), data)
+            assert dict(kept.attrs) == data.attrs
 
 
 def test_loci_as_a_dataset_and_tables(found):

@@ -11,7 +11,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.features.real_beam import STEEL_BEAM
 from beamviz.lessons import lesson
 from beamviz.scene import COLOURINGS, UPPER_LIMITS, Camera, Scene, ViewOptions, parse_query
-from beamviz.solver import CHOICES
+from beamviz.solver.problem import CHOICES
 
 REAL = "[si]\n" + "".join(f"{key} = {value}\n" for key, value in STEEL_BEAM.values.items())
 FLAGS = ("playing", "rotating_frame", "ghosts", "nodes", "thicken", "all_modes", "dark")

@@ -218,6 +218,7 @@ def test_arguments_are_passed_on_to_pytest(checks, monkeypatch, capfd):
     assert checks.pytest_options(["--all", "-k", "name"]) == ["-m", "", "-k", "name"]
     assert checks.pytest_options(["-k", "name"]) == ["-k", "name"]
     assert checks.main(["--help"]) == 0
+
     assert "options of pytest" in capfd.readouterr().out
 
 

@@ -2,11 +2,11 @@
 from gentle to harsh, every method of beamviz, and other programs.
 
 The discretisation error is the largest relative error of the five lowest frequencies against the
-exact ones of the method's own model (limits.json). The model error is the distance of these from
-the exact ones of the paper's model. They are two quantities and are never added; the distance of
-an answer from the paper's model is a third. Time is processor time, the least of many calls after
-a first one, in one thread, assembly included, so that the load of the machine does not change it.
-For another program it is that of its whole process.
+limits to which the method's own model converges, known to twenty digits (limits.json). The model
+error is the distance of these from the limits of the paper's model. They are two quantities and are
+never added; the distance of an answer from the paper's model is a third. Time is processor time,
+the least of many calls after a first one, in one thread, assembly included, so that the load of the
+machine does not change it. For another program it is that of its whole process.
 """
 
 import json
@@ -21,12 +21,13 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import eigh
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.files import package_text
-from beamviz.solver import eigen, solve
+from beamviz.solver import solve
+from beamviz.solver.problem import METHODS as METHOD_TABLE
+from beamviz.solver.problem import parse_keywords
 
 MODES = 5
 SCENES = {
@@ -39,31 +40,30 @@ SCENES = {
 }
 TOLERANCES = (0.1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
 ELEMENTS = (5, 10, 20, 40, 80, 160)
+TERMS = (1 / 4, 3 / 8, 1 / 2, 3 / 4, 1, 3 / 2, 2, 3)  # of the default number of each method
 REFERENCE = "green"  # the paper's model
 FLOOR = 1e-15  # errors are drawn on a logarithmic axis
-EXACT = 1e-13  # an error that no finer resolution need improve
-REPEATS = 400
+CONVERGED = 1e-13  # an error that no finer resolution need improve
 
 Theories = dict[str, np.ndarray | str]  # theory -> omega^2 (modes,) or why there is none
 
 
 class Effort(NamedTuple):
     """How long to measure: `seconds` of repeats for each row, at most `budget` seconds for one
-    call, only every `stride`-th resolution, the finest included, and `repeats` of eigenproblems."""
+    call, and only every `stride`-th resolution, the finest included."""
 
     seconds: float
     budget: float
     stride: int = 1
-    repeats: int = REPEATS
 
 
-FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2, 50)
+FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2)
 
 
 class Solver(NamedTuple):
     """A method of beamviz or another program, at several resolutions.
 
-    `theory` is the model whose exact frequencies it converges to, a key of limits.json; `option`
+    `theory` is the model to whose frequencies it converges, a key of limits.json; `option`
     says what its resolutions are; `omega_squared` maps beam, resolution and number of modes to
     omega^2 (modes,). For another program, `version` raises PackageNotFoundError where it is not
     installed, and `install` is the command that installs it.
@@ -87,25 +87,32 @@ class Solver(NamedTuple):
         return ""
 
 
+def solver_of(name: str) -> Solver:
+    """A method of beamviz at its resolutions: tolerances, or numbers of elements or terms."""
+    theory, resolution = theory_of(name), METHOD_TABLE[name].resolution
+    if resolution is None:
+        return Solver(name, theory, "tolerance", TOLERANCES, partial(_solve, name, "tolerance"))
+    option, numbers = resolution.option, ELEMENTS
+    if option == "terms":
+        shares = (round(share * resolution.default) for share in TERMS)
+        numbers = tuple(terms for terms in shares if terms >= MODES)
+    return Solver(name, theory, option, numbers, partial(_solve, name, option))
+
+
+def theory_of(method: str) -> str:
+    """The model of a method, a key of limits.json."""
+    problem = parse_keywords(method=method)
+    if not problem.stiffens:
+        return "none"
+    return "rigid" if problem.rigid_tension else problem.strain
+
+
 def _solve(method: str, option: str, beam: Beam, resolution: Any, modes: int) -> np.ndarray:
     options: dict[str, Any] = {option: resolution}
     return solve(beam, modes, method, **options).omega_squared
 
 
-METHODS = tuple(
-    Solver(name, theory, option, resolutions, partial(_solve, name, option))
-    for name, theory, option, resolutions in (
-        ("auto", "green", "tolerance", TOLERANCES),
-        ("ancf", "green", "elements", ELEMENTS),
-        ("ancf-planar", "green", "elements", ELEMENTS),
-        ("chebyshev", "green", "terms", (8, 12, 16, 24, 32, 48, 64, 96)),
-        ("foac", "rigid", "tolerance", TOLERANCES),
-        ("linear", "rigid", "elements", ELEMENTS),
-        ("assumed-modes", "rigid", "terms", (5, 6, 8, 10, 12, 14, 20)),
-        ("power-series", "rigid", "terms", (24, 32, 40, 60, 80, 120)),
-        ("zoac", "none", "tolerance", TOLERANCES),
-    )
-)
+METHODS = tuple(map(solver_of, METHOD_TABLE))
 
 
 class Row(NamedTuple):
@@ -123,37 +130,37 @@ class Row(NamedTuple):
 
 
 def limits() -> dict[str, Theories]:
-    """The exact omega^2 of every scene in every model, or why there are none."""
+    """omega^2 of every scene in every model to twenty digits, or why there are none."""
     found = json.loads(package_text("benchmark/limits.json"))["limits"]
     for theories in found.values():
         theories |= {k: np.array(v, float) for k, v in theories.items() if isinstance(v, list)}
     return found
 
 
-def relative_error(omega_squared: np.ndarray, exact: np.ndarray) -> float:
+def relative_error(omega_squared: np.ndarray, limit: np.ndarray) -> float:
     """The largest relative error of a frequency or growth rate, from omega^2 (modes,)."""
-    difference = abs(omega_squared - exact).max()
-    return float(max(difference and (abs(omega_squared / exact - 1) / 2).max(), FLOOR))
+    difference = abs(omega_squared - limit).max()
+    return float(max(difference and (abs(omega_squared / limit - 1) / 2).max(), FLOOR))
 
 
 def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
     """A row for every scene, solver and resolution."""
-    exact = limits()
+    known = limits()
     rows: list[Row] = []
     for scene in SCENES:
         for solver in solvers:
             print(f"{scene}: {solver.name}", file=sys.stderr)
-            rows += _rows_of(scene, solver, exact[scene], effort)
+            rows += _rows_of(scene, solver, known[scene], effort)
     return rows
 
 
 def _rows_of(scene: str, solver: Solver, theories: Theories, effort: Effort) -> Iterator[Row]:
     """The rows of one solver in one scene, coarse to fine; the budget ends them. The first call
     warms up and gives the errors, the fastest of the others the time."""
-    exact, paper = theories[solver.theory], np.asarray(theories[REFERENCE])
+    limit, paper = theories[solver.theory], np.asarray(theories[REFERENCE])
     blank = Row(scene, solver.name, solver.theory, solver.option)
-    if isinstance(exact, str) or solver.missing:
-        yield blank._replace(reason=solver.missing or str(exact))
+    if isinstance(limit, str) or solver.missing:
+        yield blank._replace(reason=solver.missing or str(limit))
         return
     spent = 0.0
     for resolution in solver.resolutions[:: -effort.stride][::-1]:
@@ -170,13 +177,13 @@ def _rows_of(scene: str, solver: Solver, theories: Theories, effort: Effort) -> 
             yield row._replace(reason=str(failure))
             continue
         spent = least_time(work, seconds=effort.seconds)
-        error, distance = relative_error(found, exact), relative_error(found, paper)
+        error, distance = relative_error(found, limit), relative_error(found, paper)
         yield row._replace(seconds=spent, error=error, from_paper=distance)
-        if error < EXACT:
+        if error < CONVERGED:
             break
 
 
-def least_time(work: Callable, repeats: int = REPEATS, seconds: float = math.inf) -> float:
+def least_time(work: Callable, repeats: int = 400, seconds: float = math.inf) -> float:
     """The least processor time [s] of the calls that fit into `seconds`, and of one at least."""
     times: list[float] = []
     began = processor_time()
@@ -193,41 +200,8 @@ def processor_time() -> float:
     return time.process_time() + times.children_user + times.children_system
 
 
-def lapack_ratios(beam: Beam, repeats: int = REPEATS) -> dict[str, float]:
-    """The time of a default solve over that of its eigenproblems alone, repeated while caches are
-    warm, by its own few calls of LAPACK ("bare_lapack") and by scipy.linalg.eigh ("eigh": the usual
-    one, with all modes)."""
-    problems, whole = eigenproblems(beam), least_time(partial(solve, beam), repeats)
-    by_eigh = [partial(eigh, *(one.T for one in problem.args[:-1])) for problem in problems]
-    works = {"bare_lapack": problems, "eigh": by_eigh}
-    times = {name: sum(least_time(one, repeats) for one in alone) for name, alone in works.items()}
-    return {name: whole / seconds for name, seconds in times.items()}
-
-
-def eigenproblems(beam: Beam) -> list[partial[Any]]:
-    """The eigenproblems of a default solve, as calls of the functions that solve them: with copies
-    of M and K of M v = nu K v, or of A of A v = nu v, and the number of vectors."""
-    problems: list[partial[Any]] = []
-
-    def record(function: Callable[..., Any], *arguments: Any) -> Any:
-        copies = (one.copy() if isinstance(one, np.ndarray) else one for one in arguments)
-        place, problem = len(problems), partial(function, *copies)
-        answer = function(*arguments)
-        problems[place:] = [problem]  # without the calls that it made itself
-        return answer
-
-    functions = {name: getattr(eigen, name) for name in ("generalized_eigh", "eigh_largest")}
-    try:
-        for name, function in functions.items():
-            setattr(eigen, name, partial(record, function))
-        solve(beam)
-    finally:
-        vars(eigen).update(functions)
-    return problems
-
-
 def model_errors() -> dict[str, dict[str, float | str]]:
-    """Scene, theory -> distance of its exact frequencies from the paper's model, or a reason."""
+    """Scene, theory -> distance of its frequencies from the paper's model, or a reason."""
     errors = {}
     for scene, theories in limits().items():
         paper = np.asarray(theories.pop(REFERENCE))

@@ -45,7 +45,8 @@ def run(arguments: list[str]) -> int:
     except BeamvizError as error:
         code = EXIT_CODES.get(type(error), OTHER_FAILURE)
         limit = {"limit": error.limit} if isinstance(error, NoEquilibrium) else {}
-        return report(code, error.kind, str(error), arguments, **limit)
+        message = error.for_command_line if isinstance(error, InvalidInput) else str(error)
+        return report(code, error.kind, message, arguments, **limit)
     except typer.TyperException as error:
         return report(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
     except OSError:

@@ -5,7 +5,7 @@ import inspect
 import math
 import re
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -14,33 +14,16 @@ import typer
 
 from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
 from beamviz.errors import InvalidInput
+from beamviz.solver.problem import OPTIONS
 
 if TYPE_CHECKING:
     from beamviz.scene import Scene
 
-Elements = Literal["ancf", "ancf-planar", "linear"]
-Method = Literal["auto", Elements, "foac", "zoac", "assumed-modes", "power-series", "chebyshev"]
 MAX_POINTS = 10_000  # of a sweep
 ASCII = str.maketrans({"ρ": "rho", "Ω": "Omega", "√": "sqrt", "²": "^2"})
 FILE_HELP = "TOML file with the beam in SI units, in place of these numbers."
-TERMS_HELP = "Terms of assumed-modes (default 10), power-series (80) and chebyshev (32)."
 SCENE_HELP = "A scene saved by the explorer; other options override it."
-STRAIN_HELP = "Axial strain; the paper's is green."
-CURVATURE_HELP = "Curvature measure; spatial is the paper's eq. 16."
-PLANE_HELP = "Vibration in the plane of rotation, or out of it."
-CORIOLIS_HELP = "The gyroscopic term 2 gamma G q', which the paper leaves out."
-ELEMENTS_HELP = "Elements of ancf, ancf-planar and linear (default 20)."
-TOLERANCE_HELP = "Relative error asked of each frequency."
 DARK_HELP = "Background (default light)."
-METHOD_HELP = (
-    "auto: as accurate as --tolerance asks; ancf: the paper's cubic elements; ancf-planar: the same"
-    " with the full planar tangent; linear: prestressed linear elements; foac, zoac: first-order"
-    " and no coupling of stretch and bending; assumed-modes, power-series: classical solutions of"
-    " foac; chebyshev: collocation."
-)
-STATE_HELP = (
-    "Equilibrium to vibrate about; stable: the straight one if it is stable, else the bent."
-)
 
 
 def parse_number(text: str | float) -> float | str:
@@ -58,9 +41,8 @@ def option(help: str, *names: str, panel: str | None = None, **settings: Any) ->
     return typer.Option(*names, help=help, rich_help_panel=panel, **settings)
 
 
-# An option that takes a number (the function that uses it checks the range), and two groups.
+# An option that takes a number (the function that uses it checks the range), and a group.
 number = functools.partial(option, parser=parse_number, metavar="NUMBER")
-model = functools.partial(option, panel="Model")
 scene_option = functools.partial(option, panel="Scene")
 
 
@@ -73,37 +55,50 @@ def parse_triple(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
-def parameter(name: str) -> Any:
-    """The option of one of the beam's numbers."""
+def keyword(name: str, kind: Any, settings: Any, default: Any) -> inspect.Parameter:
+    """A keyword of a command, with the settings of its option."""
+    annotation = Annotated[kind, settings]
+    return inspect.Parameter(
+        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
+    )
+
+
+def beam_keyword(name: str) -> inspect.Parameter:
+    """One of the numbers of a beam."""
     one = NUMBERS[name]
     formula, (low, high) = one.formula.translate(ASCII), one.limits
     limits = f"{low:g} .. {high:g} (default {getattr(Beam, name):g})"
-    return number(f"{one.label.capitalize()} {formula}, {limits}.", panel="Beam")
+    help = f"{one.label.capitalize()} {formula}, {limits}."
+    return keyword(name, float | None, number(help, panel="Beam"), None)
 
 
-def beam_and_model(
-    alpha: Annotated[float | None, parameter("alpha")] = None,
-    beta: Annotated[float | None, parameter("beta")] = None,
-    gamma: Annotated[float | None, parameter("gamma")] = None,
-    delta: Annotated[float | None, parameter("delta")] = None,
-    mu: Annotated[float | None, parameter("mu")] = None,
-    spin_up: Annotated[float | None, parameter("spin_up")] = None,
-    si: Annotated[Path | None, option(FILE_HELP, metavar="FILE.toml", panel="Beam")] = None,
-    method: Annotated[Method, model(METHOD_HELP)] = "auto",
-    strain: Annotated[Literal["green", "biot", "hencky"], model(STRAIN_HELP)] = "green",
-    curvature: Annotated[Literal["spatial", "material"], model(CURVATURE_HELP)] = "spatial",
-    coriolis: Annotated[bool, model(CORIOLIS_HELP)] = False,
-    plane: Annotated[Literal["chordwise", "flapwise"], model(PLANE_HELP)] = "chordwise",
-    state: Annotated[Literal["straight", "bent", "stable"], model(STATE_HELP)] = "straight",
-    elements: Annotated[int | None, number(ELEMENTS_HELP, panel="Model")] = None,
-    terms: Annotated[int | None, number(TERMS_HELP, panel="Model")] = None,
-    tolerance: Annotated[float, number(TOLERANCE_HELP, panel="Model")] = 1e-6,
-) -> tuple[Beam, dict[str, Any]]:
+def solver_keyword(name: str, panel: str | None = "Model") -> inspect.Parameter:
+    """One of the options of `solve`."""
+    one = OPTIONS[name]
+    if one.choices:
+        return keyword(
+            name, Literal[tuple(one.choices)], option(one.text, panel=panel), one.default
+        )
+    if one.kind is bool:
+        return keyword(name, bool, option(one.text, panel=panel), one.default)
+    return keyword(name, one.kind, number(one.text, panel=panel), one.default)
+
+
+# The number of modes of a command that takes a beam; a scene has its own.
+MODES = solver_keyword("modes", panel=None).annotation
+OVER = keyword("over", Literal[tuple(NUMBERS)], option("The parameter to vary."), None).annotation
+MODEL_KEYWORDS = [solver_keyword(name) for name in OPTIONS if name != "modes"]
+BEAM_KEYWORDS = [
+    *map(beam_keyword, NUMBERS),
+    keyword("si", Path | None, option(FILE_HELP, metavar="FILE.toml", panel="Beam"), None),
+    *MODEL_KEYWORDS,
+]
+
+
+def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]]:
     """The beam, and the keywords of `solve` that describe its model."""
-    options: dict[str, Any] = dict(locals())
-    numbers = {name: options.pop(name) for name in NUMBERS}
-    given = {name: value for name, value in numbers.items() if value is not None}
-    del options["si"]
+    options = {entry.name: values[entry.name] for entry in MODEL_KEYWORDS}
+    given = {name: values[name] for name in NUMBERS if values[name] is not None}
     if si is None:
         return Beam(**given), options
     for name, value in given.items():
@@ -112,21 +107,28 @@ def beam_and_model(
     return Beam.from_toml(si), options
 
 
+SCENE_KEYWORDS = [
+    keyword("scene", Path | None, scene_option(SCENE_HELP, metavar="FILE.toml"), None),
+    keyword(
+        "lesson",
+        str | None,
+        scene_option("The scene of a lesson, in place of a file.", metavar="NAME"),
+        None,
+    ),
+    keyword("mode", int | None, number("Mode to show alone (default 2).", panel="Scene"), None),
+    keyword("dark", bool | None, scene_option(DARK_HELP, "--dark/--light"), None),
+]
+
+
 def scene_from_options(
-    context: typer.Context,
-    scene: Annotated[Path | None, scene_option(SCENE_HELP, metavar="FILE.toml")] = None,
-    lesson: Annotated[
-        str | None, scene_option("The scene of a lesson, in place of a file.", metavar="NAME")
-    ] = None,
-    mode: Annotated[int | None, number("Mode to show alone (default 2).", panel="Scene")] = None,
-    dark: Annotated[bool | None, scene_option(DARK_HELP, "--dark/--light")] = None,
-    **beam_options: Any,
-) -> tuple["Scene"]:
+    context: typer.Context, scene: Path | None, lesson: str | None, **values: Any
+) -> "Scene":
     """The scene of a file, of a lesson or the default one, with the options of the command line;
     the explorer without any of them has a scene of its own."""
     from beamviz.scene import START, Scene
 
-    beam, _ = beam_and_model(**beam_options)  # also rejects --si beside one of the numbers
+    mode, dark = values.pop("mode"), values.pop("dark")
+    beam, _ = beam_and_model(**values)  # also rejects --si beside one of the numbers
     file = context.params.get("scene_file") or scene
     if file and lesson:
         raise InvalidInput(f"--scene {file} and --lesson {lesson} exclude each other")
@@ -136,48 +138,59 @@ def scene_from_options(
         start = lessons.lesson(lesson).scene
     else:
         start = Scene.from_toml(file) if file else Scene()
-    if si := beam_options.pop("si"):
+    if si := values.pop("si"):
         start = replace(start, beam=beam)
-    values = {"mode": mode, "dark": dark, **beam_options}
+    values |= {"mode": mode, "dark": dark}
     given = {name: values[name] for name in given_options(context) if name in values}
     if context.command.name == "serve" and not (file or lesson or si or given):
-        return (START,)
-    return (start.changed(**given),)
+        return START
+    return start.changed(**given)
 
 
-def shared_options(
-    build: Callable[..., tuple], *extra: Callable[..., Any]
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """A decorator that adds the options of `build` (and, for its **keywords, of `extra`) to a
-    command, which receives the values that `build` makes of them as its first arguments."""
-    shared = {
+def takes_beam(command: Callable[..., None]) -> Callable[..., None]:
+    """A decorator: the command has the options of a beam and its model, and receives `beam` and
+    `options`."""
+
+    def call(given: dict[str, Any], own: dict[str, Any]) -> None:
+        beam, options = beam_and_model(**given)
+        command(beam=beam, options=options, **own)
+
+    return with_keywords(command, ("beam", "options"), BEAM_KEYWORDS, call)
+
+
+def takes_scene(command: Callable[..., None]) -> Callable[..., None]:
+    """A decorator: the command has the options of a scene, of its beam and its model, and receives
+    `scene`."""
+
+    def call(given: dict[str, Any], own: dict[str, Any]) -> None:
+        command(scene=scene_from_options(**given), **own)
+
+    context = inspect.Parameter("context", inspect.Parameter.KEYWORD_ONLY, annotation=typer.Context)
+    return with_keywords(command, ("scene",), [context, *SCENE_KEYWORDS, *BEAM_KEYWORDS], call)
+
+
+def with_keywords(
+    command: Callable[..., None],
+    made: Collection[str],
+    keywords: Iterable[inspect.Parameter],
+    call: Callable[[dict[str, Any], dict[str, Any]], None],
+) -> Callable[..., None]:
+    """A command with more keywords. made: the arguments that `call` makes of these; call: calls the
+    command with the values of these, and those of its own keywords."""
+    more = {entry.name: entry for entry in keywords}
+    own = {
         name: entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-        for function in (build, *extra)
-        for name, entry in inspect.signature(function).parameters.items()
-        if entry.kind is not inspect.Parameter.VAR_KEYWORD
+        for name, entry in inspect.signature(command).parameters.items()
+        if name not in made
     }
 
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        own = {
-            name: entry.replace(kind=inspect.Parameter.KEYWORD_ONLY)
-            for name, entry in inspect.signature(command).parameters.items()
-            if name not in ("beam", "options", "scene")
-        }
+    @functools.wraps(command)
+    def wrapper(**values: Any) -> None:
+        call({name: values[name] for name in more}, {name: values[name] for name in own})
 
-        @functools.wraps(command)
-        def wrapper(**values: Any) -> None:
-            received = build(**{name: values[name] for name in shared})
-            command(*received, **{name: values[name] for name in own})
-
-        entries = {**own, **shared}.values()
-        wrapper.__signature__ = inspect.Signature(list(entries))  # type: ignore[attr-defined]
-        return wrapper
-
-    return decorate
-
-
-takes_beam = shared_options(beam_and_model)
-takes_scene = shared_options(scene_from_options, beam_and_model)
+    signature = inspect.Signature([*(own | more).values()])
+    wrapper.__signature__ = signature  # type: ignore[attr-defined]
+    return wrapper
 
 
 def sweep_values(

@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from viser import SceneApi
 
 from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
@@ -20,9 +19,9 @@ from beamviz.drawing.objects import (
     section_size,
     set_surface,
 )
+from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
-from beamviz.drawing.text import frequencies
-from beamviz.server.viser_private import set_pose, set_properties
+from beamviz.drawing.text import Measure, frequencies
 
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
@@ -41,25 +40,25 @@ class BeamView:
     """
 
     def __init__(
-        self, api: SceneApi, root: str = "/scene", *, alone: bool = True, overlay: bool = False
+        self, scene: DrawnScene, root: str = "/scene", *, alone: bool = True, overlay: bool = False
     ):
-        self.height, self.fixed, self.overlay = 0.0, overlay, overlay
-        self.frame = api.add_frame(root, show_axes=False)
-        self.rotor = api.add_frame(f"{root}/rotor", show_axes=False)
-        self.surroundings = None if overlay else Surroundings(api, root, alone=alone)
-        self.reference = None if overlay else ReferenceShapes(api, root)
+        self.scene, self.height, self.fixed, self.overlay = scene, 0.0, overlay, overlay
+        self.frame = scene.add_frame(root, show_axes=False)
+        self.rotor = scene.add_frame(f"{root}/rotor", show_axes=False)
+        self.surroundings = None if overlay else Surroundings(scene, root, alone=alone)
+        self.reference = None if overlay else ReferenceShapes(scene, root)
         tube = trimesh.creation.box()  # without ends, which would stick out at a bend
         tube.update_faces(np.abs(tube.face_normals[:, 0]) < 0.5)
         pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
         # In one piece: the edges of translucent ones would be seen.
-        self.body = add_mesh(api, f"{root}/rotor/body", **pale) if overlay else None
-        self.beam = add_instances(api, f"{root}/rotor/beam", tube)
-        self.ends = add_instances(api, f"{root}/rotor/ends", trimesh.creation.box())
+        self.body = add_mesh(scene, f"{root}/rotor/body", **pale) if overlay else None
+        self.beam = add_instances(scene, f"{root}/rotor/beam", tube)
+        self.ends = add_instances(scene, f"{root}/rotor/ends", trimesh.creation.box())
         opacity = OPACITY if overlay else None
-        self.mass = add_instances(api, f"{root}/rotor/mass", collar(), opacity=opacity)
-        self.nodes = Nodes(api, root, colours.BEFORE if overlay else colours.NODE)
-        self.warning = Caption(api, f"{root}/rotor/warning", "bottom")
-        self.title = Caption(api, f"{root}/title", "bottom")
+        self.mass = add_instances(scene, f"{root}/rotor/mass", collar(), opacity=opacity)
+        self.nodes = Nodes(scene, root, colours.BEFORE if overlay else colours.NODE)
+        self.warning = Caption(scene, f"{root}/rotor/warning", "bottom")
+        self.title = Caption(scene, f"{root}/title", "bottom")
 
     def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the mode that it moves in."""
@@ -82,7 +81,7 @@ class BeamView:
         self.mass.batched_scales = np.array([[length, radius, radius]])
         colour = colours.GREYED if drawn.warning else colours.MASS
         self.mass.batched_colors = colours.instanced([colours.BEFORE if self.overlay else colour])
-        self.warning.show(drawn.warning, (beam.delta + 0.5, 0.0, 0.12))
+        self.warning.show(drawn.warning or drawn.note, (beam.delta + 0.5, 0.0, 0.12))
         points, _ = to_hub_frame(shapes, shapes.centreline)
         if self.overlay:  # not at the clamp, which is that of the other beam
             top = points[shapes.mass if beam.alpha > 0 else -1]
@@ -108,7 +107,7 @@ class BeamView:
         self.share = 1.0 if self.overlay else share
         if not self.fixed:
             middle = share * camera.target(self.shapes, rotating_frame=True)  # else the axis
-            set_pose(self.frame, position=[0.0, 0.0, self.height] - middle)
+            self.scene.set_pose(self.frame, position=[0.0, 0.0, self.height] - middle)
 
     def move(self, phases: np.ndarray, angle: float) -> None:
         """Draw the beam at phases (m,) [rad] of its modes, the hub rotated by angle [rad]; in the
@@ -118,22 +117,24 @@ class BeamView:
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
         centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
         if self.body:
-            set_surface(self.body, *beam_mesh.swept(points, normal, self.section))
+            set_surface(self.scene, self.body, *beam_mesh.swept(points, normal, self.section))
         else:
             paint = colours.painted(shapes, self.drawn.view.colouring, moved, self.drawn.largest)
             if self.drawn.warning:
                 paint[:] = colours.instanced(colours.GREYED)
             placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
             placed["batched_colors"] = paint
-            set_properties(self.beam, **placed)
+            self.scene.set_properties(self.beam, **placed)
             caps = {name: values[[0, -1]] for name, values in placed.items()}  # pieces are open
-            set_properties(self.ends, **caps)
+            self.scene.set_properties(self.ends, **caps)
         self.nodes.move(points, wxyz)
         along = wxyz[[min(shapes.mass, len(wxyz) - 1)]]
-        set_properties(self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along)
+        self.scene.set_properties(
+            self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along
+        )
         if self.surroundings:
             self.surroundings.rotate(angle, self.share)
-        set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
+        self.scene.set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
 
 
 def stacked_heights(count: int) -> list[float]:
@@ -141,20 +142,25 @@ def stacked_heights(count: int) -> list[float]:
     return [ROW_SPACING * ((count - 1) / 2 - k) for k in range(count)]
 
 
+def row_title(label: str, frequency: float, measure: Measure) -> str:
+    """The title of a mode in its row: its name and frequency."""
+    return f"{label}   {measure.text(frequency, 5)}"
+
+
 class BeamScene:
     """The beam in a scene; or each of its modes in a row of its own (paper, figs. 14-15). views: by
     number, 0 for the single beam, k for the row of mode k; rows: the views in the picture."""
 
-    def __init__(self, api: SceneApi):
-        self.api = api
-        add_lights(api)
+    def __init__(self, scene: DrawnScene):
+        self.scene = scene
+        add_lights(scene)
         self.views: dict[int, BeamView] = {}
         self.rows: list[BeamView] = []
 
     def view(self, k: int) -> BeamView:
         """The view of number k, made when it is first needed."""
         if k not in self.views:
-            self.views[k] = BeamView(self.api, f"/mode {k}" if k else "/scene", alone=k == 0)
+            self.views[k] = BeamView(self.scene, f"/mode {k}" if k else "/scene", alone=k == 0)
         return self.views[k]
 
     def show(self, drawn: DrawnBeam) -> None:
@@ -169,7 +175,7 @@ class BeamScene:
             return
         frequency = frequencies(shapes.beam.units)
         for k, (row, height) in enumerate(zip(self.rows, stacked_heights(count), strict=True)):
-            title = f"{shapes.labels[k]}   {frequency.text(shapes.frequencies[k], 5)}"
+            title = row_title(shapes.labels[k], shapes.frequencies[k], frequency)
             alone = view.amplitude * np.eye(count)[k]
             row.height = height
             row.show(DrawnBeam(shapes, view, drawn.scale, alone, title=title))

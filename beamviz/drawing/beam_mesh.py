@@ -91,7 +91,8 @@ class DrawnBeam:
     """All that the drawing of a beam depends on.
 
     scale: [pixels per beam length]; sizes: (m,) amplitudes of its modes, None for those of `view`;
-    warning: a text above the beam, which is grey then; title: a text beside the clamp.
+    warning: a text above the beam, which is grey then; note: one above a beam that vibrates; title:
+    a text beside the clamp.
     """
 
     shapes: SampledModes
@@ -99,6 +100,7 @@ class DrawnBeam:
     scale: float = DEFAULT_SCALE
     sizes: np.ndarray | None = None
     warning: str = ""
+    note: str = ""
     title: str = ""
 
     @cached_property

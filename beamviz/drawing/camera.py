@@ -4,14 +4,17 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import astuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from viser import CameraHandle, InitialCameraConfig
 
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import mass_size
 from beamviz.drawing.surroundings import hub_radius
 from beamviz.scene import Camera, Scene
+
+if TYPE_CHECKING:
+    from viser import CameraHandle, InitialCameraConfig
 
 FIELD_OF_VIEW = math.radians(24)  # vertical
 TALL = math.tan(FIELD_OF_VIEW / 2)  # half the height of the picture at distance 1
@@ -134,7 +137,7 @@ def initial(scene: Scene) -> Camera:
     return scene.camera or fitted(rest, scene.view.rotating_frame, aspect=1.0)
 
 
-def place(view: CameraHandle | InitialCameraConfig, camera: Camera) -> None:
+def place(view: "CameraHandle | InitialCameraConfig", camera: Camera) -> None:
     view.position, view.look_at = camera.position, camera.look_at
     view.fov = FIELD_OF_VIEW
 
@@ -182,7 +185,7 @@ class PageCamera:
     request and after large changes. initial: set in every page that opens. eased: changes of the
     frame take time."""
 
-    def __init__(self, view: CameraHandle, initial: Camera):
+    def __init__(self, view: "CameraHandle", initial: Camera):
         self.view, self.initial = view, initial
         self.given: Camera | None = None  # a fixed viewpoint; None: fitted to the beam
         self.placed = self.before = initial  # the last two set by the server

@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.solver import Solution
+from beamviz.solver.solution import Solution
 
 STATIONS = 601
 CLOSE = 1e-6  # distance from an end of the beam within which a mass is drawn at the end

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from viser import BatchedMeshHandle, MeshHandle, SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import beam_mesh, colours
 from beamviz.drawing.beam_mesh import EDGES, NORMALS, Section, extents, to_hub_frame
 from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.scene_graph import DrawnScene, Node
 from beamviz.drawing.text import measure
-from beamviz.server.viser_private import set_pose, set_properties
 
 VISIBLE_THICKNESS = 0.04
 COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
@@ -48,8 +47,12 @@ def collar() -> trimesh.Trimesh:
 
 
 def add_instances(
-    api: SceneApi, name: str, mesh: trimesh.Trimesh, count: int = 1, opacity: float | None = None
-) -> BatchedMeshHandle:
+    scene: DrawnScene,
+    name: str,
+    mesh: trimesh.Trimesh,
+    count: int = 1,
+    opacity: float | None = None,
+) -> Node:
     """Add a node of instances of a mesh, each with position, orientation, size and colour; all four
     set in one message change their number. Browsers draw such nodes one frame late: all objects
     that move with the beam are of this kind."""
@@ -57,7 +60,7 @@ def add_instances(
     sizes: Any = {"batched_scales": zeros, "batched_colors": zeros.astype(np.uint8)}
     look: Any = {"side": "double", "lod": "off", "flat_shading": True, "receive_shadow": False}
     look |= {"opacity": opacity, "cast_shadow": opacity is None}
-    return api.add_batched_meshes_simple(
+    return scene.add_batched_meshes_simple(
         name, mesh.vertices, mesh.faces, wxyz, zeros, **sizes, **look
     )
 
@@ -67,17 +70,21 @@ BOX, SIDES = beam_mesh.swept(ENDS, NORMALS["chordwise"], (1.0, 1.0))
 
 
 def add_mesh(
-    api: SceneApi, name: str, vertices: np.ndarray = BOX, faces: np.ndarray = SIDES, **options: Any
-) -> MeshHandle:
+    scene: DrawnScene,
+    name: str,
+    vertices: np.ndarray = BOX,
+    faces: np.ndarray = SIDES,
+    **options: Any,
+) -> Node:
     """Add a mesh, without shadows unless `options` say otherwise; by default a box."""
     usual = {"flat_shading": True, "cast_shadow": False, "receive_shadow": False}
-    return api.add_mesh_simple(name, vertices, faces, **usual | options)
+    return scene.add_mesh_simple(name, vertices, faces, **usual | options)
 
 
-def set_surface(node: MeshHandle, vertices: np.ndarray, faces: np.ndarray) -> None:
+def set_surface(scene: DrawnScene, node: Node, vertices: np.ndarray, faces: np.ndarray) -> None:
     """Set vertices (v, 3) and triangles (t, 3) of a mesh, in one message so that they match."""
     changed = {"faces": faces} if len(faces) != len(node.faces) else {}
-    set_properties(node, vertices=vertices, **changed)
+    scene.set_properties(node, vertices=vertices, **changed)
 
 
 MAX_NODES = 10
@@ -87,15 +94,15 @@ class Caption:
     """A text at a point of the scene, which the page writes over the scene, as viser's labels have
     neither its font nor its colours; anchor: the side of the text at the point."""
 
-    def __init__(self, api: SceneApi, name: str, anchor: str = "center"):
-        self.point = api.add_frame(name, show_axes=False)
+    def __init__(self, scene: DrawnScene, name: str, anchor: str = "center"):
+        self.scene, self.point = scene, scene.add_frame(name, show_axes=False)
         self.anchor, self.text = anchor, ""
 
     def show(self, text: str, position: Iterable[float]) -> None:
         """Show a text at a point (3,) in the parent frame; "" hides it."""
         self.text = text
         if text:
-            set_pose(self.point, position=position)
+            self.scene.set_pose(self.point, position=position)
 
     @property
     def data(self) -> dict[str, str]:
@@ -113,17 +120,18 @@ def equilibrium_body(shapes: SampledModes, section: Section) -> tuple[np.ndarray
 class ReferenceShapes:
     """The outline of the undeformed beam, and a translucent body of the equilibrium."""
 
-    def __init__(self, api: SceneApi, root: str):
+    def __init__(self, scene: DrawnScene, root: str):
+        self.scene = scene
         name, edges = f"{root}/rotor/undeformed", np.zeros((12, 2, 3))
         thin: Any = {"thickness": 1.2, "thickness_units": "screen"}
-        self.outline = api.add_line_segments(name, edges, colours.GHOST, **thin)
+        self.outline = scene.add_line_segments(name, edges, colours.GHOST, **thin)
         ghost: Any = {"color": colours.GHOST, "opacity": 0.1}
-        self.equilibrium = add_mesh(api, f"{root}/rotor/equilibrium", **ghost)
+        self.equilibrium = add_mesh(scene, f"{root}/rotor/equilibrium", **ghost)
 
     def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
         self.outline.visible = self.equilibrium.visible = visible
         if visible:
-            set_surface(self.equilibrium, *equilibrium_body(shapes, section))
+            set_surface(self.scene, self.equilibrium, *equilibrium_body(shapes, section))
             corners, _ = beam_mesh.swept(*to_hub_frame(shapes, ENDS), section)
             self.outline.points = corners[EDGES]
 
@@ -131,12 +139,13 @@ class ReferenceShapes:
 class Nodes:
     """A ring and a caption at each node of the modes shown."""
 
-    def __init__(self, api: SceneApi, root: str, colour: colours.RGB = colours.NODE):
+    def __init__(self, scene: DrawnScene, root: str, colour: colours.RGB = colours.NODE):
+        self.scene = scene
         self.at = self.x = np.zeros(0)  # positions of the nodes, and of the ends of pieces
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
         self.size, self.colour = np.zeros(3), colours.instanced([colour])  # of a ring
-        self.rings = add_instances(api, f"{root}/rotor/nodes", trimesh.creation.box())
-        self.captions = [Caption(api, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
+        self.rings = add_instances(scene, f"{root}/rotor/nodes", trimesh.creation.box())
+        self.captions = [Caption(scene, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
         self, shapes: SampledModes, section: Section, shown: list[int], *, labels: bool = True
@@ -165,4 +174,6 @@ class Nodes:
         if count := len(self.piece):
             sizes, paint = np.tile(self.size, (count, 1)), np.tile(self.colour, (count, 1))
             placed = {"batched_positions": self.on_beam(points), "batched_wxyzs": wxyz[self.piece]}
-            set_properties(self.rings, **placed, batched_scales=sizes, batched_colors=paint)
+            self.scene.set_properties(
+                self.rings, **placed, batched_scales=sizes, batched_colors=paint
+            )

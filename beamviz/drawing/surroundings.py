@@ -5,13 +5,12 @@ from typing import Any
 
 import numpy as np
 import trimesh
-from viser import SceneApi
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
 from beamviz.drawing.objects import Caption, add_instances, add_mesh, mass_size, set_surface
+from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.text import measure
-from beamviz.server.viser_private import set_pose, set_properties
 
 MIN_HUB = 0.05
 HUB_HEIGHT = 0.14
@@ -47,13 +46,13 @@ def axis_rotation(angle: float) -> tuple[float, float, float, float]:
     return (math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2))
 
 
-def add_lights(api: SceneApi) -> None:
+def add_lights(scene: DrawnScene) -> None:
     """Add lights from above, left of the viewer, with shadows on the floor."""
-    api.configure_environment_map(hdri=None)
-    api.configure_default_lights(enabled=False)
-    api.add_light_hemisphere("/light/sky", ground_color=GROUND_LIGHT, intensity=SKY)
+    scene.configure_environment_map(hdri=None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_hemisphere("/light/sky", ground_color=GROUND_LIGHT, intensity=SKY)
     for name, (position, intensity) in LIGHTS.items():
-        api.add_light_directional(
+        scene.add_light_directional(
             f"/light/{name}", position=position, intensity=intensity, cast_shadow=name == "key"
         )
 
@@ -63,25 +62,25 @@ class Surroundings:
     direction of rotation with the speed. The hub is a drum, for a beam that points inward a ring
     (hoop) around it. alone: the only beam of the scene."""
 
-    def __init__(self, api: SceneApi, root: str, *, alone: bool):
-        self.alone = alone  # with floor, post and arrow
+    def __init__(self, scene: DrawnScene, root: str, *, alone: bool):
+        self.scene, self.alone = scene, alone  # with floor, post and arrow
         self.drawn_for: tuple = ()  # the values of the last drawing
         hub: Any = {"color": colours.HUB, "receive_shadow": False}
-        self.post = api.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
-        self.hub = add_mesh(api, f"{root}/rotor/hub", cast_shadow=True, **hub)
+        self.post = scene.add_cylinder(f"{root}/rotor/post", POST, 1.0, **hub)
+        self.hub = add_mesh(scene, f"{root}/rotor/hub", cast_shadow=True, **hub)
         head = trimesh.creation.cylinder(1.0, 1.0, sections=6)
-        self.bolts = add_instances(api, f"{root}/rotor/hub/bolts", head, BOLTS)
+        self.bolts = add_instances(scene, f"{root}/rotor/hub/bolts", head, BOLTS)
         self.bolts.batched_colors = colours.instanced(np.tile(colours.MASS, (BOLTS, 1)))
-        self.floor = api.add_frame(f"{root}/floor", show_axes=False, visible=alone)
+        self.floor = scene.add_frame(f"{root}/floor", show_axes=False, visible=alone)
         round_: Any = {"radial_segments": 160, "cast_shadow": False, "receive_shadow": 0.4}
-        self.disc = api.add_cylinder(f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, **round_)
+        self.disc = scene.add_cylinder(f"{root}/floor/disc", 1.0, FLOOR_THICKNESS, **round_)
         thin: Any = {"thickness": 1.0, "thickness_units": "screen"}
         name = f"{root}/floor/scale"
-        self.scale = api.add_line_segments(name, scale_lines(1.0), colours.GRID, **thin)
+        self.scale = scene.add_line_segments(name, scale_lines(1.0), colours.GRID, **thin)
         ribbon = arrow(1.0, 0.0)
         flat: Any = {"color": colours.ROTATION, "side": "double", "flat_shading": False}
-        self.arrow = add_mesh(api, f"{root}/arrow", ribbon.vertices, ribbon.faces, **flat)
-        self.speed = Caption(api, f"{root}/speed")
+        self.arrow = add_mesh(scene, f"{root}/arrow", ribbon.vertices, ribbon.faces, **flat)
+        self.speed = Caption(scene, f"{root}/speed")
         self.speed_angle, self.speed_gap = 0.0, 0.0  # [rad] of its point, least one from the beam
         self.speed_place = np.zeros(3)
 
@@ -98,12 +97,15 @@ class Surroundings:
             radius = max(hub_radius(beam) + HOOP, abs(beam.delta + 1)) + FLOOR_EDGE
             self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
             self.scale.points = scale_lines(radius)
-            set_pose(self.floor, position=(0.0, 0.0, ground - FLOOR_THICKNESS / 2))
+            self.scene.set_pose(self.floor, position=(0.0, 0.0, ground - FLOOR_THICKNESS / 2))
             self.arrow.visible = turning
-            if turning:
-                self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
+            self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
+        self.speed.text = self.speed_text(beam) if turning else ""
+
+    def speed_text(self, beam: Beam) -> str:
+        """The text beside the arrow."""
         speed = measure("gamma", beam.units).text(beam.gamma, 4)
-        self.speed.text = (speed if beam.units else f"speed {speed}") if turning else ""
+        return speed if beam.units else f"speed {speed}"
 
     def show_hub(self, beam: Beam, ground: float, *, rotating_frame: bool) -> None:
         """Place the hub with its bolts, and the post on the floor. Where several beams are drawn,
@@ -115,7 +117,7 @@ class Surroundings:
         self.post.height = -ground
         self.post.position = (0.0, 0.0, ground / 2)
         body = hub_body(radius, inward=inward)
-        set_surface(self.hub, body.vertices + [centre, 0.0, 0.0], body.faces)
+        set_surface(self.scene, self.hub, body.vertices + [centre, 0.0, 0.0], body.faces)
         size = 0.2 * HOOP if inward else min(BOLT_SIZE[0] * radius, 0.02)
         place = radius + HOOP / 2 if inward else radius - 2.2 * size
         angle = np.linspace(0.0, 2 * np.pi, BOLTS, endpoint=False) + np.pi / BOLTS
@@ -123,25 +125,26 @@ class Surroundings:
         positions = np.full((BOLTS, 3), top + BOLT_SIZE[1] / 2)
         positions[:, :2] = place * direction(angle) + [centre, 0.0]
         sizes = np.tile([size, size, BOLT_SIZE[1]], (BOLTS, 1))
-        set_properties(self.bolts, batched_positions=positions, batched_scales=sizes)
+        self.scene.set_properties(self.bolts, batched_positions=positions, batched_scales=sizes)
 
     def show_arrow(self, beam: Beam, size: float) -> None:
         """Place the arrow and the speed beside the hub, or on a large one; size: relative."""
         radius, middle = arrow_place(beam, size)
         ribbon = arrow(radius, middle, size)
-        set_properties(self.arrow, vertices=np.asarray(ribbon.vertices))
+        self.scene.set_properties(self.arrow, vertices=np.asarray(ribbon.vertices))
         self.speed_angle = middle - arrow_turn(radius, size) / 2 - ARROW_GAP * size / radius
         self.speed_gap = SPEED_GAP if middle and beam.delta >= 0 else 0.0  # beside a small hub
         self.speed_place = np.append(radius * direction(self.speed_angle), ARROW_HEIGHT)
+        self.scene.set_pose(self.speed.point, position=self.speed_place)
 
     def rotate(self, angle: float, share: float) -> None:
         """Show the hub at `angle` [rad]; share: of the rotating frame in the view, 0 .. 1. While
         the beam passes the point of the speed, that is on the other side of the hub."""
-        set_pose(self.floor, wxyz=axis_rotation(-share * angle))
+        self.scene.set_pose(self.floor, wxyz=axis_rotation(-share * angle))
         if self.speed.text:
             distance = math.remainder((1 - share) * angle - self.speed_angle, 2 * math.pi)
             side = -1 if abs(distance) < self.speed_gap else 1
-            set_pose(self.speed.point, position=side * self.speed_place)
+            self.scene.set_pose(self.speed.point, position=side * self.speed_place)
 
 
 def scale_lines(radius: float) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 
 from beamviz.beam import NUMBERS, Beam, Units
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
-from beamviz.solver import Solution
+from beamviz.solver.solution import Solution
 
 MILLIMETRES = 1000.0
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
@@ -101,13 +101,18 @@ def neat(step: float) -> float:
 
 def stability_warning(solution: Solution) -> str:
     """The growth of a disturbance of an unstable state, or of a vibration, in two lines; "" for a
-    stable one."""
-    if solution.equilibrium.status == "stable":
+    stable one. While the speed changes, a growth rate holds at this instant only."""
+    status, beam = solution.equilibrium.status, solution.beam
+    if status == "stable":
         return ""
     fastest = int(np.argmax(solution.growth_rates))
-    motion = "stretching" if solution.labels[fastest].startswith("S") else "bending"
-    growth_rate = float(solution.growth_rates[fastest])
-    return f"Unstable in {motion}\na disturbance {growth(growth_rate, solution.beam.units)}"
+    label, rate = solution.labels[fastest], float(solution.growth_rates[fastest])
+    instant = ", at this instant" if beam.spin_up else ""
+    if status == "growing":
+        name = label if rate > 0 else "one beyond the modes shown"
+        return f"Vibrations grow\n{name} {growth(rate, beam.units)}{instant}"
+    motion = "stretching" if label.startswith("S") else "bending"
+    return f"Unstable in {motion}\na disturbance {growth(rate, beam.units)}{instant}"
 
 
 def growth(rate: float, units: Units | None) -> str:

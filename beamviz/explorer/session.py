@@ -36,6 +36,7 @@ from beamviz.explorer.features.veering import VeeringTab
 from beamviz.explorer.page import checkbox, panel
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.scene import Scene
+from beamviz.server.viser_private import ViserScene
 
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
 REST = 0.3  # [s] that a slider is at rest before the charts are updated, with many visitors
@@ -56,7 +57,7 @@ class SceneView(Feature):
         super().__init__(visitor)
         self.camera, self.clock, self.state = visitor.camera, visitor.clock, visitor.state
         self.comparison, self.run_up = comparison, run_up
-        self.scene = BeamScene(visitor.client.scene)
+        self.scene = BeamScene(ViserScene(visitor.client.scene))
         self.beam = self.scene.view(0)
         scene = visitor.state.scene
         self.open(scene)

@@ -15,10 +15,10 @@ from typing import Any, Self
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
-from beamviz.solver import CHOICES as SOLVER_CHOICES
+from beamviz.solver.problem import CHOICES, OPTIONS
 
-TERMS = ("stiffening", "softening", "coriolis")  # of the equations, each on or off
-CHOICES = {name: tuple(choices) for name, choices in SOLVER_CHOICES.items()}
+# Terms of the equations, each on or off.
+TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
 TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")

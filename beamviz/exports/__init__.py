@@ -18,9 +18,8 @@ from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, Moment, SolvedScene
 from beamviz.files import check_suffix, csv_text, plain, replaced
-from beamviz.output import along_beam, mode_values
 from beamviz.scene import Scene
-from beamviz.solver import Solution
+from beamviz.solver.solution import Solution
 
 SUFFIXES = (".html", ".glb", ".csv", ".npz")  # of exports
 # By suffix, the unit [ms] in which a format counts the duration of a frame, 0 for any.
@@ -60,7 +59,7 @@ def export(path: str | Path, scene: Scene) -> None:
 
 def write_csv(file: Path, solution: Solution) -> None:
     """Equilibrium and modes, one line for each mode and station; empty where not finite."""
-    modes, line = mode_values(solution), along_beam(solution)
+    modes, line = solution.columns, solution.along_beam
     (x, y), (u, w) = line["position"].T, np.moveaxis(line["shape"], 2, 0)
     columns = {"mode": modes["index"][:, None]}
     columns |= {key: np.array(modes[key])[:, None] for key in MODE_COLUMNS}
@@ -75,7 +74,7 @@ def write_csv(file: Path, solution: Solution) -> None:
 def field_arrays(solution: Solution) -> dict[str, Any]:
     """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
     (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
-    beam, line = solution.beam, along_beam(solution)
+    beam, line = solution.beam, solution.along_beam
     shapes = line.pop("shape")
     return {
         "beam": np.array(list(beam.numbers.values())),

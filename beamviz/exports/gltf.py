@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from beamviz import __version__
 from beamviz.drawing import BeamView, beam_mesh, colours
 from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.drawing.surroundings import hub_body, hub_radius
 from beamviz.exports.solved_scene import Loop, Moment, SolvedScene
-from beamviz.server.viser_private import offline_scene
+from beamviz.version import __version__
 
 FLOAT, UNSIGNED = 5126, 5125
 KEYS = 24  # of the animation, for each cycle of its fastest motion
@@ -78,7 +78,7 @@ class Gltf:
 
 def write_glb(file: Path, solved: SolvedScene) -> None:
     """Hub, beam and mass, in lengths of the beam; outside the rotating frame they rotate."""
-    gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(offline_scene())
+    gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(SceneGraph())
     drawn.show(solved.drawn)
     loop = None if solved.warning else Loop(solved, film=False)
     times, moments = np.zeros(1), [Moment(np.zeros(len(solved.shapes.modes)), 0.0)]

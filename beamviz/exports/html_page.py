@@ -1,34 +1,39 @@
 """A scene as one HTML file that plays without a network, with its numbers and its loci."""
 
-import json
+import math
 import zlib
 from base64 import b64encode
+from collections.abc import Collection
 from html import escape
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 
 from beamviz.chart_ranges import CHART_POINTS, chart_range
-from beamviz.drawing import BeamScene, BeamView, camera, colours
+from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.objects import equilibrium_body
-from beamviz.drawing.text import frequencies, measure, mode_value
+from beamviz.drawing.text import frequencies, growth, measure, mode_value, stability_warning
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
-from beamviz.files import package_text
+from beamviz.files import json_text, package_text
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
-from beamviz.plotting import figure_bytes
-from beamviz.plotting.loci import draw_chart
+from beamviz.plotting import STYLE, figure_bytes, new_figure
+from beamviz.plotting.loci import Chart
 from beamviz.scene import Scene
-from beamviz.server import run_server
-from beamviz.solver import MAX_MODES, Solution, solve_many
+from beamviz.server.viser_private import RecordedServer, ViserScene
+from beamviz.solver import solve_many
+from beamviz.solver.problem import MAX_MODES
+from beamviz.solver.solution import Solution
 
 TITLE, ROOT = "<title>Viser</title>", '<div id="root"></div>'  # of viser's page
 POINTS = 72  # an inch, as SVG pictures have them
+CHART_SIZE = (4.4, 3.6)  # [in], as wide as the panel, so that letters are of a size with its text
 SPEEDS = 41  # solved over the range of the chart, besides that of the scene
 EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
 PALETTE = 256  # colours of the map
@@ -36,15 +41,22 @@ RESOLUTION = 1e-5  # of places, in lengths of the beam, and of strains
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
 
-def solution_table(solution: Solution, shown: list[int]) -> str:
-    """The modes: number, label, kind, frequency, error; the ones shown are marked."""
+def solution_table(
+    solution: Solution, shown: Collection[str] = (), count: int | None = None
+) -> str:
+    """The `count` lowest modes (or all): number, label, kind, frequency, error. Those whose labels
+    are `shown` are marked."""
     labels, mixtures = identify_modes(solution)
-    across = f'<span title="{TIME}">{frequencies(solution.beam.units).label}</span>'
+    units = solution.beam.units
+    across = f'<span title="{TIME}">{frequencies(units).label}</span>'
     rows = ["<tr>" + "".join(f"<th>{head}</th>" for head in ("", "mode", "kind", across, "error"))]
-    for k, (label, family) in enumerate(zip(labels, solution.families, strict=True)):
+    for k, (label, family) in enumerate(zip(labels[:count], solution.families, strict=False)):
         value, error = mode_value(solution, k)
+        rate = float(solution.growth_rates[k])
+        if rate > 0 and math.isfinite(solution.frequencies[k]):
+            value += f", {growth(rate, units)}"
         cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"]
-        rows.append('<tr class="shown">' if k in shown else "<tr>")
+        rows.append('<tr class="shown">' if solution.labels[k] in shown else "<tr>")
         rows += [f"<td>{cell}</td>" for cell in cells]
     return f'<table aria-label="modes">{"".join(rows)}</table>'
 
@@ -52,14 +64,14 @@ def solution_table(solution: Solution, shown: list[int]) -> str:
 def write_html(file: Path, solved: SolvedScene) -> None:
     """viser's self-contained page with offline.js, which moves the beam, and a panel of numbers."""
     view, beam, player = solved.scene.view, solved.scene.beam, ""
-    with run_server() as server:
-        fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
-        camera.place(server.initial_camera, solved.scene.camera or fitted)
-        beams = solved.draw(server.scene)
-        beams.move(*solved.moment())
-        page = server.get_scene_serializer().as_html(dark_mode=view.dark)
+    recorded = RecordedServer()
+    fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
+    camera.place(recorded.initial_camera, solved.scene.camera or fitted)
+    beams = solved.draw(ViserScene(recorded.scene))
+    beams.move(*solved.moment())
+    page = recorded.page(dark=view.dark)
     if not solved.warning:
-        data = zlib.compress(json.dumps(speed_data(solved, beams)).encode())
+        data = zlib.compress(json_text(speed_data(solved, beams), indent=None).encode())
         script = package_text("drawing/captions.js", "exports/offline.js")
         player = f'<script type="text/plain" id="speeds">{b64encode(data).decode()}</script>'
         player += f"<script>{script}</script>"
@@ -67,10 +79,7 @@ def write_html(file: Path, solved: SolvedScene) -> None:
     theme += f" rgb{colours.BACKGROUND[view.dark]}; --letters: rgb{colours.LETTERS[view.dark]}; }}"
     page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
     style = theme + package_text("drawing/captions.css", "exports/offline.css")
-    elements = (
-        f"<style>{style}</style>{ROOT}"
-        f'<aside aria-label="numbers">{panel(solved)}</aside><div id="caption-layer"></div>{player}'
-    )
+    elements = f'<style>{style}</style>{ROOT}{panel(solved)}<div id="caption-layer"></div>{player}'
     file.write_text(page.replace(ROOT, elements), encoding="utf-8")
 
 
@@ -82,32 +91,50 @@ def panel(solved: SolvedScene) -> str:
         for name, value in scene.options.items()
         if value != defaults[name]
     )
+    dark = ' class="dark"' if scene.view.dark else ""
     return (
-        f"<h1>{scene.beam.described(scene.beam.numbers)}</h1>"
+        f'<aside aria-label="numbers"{dark}>'
+        f'<div id="numbers">{numbers(solved, solved.solution)}</div>'
         + (f"<p>{escape(options)}</p>" if options else "")
-        + (f"<p class=wrong>{escape(solved.warning)}</p>" if solved.warning else CONTROLS)
-        + solution_table(solved.solution, solved.shown)
+        + ("" if solved.warning else CONTROLS)
         + chart(scene)
         + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
-        "</details>"
+        "</details></aside>"
+    )
+
+
+def numbers(solved: SolvedScene, solution: Solution) -> str:
+    """What depends on the speed: the heading, a warning and the table of modes of a solution."""
+    shown = {solved.solution.labels[k] for k in solved.shown}
+    warning = stability_warning(solution)
+    return (
+        f"<h1>{solution.beam.described(solution.beam.numbers)}</h1>"
+        + (f'<p class="wrong">{escape(warning)}</p>' if warning else "")
+        + solution_table(solution, shown, len(solved.solution.labels))
     )
 
 
 def chart(scene: Scene) -> str:
     """The loci (SVG) with per-rev lines and a line at the scene, or why there are none."""
-    multiples = scene.per_rev if scene.over == "gamma" else ()
+    beam, over = scene.beam, scene.over
+    multiples = scene.per_rev if over == "gamma" else ()
     try:
-        values = np.linspace(*chart_range(scene.beam, scene.over), CHART_POINTS)
+        values = np.linspace(*chart_range(beam, over), CHART_POINTS)
         most = max(multiples, default=0)
-        found = loci(scene.beam, scene.over, values, per_rev=most, **scene.solver_options)
+        found = loci(beam, over, values, per_rev=most, **scene.solver_options)
     except BeamvizError as error:
-        return f"<p class=wrong>{escape(str(error))}</p>"
-    figure = draw_chart(found, multiples, getattr(scene.beam, scene.over))
-    svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
-    axes, enlarge = figure.axes[0], "this.classList.toggle('large')"
+        return f'<p class="wrong">{escape(str(error))}</p>'
+    with rc_context(STYLE):
+        figure = new_figure(*CHART_SIZE, layout="constrained")
+        axes = figure.add_subplot()
+        drawn = Chart(found, axes, multiples)
+        drawn.annotate(multiples)
+        axes.axvline(drawn.x(getattr(beam, over)), color="0.5", lw=0.8, zorder=0, gid="marker")
+        svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     low, high = axes.get_xlim()
     step = POINTS * figure.get_figwidth() * axes.get_position().width / (high - low)
-    moved = f' data-step="{step}"' if scene.over == "gamma" else ""  # of the line at the scene
+    moved = f' data-step="{step}"' if over == "gamma" else ""  # of the line at the scene
+    enlarge = "this.classList.toggle('large')"
     return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}><svg{svg}</figure>'
 
 
@@ -120,7 +147,7 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
     options["modes"] = min(options["modes"] + EXTRA_MODES, MAX_MODES)
 
     def usable(one: Any) -> bool:
-        stable = isinstance(one, Solution) and one.equilibrium.status == "stable"
+        stable = isinstance(one, Solution) and one.equilibrium.status != "unstable"
         return stable and wanted <= set(one.labels)
 
     found: list[Any] = []
@@ -135,8 +162,9 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
 
 
 def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
-    """What offline.js needs; shapes and frequencies of a mode are matched by its label.
+    """What offline.js needs, for each solved speed; modes shown are matched by their labels.
 
+    numbers: the texts of the panel; speeds: as displayed; captions: those that hold at each speed;
     body (3 v, speeds), faces (3 t,): vertices and triangles of the equilibrium; see `steps`.
     """
     beam, view = solved.scene.beam, solved.scene.view
@@ -144,19 +172,22 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     shapes: list[SampledModes] = []
     for one in solutions:
         shapes.append(SampledModes.sampled(one, shapes[-1] if shapes else None))
-    known = [dict(zip(one.labels, one.omega_squared.tolist(), strict=True)) for one in solutions]
-    labels = solved.solution.labels
+    labels = [solved.solution.labels[k] for k in solved.shown]
     speed = measure("gamma", beam.units)
     stations, section = beams.rows[0].shapes.x, beams.rows[0].section
     bodies = [equilibrium_body(resampled(shape, stations), section) for shape in shapes]
     places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
+    gammas = [one.beam.gamma for one in solutions]
     return {
-        "speeds": [speed.factor * one.beam.gamma for one in solutions],
-        "start": speed.factor * beam.gamma,
-        "unit": speed.unit,
-        "factors": {"speed": speed.factor, "frequency": frequencies(beam.units).factor},
-        "labels": labels,
-        "squares": [[at.get(label) for at in known] for label in labels],
+        "gammas": gammas,
+        "start": gammas.index(beam.gamma),
+        "speeds": [speed.text(gamma, 4) for gamma in gammas],
+        "factor": speed.factor,
+        "numbers": [numbers(solved, one) for one in solutions],
+        "frequencies": {
+            label: [np.nan_to_num(one.frequencies[one.labels.index(label)]) for one in solutions]
+            for label in labels
+        },
         "resolution": RESOLUTION,
         "body": steps([vertices.ravel() for vertices, _ in bodies]),
         "faces": bodies[0][1].ravel().tolist(),
@@ -164,9 +195,37 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
         "turning": ["floor", -1] if view.rotating_frame else ["rotor", 1],
         "palette": colours.PALETTES[view.colouring][places].ravel().tolist(),
         "strain": view.colouring == "axial strain",
-        "captions": [one.data for one in beams.captions],
+        "arrow": around.arrow.name
+        if (around := beams.rows[0].surroundings) and around.alone
+        else "",
+        "captions": captions(solved, beams, solutions),
         "beams": [beam_data(row, solved, shapes) for row in beams.rows],
     }
+
+
+def captions(
+    solved: SolvedScene, beams: BeamScene, solutions: list[Solution]
+) -> list[list[dict[str, str]]]:
+    """The captions at each speed: those of the scene at its own; at others the name and frequency
+    of each row, the speed, and a warning, as nodes of the beam are elsewhere."""
+    own, every = [one.data for one in beams.captions], []
+    factor, titles = frequencies(solved.scene.beam.units), [row.title for row in beams.rows]
+    for solution in solutions:
+        if solution.beam.gamma == solved.scene.beam.gamma:
+            every.append(own)
+            continue
+        shown = [
+            {**title.data, "text": row_title(label, solution.frequencies[k], factor)}
+            for title in titles
+            for label in title.text.split()[:1]
+            for k in [solution.labels.index(label)]
+        ]
+        if (around := beams.rows[0].surroundings) and around.alone and solution.beam.gamma > 0:
+            shown.append({**around.speed.data, "text": around.speed_text(solution.beam)})
+        if warning := stability_warning(solution):
+            shown.append({**beams.rows[0].warning.data, "text": warning})
+        every.append(shown)
+    return every
 
 
 def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) -> dict[str, Any]:

@@ -1,5 +1,5 @@
-/* The scene of an exported page, drawn at any speed by interpolation between solved ones. Repeats
-beam_mesh.segments of the package on the data of html_page.py. */
+/* The scene of an exported page at any of its solved speeds. Repeats beam_mesh.segments of the
+package on the data of html_page.py. */
 "use strict";
 (async () => {
   const byId = (id) => document.getElementById(id);
@@ -10,20 +10,15 @@ beam_mesh.segments of the package on the data of html_page.py. */
     for (const unit of [1, data.resolution]) // from second differences between speeds, in integers
       values.forEach((step, k) => { values[k] = unit * step + (k ? values[k - 1] : 0); });
   const MIN_STEP = 10, // a smaller one is rounding
-    MAX_WEDGE = Math.tan(0.5), last = data.speeds.length - 1;
+    MAX_WEDGE = Math.tan(0.5);
   const [slider, shown, button] = ["speed", "speed-shown", "play"].map(byId), phases = {};
   const chart = document.querySelector("aside figure[data-step]");
-  const table = document.querySelector("aside table"), rows = table.innerHTML; // of the scene
   let playing = matchMedia("(prefers-reduced-motion: reduce)").matches;
   let before = 0, angle = 0; // of the hub
-  let speed, k, part; // the last solved speed up to it, and the part of the way to the next one
+  let k = data.start; // the solved speed that is shown
 
-  /* Numbers at the present speed, from the values of each at the solved speeds; null if unknown. */
-  const at = (numbers) => numbers.map((values) => {
-    const x = values[k], next = part ? values[k + 1] : x;
-    return x === null || next === null ? NaN : x + part * (next - x);
-  });
-  const frequency = (label) => Math.sqrt(at(data.squares)[data.labels.indexOf(label)]);
+  /* Numbers at the present speed, from the values of each at all. */
+  const at = (numbers) => numbers.map((values) => values[k]);
   const send = (type, name, values) =>
     window.__viserMutable?.messageQueue?.push({ type, name, owner: "", ...values });
 
@@ -84,8 +79,8 @@ beam_mesh.segments of the package on the data of html_page.py. */
     const viewer = window.__viserMutable;
     before = now;
     for (const label of data.beams.flatMap((beam) => beam.labels))
-      phases[label] = (phases[label] ?? Math.PI / 2) + passed * (frequency(label) || 0);
-    angle += (passed * speed) / data.factors.speed;
+      phases[label] = (phases[label] ?? Math.PI / 2) + passed * data.frequencies[label][k];
+    angle += passed * data.gammas[k];
     requestAnimationFrame(frame);
     if (!viewer?.camera || !viewer.nodeRefFromName[`${data.beams[0].root}/rotor/ends`]) return;
     const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
@@ -94,32 +89,23 @@ beam_mesh.segments of the package on the data of html_page.py. */
     viewer.requestRender();
   }
 
+  /* Shows the speed that is chosen: its numbers, its place in the chart and its beam. */
   function choose() {
-    speed = Math.abs(slider.value - data.start) < slider.step ? data.start : Number(slider.value);
-    k = Math.max(Math.min(data.speeds.findLastIndex((known) => known <= speed), last - 1), 0);
-    const [low, high] = [k, k + 1].map((i) => data.speeds[i] ** 2); // all is smooth in the square
-    part = last ? (speed ** 2 - low) / (high - low) : 0;
-    const moved = speed !== data.start, number = Number(speed.toPrecision(4));
-    shown.textContent = data.unit ? `${number} ${data.unit}` : `γ = ${number}`;
-    const shift = `translate(${chart?.dataset.step * (speed - data.start)})`;
-    chart?.querySelector("#marker").setAttribute("transform", shift);
-    table.innerHTML = rows;
-    for (const { cells: [, label, , ...cells] } of moved ? table.querySelectorAll("tr:has(td)") : []) {
-      const value = (data.factors.frequency * frequency(label.textContent)).toPrecision(6);
-      [cells[0].textContent, cells[1].textContent] = [value === "NaN" ? "–" : value, "–"];
-    }
+    k = Number(slider.value);
+    shown.textContent = data.speeds[k];
+    slider.setAttribute("aria-valuetext", data.speeds[k]);
+    byId("numbers").innerHTML = data.numbers[k];
+    const moved = data.factor * (data.gammas[k] - data.gammas[data.start]);
+    const marker = chart?.querySelector("#marker");
+    marker?.setAttribute("transform", `translate(${chart.dataset.step * moved})`);
     const body = { vertices: at(data.body), faces: data.faces };
     for (const { root } of data.beams) update(`${root}/rotor/equilibrium`, [body]);
-    beamvizCaptions.show(data.captions.flatMap((caption) => { // some hold for one speed alone
-      const { name, text } = caption, title = name.endsWith("/title") && text.split(" ")[0];
-      const other = name.endsWith("/speed") ? text.replace(/[-.0-9]+/, number) : title;
-      return moved ? (other ? [{ ...caption, text: other }] : []) : [caption];
-    }));
+    if (data.arrow)
+      send("SetSceneNodeVisibilityMessage", data.arrow, { visible: data.gammas[k] > 0 });
+    beamvizCaptions.show(data.captions[k]);
   }
 
-  [slider.min, slider.max] = [data.speeds[0], data.speeds[last]];
-  slider.step = (slider.max - slider.min) / 2000 || 1;
-  slider.value = data.start;
+  [slider.min, slider.max, slider.step, slider.value] = [0, data.gammas.length - 1, 1, k];
   slider.oninput = choose;
   button.onclick = () => {
     playing = !playing;

@@ -8,19 +8,16 @@ import math
 import threading
 from functools import lru_cache
 from importlib.metadata import distribution
-from typing import Any
 
 import numpy as np
 import trimesh
 from PIL import Image, ImageDraw, ImageFilter, ImageFont
-from viser import SceneApi
-from viser.transforms import SO3
 
 from beamviz.drawing import camera, colours
 from beamviz.drawing.colours import linear
+from beamviz.drawing.scene_graph import Node, PlacedNode, SceneGraph, rotations
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
 from beamviz.exports.solved_scene import Moment, SolvedScene
-from beamviz.server.viser_private import VisibleNode, offline_scene, visible_nodes
 
 SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
@@ -59,51 +56,47 @@ class Geometry:
     [pixels]; points: of frames, by name; floor: the cylinder whose top is not among the triangles.
     """
 
-    def __init__(self, scene: SceneApi):
+    def __init__(self, scene: SceneGraph):
         self.lines: list[tuple[np.ndarray, np.ndarray, float]] = []
         self.points: dict[str, np.ndarray] = {}
-        self.floor: VisibleNode | None = None
+        self.floor: PlacedNode | None = None
         parts = []
-        for node in visible_nodes(scene):
-            props, corners = node.props, None
-            match node.kind:
-                case "BatchedMeshesProps":
-                    corners, colour = instances(props)
-                case "MeshProps":
-                    corners, colour = props.vertices[props.faces], linear(props.color)
-                    if props.side == "double":
-                        corners = np.concatenate([corners, corners[:, ::-1]])
-                case "CylinderProps":
-                    size = [props.radius, props.radius, props.height]
-                    corners, colour = CYLINDER * size, linear(props.color)
-                    if props.receive_shadow:
-                        self.floor, corners = node, corners[corners[..., 2].min(axis=1) < 0]
-                case "LineSegmentsProps":
-                    ends = props.points @ node.rotation.T + node.position
-                    colour = linear(props.colors.reshape(-1, 3)[0])
-                    self.lines.append((ends, colour, props.thickness))
-                case "FrameProps":
-                    self.points[node.name] = node.position
-                case "" | "HemisphereLightProps" | "DirectionalLightProps":  # the root; see LIGHTS
-                    pass
-                case kind:
-                    raise NotImplementedError(f"pictures have no {kind}")
-            if corners is not None:
-                opacity = 1.0 if props.opacity is None else props.opacity
-                rgba = np.full((len(corners), 4), opacity, float)
-                rgba[:, :3] = colour
-                placed = corners @ node.rotation.T + node.position
-                parts.append((placed, rgba, np.full(len(corners), props.cast_shadow)))
+        for placed in scene.visible():
+            node, rotation, position = placed
+            if node.kind == "frame":
+                self.points[node.name] = position
+                continue
+            if node.kind == "lines":
+                ends = node.points @ rotation.T + position
+                self.lines.append((ends, linear(node.color), node.thickness))
+                continue
+            if node.kind == "light":  # see LIGHTS
+                continue
+            if node.kind == "instances":
+                corners, colour = instances(node)
+            elif node.kind == "mesh":
+                corners, colour = node.vertices[node.faces], linear(node.color)
+                if node.side == "double":
+                    corners = np.concatenate([corners, corners[:, ::-1]])
+            else:
+                corners = CYLINDER * [node.radius, node.radius, node.height]
+                colour = linear(node.color)
+                if node.receive_shadow:
+                    self.floor, corners = placed, corners[corners[..., 2].min(axis=1) < 0]
+            rgba = np.full((len(corners), 4), 1.0 if node.opacity is None else node.opacity)
+            rgba[:, :3] = colour
+            casts = np.full(len(corners), node.cast_shadow)
+            parts.append((corners @ rotation.T + position, rgba, casts))
         self.corners, self.colours, self.casts = map(np.concatenate, zip(*parts, strict=True))
         self.normals = trimesh.unitize(trimesh.triangles.cross(self.corners))
 
 
-def instances(props: Any) -> tuple[np.ndarray, np.ndarray]:
+def instances(node: Node) -> tuple[np.ndarray, np.ndarray]:
     """The triangles of all instances, and their colours."""
-    axes = SO3(props.batched_wxyzs.astype(float)).as_matrix()
-    sized = props.vertices[props.faces].reshape(-1, 3) * props.batched_scales[:, None]
-    corners = sized @ axes.mT + props.batched_positions[:, None]
-    colour = np.repeat(props.batched_colors / 255, len(props.faces), axis=0)
+    axes = rotations(node.batched_wxyzs)
+    sized = node.vertices[node.faces].reshape(-1, 3) * node.batched_scales[:, None]
+    corners = sized @ axes.mT + node.batched_positions[:, None]
+    colour = np.repeat(node.batched_colors / 255, len(node.faces), axis=0)
     return corners.reshape(-1, 3, 3), colour
 
 
@@ -122,7 +115,7 @@ class Renderer:
         self.projection = axes @ to_pixels
         dark = solved.scene.view.dark
         self.background, self.letters = colours.BACKGROUND[dark], colours.LETTERS[dark]
-        self.scene, self.lock = offline_scene(), threading.Lock()
+        self.scene, self.lock = SceneGraph(), threading.Lock()
         self.beams = solved.draw(self.scene, camera.scale(self.distance, height))
 
     def picture(self, moment: Moment, *, transparent: bool = False) -> Image.Image:
@@ -168,19 +161,19 @@ class Renderer:
 
     # Floor
 
-    def add_floor(self, picture: Image.Image, floor: VisibleNode, scene: Geometry) -> None:
+    def add_floor(self, picture: Image.Image, floor: PlacedNode, scene: Geometry) -> None:
         """Put the top of a round floor over a picture, if it is seen, with the shadow on it."""
-        centre = floor.position + floor.props.height / 2 * UP
+        centre = floor.position + floor.node.height / 2 * UP
         if self.eye[2] <= centre[2]:
             return
         # A place (x, y) shows the point points @ (x, y, 1), homogeneous, from the centre; the last
         # of its coordinates is positive below the horizon.
         points = np.linalg.inv([*self.projection[:2], self.projected(centre)]).T
-        tone = np.rint(255 * shades(self.eye, centre, UP, linear(floor.props.color)))
+        tone = np.rint(255 * shades(self.eye, centre, UP, linear(floor.node.color)))
         disc = Image.new("RGB", self.size, tuple(tone.astype(int).tolist()))
         bodies = scene.corners[scene.casts & (scene.normals @ SUN > 0)]
-        disc.paste("black", mask=self.shadow(bodies, centre[2], floor.props.receive_shadow))
-        disc.putalpha(self.disc(points, floor.props.radius))
+        disc.paste("black", mask=self.shadow(bodies, centre[2], floor.node.receive_shadow))
+        disc.putalpha(self.disc(points, floor.node.radius))
         picture.alpha_composite(disc)
 
     def disc(self, points: np.ndarray, radius: float) -> Image.Image:

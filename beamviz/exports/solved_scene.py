@@ -1,16 +1,16 @@
-"""A scene with its solution, drawn in any viser scene at any moment, and the loop of its film."""
+"""A scene with its solution, drawn at any moment, and the loop of its film."""
 
 import math
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from viser import SceneApi
 
 from beamviz.beam import check_float
 from beamviz.drawing import BeamScene, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import SampledModes, playback_rate
+from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.text import stability_warning
 from beamviz.errors import InvalidInput
 from beamviz.scene import Camera, Scene
@@ -36,8 +36,9 @@ class Moment(NamedTuple):
 class SolvedScene:
     """A scene with its solution; direction, zoom: replace its camera.
 
-    warning: of an unstable equilibrium, else ""; heights: of the beams drawn, around the middle of
-    the picture; shown: the modes (0-based) in it. Raises InvalidInput and the errors of `solve`.
+    warning: of an unstable equilibrium, else ""; note: of vibrations that grow, else ""; heights:
+    of the beams drawn, around the middle of the picture; shown: the modes (0-based) in it. Raises
+    InvalidInput and the errors of `solve`.
     """
 
     def __init__(self, scene: Scene, direction: Direction | None = None, zoom: float = 1.0):
@@ -47,8 +48,12 @@ class SolvedScene:
         self.zoom = check_float("zoom", zoom, *ZOOMS)
         self.solution = solve(scene.beam, **scene.solver_options)
         self.shapes = SampledModes.sampled(self.solution)
-        self.warning = stability_warning(self.solution)
-        self.drawn = DrawnBeam(self.shapes, scene.view, warning=self.warning)
+        growing, text = (
+            self.solution.equilibrium.status == "growing",
+            stability_warning(self.solution),
+        )
+        self.warning, self.note = ("", text) if growing else (text, "")
+        self.drawn = DrawnBeam(self.shapes, scene.view, warning=self.warning, note=self.note)
         rows = range(len(self.shapes.modes)) if self.drawn.in_rows else []
         self.heights = stacked_heights(len(rows) or 1)
         self.shown = [*rows] or self.drawn.shown
@@ -73,9 +78,9 @@ class SolvedScene:
         axial_reach = float(self.drawn.amplitudes @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 
-    def draw(self, api: SceneApi, scale: float = DEFAULT_SCALE) -> BeamScene:
-        """The scene in viser, at `scale` [pixels per beam length]; move it to the moments."""
-        beams = BeamScene(api)
+    def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
+        """The beams drawn into a scene, at `scale` [pixels per beam length]."""
+        beams = BeamScene(scene)
         beams.show(replace(self.drawn, scale=scale))
         return beams
 

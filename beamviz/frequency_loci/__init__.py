@@ -2,7 +2,6 @@
 
 import time
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from beamviz.solver import parse_keywords
 from beamviz.solver.problem import Problem
 
 MAX_POINTS = 10_000
+MAX_HTML_ROWS = 20
 MAX_PER_REV = 100
 
 
@@ -66,22 +66,34 @@ class Loci:
 
         Raises Unavailable where xarray is not installed.
         """
-        return import_module("beamviz.output").loci_dataset(self)
+        from beamviz.datasets import attributes, loci_dataset
+
+        described = attributes(self.beam.numbers, self.problem.model, self.units)
+        return loci_dataset(self.over, self.values, self.branches, described)
 
     def events_dataframe(self) -> Any:
         """The events as rows of a pandas.DataFrame."""
-        return import_module("beamviz.output").records_dataframe(Event, self.events)
+        from beamviz.tables import dataframe
+
+        return dataframe(Event, self.events)
 
     def limits_dataframe(self) -> Any:
         """The limits as rows of a pandas.DataFrame."""
-        return import_module("beamviz.output").records_dataframe(Limit, self.limits)
+        from beamviz.tables import dataframe
+
+        return dataframe(Limit, self.limits)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the chart onto matplotlib axes (the current ones by default), and return these."""
-        return import_module("beamviz.plotting.loci").plot_loci(self, ax)
+        from beamviz.plotting.loci import plot_loci
+
+        return plot_loci(self, ax)
 
     def _repr_html_(self) -> str:
-        return import_module("beamviz.output").loci_html(self)
+        from beamviz.tables import event_columns, html_table
+
+        events = self.events[:MAX_HTML_ROWS]
+        return html_table(repr(self), event_columns(self.over, self.units, events))
 
     def labels_at(self, value: float) -> tuple[str, ...]:
         """The labels of the branches of the lowest modes at a value, by ascending frequency; empty
@@ -173,13 +185,6 @@ def resonances(found: Loci, count: int = 1) -> list[Event]:
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
     tracked = found.tracked._replace(per_rev=count)
     return sorted(EVENT_KINDS["resonance"].locate(tracked), key=lambda event: event.at)
-
-
-def close_up(found: Loci, event: Event, widths: float = 4.0, points: int = 41) -> Loci:
-    """`found` within `widths` widths of a veering and its own range, at `points` values."""
-    low = max(event.at - widths * event.width, found.values[0])
-    high = min(event.at + widths * event.width, found.values[-1])
-    return at_values(found, np.linspace(low, high, points))
 
 
 def at_values(found: Loci, values: NDArray) -> Loci:

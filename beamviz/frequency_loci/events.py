@@ -36,6 +36,16 @@ class Event:
     width: float = 0.0  # of a veering: distance at which the gap is sqrt(2) times the least
     per_rev: int = 0  # of a resonance: periods of the force per revolution
 
+    @property
+    def name(self) -> str:
+        """The kind; of a resonance with the multiple of the speed, as "resonance 2x"."""
+        return f"{self.kind} {self.per_rev}x" if self.per_rev else self.kind
+
+    @property
+    def mark(self) -> tuple[str, bool]:
+        """The marker in charts, and whether it is filled."""
+        return EVENT_KINDS[self.kind].marker, EVENT_KINDS[self.kind].filled
+
 
 class Tracked(NamedTuple):
     """What events are located in: the parts of the loci between limits of equilibrium, ascending,

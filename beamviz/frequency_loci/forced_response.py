@@ -17,7 +17,8 @@ import numpy as np
 from beamviz.beam import Beam, check_float, check_int
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.events import Event
-from beamviz.solver import quadrature, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.families import quadrature
 from beamviz.solver.solution import Solution
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)

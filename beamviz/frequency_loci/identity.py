@@ -11,7 +11,8 @@ from scipy.optimize import linear_sum_assignment
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
-from beamviz.solver import MAX_MODES, solve
+from beamviz.solver import solve
+from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import Solution, labels_of
 
 LOST = 0.25  # MAC below which two modes do not correspond

@@ -40,6 +40,11 @@ class Limit(NamedTuple):
     stop: float
     message: str
 
+    @property
+    def name(self) -> str:
+        """The kind in words."""
+        return MESSAGES[self.kind]
+
 
 class Change(NamedTuple):
     """A value from which on the outcome is of another kind: STABLE or that of a Limit."""

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.errors import BeamvizError
-from beamviz.solver import displacements, gauss
+from beamviz.solver.families import gauss
+from beamviz.solver.hp import displacements
 from beamviz.solver.solution import Solution
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam

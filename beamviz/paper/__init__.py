@@ -38,7 +38,7 @@ SUMMARY = (
 SAME_AT_REST = "at rest the measures are the same"
 TITLE = "Crossings, nodes and constant frequencies"
 NUMBERS_SUMMARY = (
-    "Every such number in the paper's text beside the exact answer for both curvature measures,"
+    "Every such number in the paper's text beside the converged one for both curvature measures,"
     " and beside the paper's 20 cubic elements. A value fits when it is within a unit of the last"
     " printed digit."
 )
@@ -133,7 +133,7 @@ class Finding(NamedTuple):
 
     @property
     def fits(self) -> str:
-        """The models within a unit of the last printed digit, the exact ones before others."""
+        """The models within a unit of the last printed digit, the converged ones before others."""
         unit = 10.0 ** -figures.decimals(self.number.printed)
         close = [name for name in self.values if self.error(name) <= unit]
         if {"material", "spatial"} <= set(close):
@@ -148,8 +148,8 @@ class Finding(NamedTuple):
         if self.number.kind == "node":
             return SAME_AT_REST
         if self.number.kind == "constant":
-            (mode,), exact = self.number.modes, self.values["spatial"]
-            found = f"20 elements give it, the exact value is {exact:.6f}; "
+            (mode,), converged = self.number.modes, self.values["spatial"]
+            found = f"20 elements give it, the converged value is {converged:.6f}; "
             return (found if self.fits == "20 elements" else "") + changed_by_a_mass(mode)
         material, spatial = map(self.error, ("material", "spatial"))
         remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"

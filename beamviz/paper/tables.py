@@ -1,8 +1,8 @@
 """The paper's tables: their beams, the computed frequencies, and a page and a CSV file of each.
 
 The bodies of the paper's tables are not available to this project: each table is computed with the
-paper's own elements, exactly, and with the models the paper compares, and the statements its text
-makes are checked against these numbers.
+paper's own elements, to convergence, and with the models the paper compares, and the statements its
+text makes are checked against these numbers.
 """
 
 import math
@@ -20,11 +20,11 @@ from beamviz.solver import solve
 TOLERANCE = 1e-9
 SOLVED_MODES = 6  # enough to contain two bending modes
 MODES = (0, 1)  # the bending modes in a table
-EXACT = "exact"  # the reference column
+CONVERGED = "converged"  # the reference column
 
 
 class Column(NamedTuple):
-    """Options of `solve` for one column, and why it deviates from the exact solution."""
+    """Options of `solve` for one column, and why it deviates from the converged one."""
 
     title: str
     options: dict[str, Any]
@@ -39,9 +39,9 @@ COLUMNS = {
         " cubic elements resolve the worse the thinner they are; at δ = 0, ω₁² is the small rest"
         " of two terms near γ², which magnifies what is missed.",
     ),
-    EXACT: Column("exact", {"tolerance": TOLERANCE}),
+    CONVERGED: Column("converged", {"tolerance": TOLERANCE}),
     "material": Column(
-        "exact, material",
+        "converged, material",
         {"tolerance": TOLERANCE, "curvature": "material"},
         "A stretch f leaves EI/f² of the bending stiffness here and EI/f⁴ with eq. 16.",
     ),
@@ -74,7 +74,7 @@ class Row(NamedTuple):
     frequencies: dict[str, tuple[float, float]]
     limits: dict[str, float]
 
-    def deviation(self, column: str, mode: int, reference: str = EXACT) -> float:
+    def deviation(self, column: str, mode: int, reference: str = CONVERGED) -> float:
         """Relative deviation of a column from another; nan where it has no frequencies."""
         if column in self.limits:
             return math.nan
@@ -133,7 +133,7 @@ def percent(deviation: float) -> str:
     return f"{number}\N{NO-BREAK SPACE}%"
 
 
-def _largest(rows: list[Row], column: str, mode: int, reference: str = EXACT) -> str:
+def _largest(rows: list[Row], column: str, mode: int, reference: str = CONVERGED) -> str:
     """The largest deviation of a column, with its δ and γ."""
     solved = [row for row in rows if column in row.frequencies]
     row = max(solved, key=lambda row: abs(row.deviation(column, mode, reference)))
@@ -182,7 +182,7 @@ def frequencies_by_label(beam: Beam, modes: int, **options: Any) -> dict[str, fl
     return dict(zip(solution.labels, solution.frequencies.tolist(), strict=True))
 
 
-COMPARED = ("ancf", EXACT, "material", "foac", "linear")
+COMPARED = ("ancf", CONVERGED, "material", "foac", "linear")
 RISING: dict[str, Check] = {"The frequencies rise with the speed.": rising}
 DIVERGING: dict[str, Check] = {"The deviation grows with the speed.": diverging}
 FOAC_DIFFERENCE = partial(largest_difference, pairs=(("foac", "ancf"), ("foac", "material")))
@@ -263,9 +263,9 @@ def compute(table: Table) -> list[Row]:
 
 
 def to_csv(table: Table, rows: list[Row]) -> str:
-    """One line for each frequency: the columns, then their relative deviations from the exact
-    solution; a column without equilibrium is empty and its limit is in the last column."""
-    others = [name for name in table.columns if name != EXACT]
+    """One line for each frequency: the columns, then their relative deviations from the
+    converged ones; a column without equilibrium is empty and its limit is in the last column."""
+    others = [name for name in table.columns if name != CONVERGED]
     heading = ["delta", "gamma", "mode", *table.columns, *(f"{name}_deviation" for name in others)]
     lines = []
     for row, mode in product(rows, MODES):
@@ -285,7 +285,7 @@ def to_markdown(table: Table, rows: list[Row]) -> str:
         f"# Table {table.name.removeprefix('table')}",
         f"{table.caption}. The paper compares its model with {table.compared}.",
         "**The body of the paper's table is not available to this project.** None of its entries"
-        " is shown; every number below is computed. In brackets: deviation from the exact answer"
+        " is shown; every number below is computed. In brackets: deviation from the converged one"
         " (green strain, the spatial curvature of eq. 16).",
     ]
     for mode in MODES:
@@ -297,7 +297,7 @@ def to_markdown(table: Table, rows: list[Row]) -> str:
     causes = [
         [COLUMNS[name].title, *(_largest(rows, name, mode) for mode in MODES), COLUMNS[name].cause]
         for name in columns
-        if name != EXACT
+        if name != CONVERGED
     ]
     findings = [[text, check(rows)] for text, check in table.statements.items()]
     parts += [
@@ -315,4 +315,4 @@ def _cell(row: Row, name: str, mode: int) -> str:
     if name in row.limits:
         return f"no equilibrium beyond γ = {row.limits[name]:.4f}"
     value = f"{row.frequencies[name][mode]:.4f}"
-    return value if name == EXACT else f"{value} ({percent(row.deviation(name, mode))})"
+    return value if name == CONVERGED else f"{value} ({percent(row.deviation(name, mode))})"

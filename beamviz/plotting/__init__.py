@@ -1,15 +1,14 @@
 """Charts: the style they share, figures as the contents of files, and mode shapes."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS, Units
 from beamviz.files import check_suffix, replaced
-from beamviz.solver import Solution
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +19,6 @@ INK, FAINT = "#222222", "#8A8A8A"
 STRIPES = "#777777"  # of hatches
 SUFFIXES = (".png", ".svg", ".pdf")
 DPI = 200
-STATIONS = 201  # of a mode shape
 LINES = (("stretching", "--"), ("bending", "-"))  # of mode shapes, by their larger component
 STYLE: Any = {
     "font.family": "DejaVu Sans",  # shipped with matplotlib: the same picture on every machine
@@ -89,18 +87,25 @@ def picture_files(figure: "Figure", name: str) -> dict[str, bytes]:
     return {f"{name}.{ending}": figure_bytes(figure, ending) for ending in ("png", "svg")}
 
 
-def plot_solution(solution: Solution, axes: "Axes | None" = None) -> "Axes":
-    """See Solution.plot."""
+def plot_shapes(
+    x: NDArray,
+    shapes: NDArray,
+    labels: Sequence[str],
+    components: Sequence[int],
+    frequencies: NDArray,
+    axes: "Axes | None" = None,
+) -> "Axes":
+    """Draw mode shapes (modes, len(x)), their largest values scaled to 1.
+
+    components: the component of each that is drawn, 0 along the beam or 1 across it.
+    """
     axes = axes or current_axes()
-    x = np.linspace(0.0, 1.0, STATIONS)
-    shapes = solution.displacement(x)
-    for k, label in enumerate(solution.labels):
-        component = solution.larger_component[k]
-        shape = shapes[:, component, k].real
+    for shape, label, component, frequency in zip(
+        shapes, labels, components, frequencies, strict=True
+    ):
         (family, ls), alpha = LINES[component], max(1.2 - 0.2 * int(label[1:]), 0.3)
         style: Any = {"color": COLOURS[family], "ls": ls, "alpha": alpha}
-        text = f"{label}  ω = {solution.frequencies[k]:.5g}"
-        axes.plot(x, shape / abs(shape).max(), label=text, **style)
+        axes.plot(x, shape / abs(shape).max(), label=f"{label}  ω = {frequency:.5g}", **style)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
     axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")
     axes.legend(frameon=False, fontsize=8, loc="upper left")

@@ -2,22 +2,25 @@
 
 import math
 from collections.abc import Sequence
-from itertools import product
 from typing import Any
 
 import numpy as np
-from matplotlib import patheffects, rc_context
+from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox
 
 from beamviz.beam import NUMBERS
-from beamviz.frequency_loci import Branch, Event, Loci, close_up
-from beamviz.frequency_loci.events import EVENT_KINDS, EventKind
-from beamviz.frequency_loci.limits import MESSAGES, Limit
 from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
-from beamviz.plotting.labels import OFFSET, EndLabel, LabelPlacer, draw_legend, label_line_ends
+from beamviz.plotting.labels import (
+    HALO,
+    OFFSET,
+    EndLabel,
+    LabelPlacer,
+    draw_legend,
+    label_line_ends,
+)
+from beamviz.protocols import Branch, Event, Limit, Loci
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame
@@ -33,16 +36,10 @@ PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder
 ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "center", "va": "bottom"}
 ABOVE |= {"color": MUTED, "fontsize": 8}
 MAX_LABELLED = 10  # crossings and veerings; more labels would hide the chart
-MAX_ENLARGED = 2  # veerings with an inset
-SPOTS = np.linspace(0.1, 0.85, 23)  # along a line: possible positions of its label
-INSIDE: dict[str, Any] = {**CENTRED, "weight": "bold", "zorder": 4}
-INSIDE |= {"path_effects": [patheffects.withStroke(linewidth=3.5, foreground="white")]}
-IN_INSET: dict[str, Any] = {**OFFSET, "fontsize": 8, "weight": "bold"}
+START: dict[str, Any] = {"textcoords": "offset points", "va": "bottom", "weight": "bold"}
+START |= {"path_effects": HALO, "zorder": 4}
 ON_LIMIT: dict[str, Any] = {**CENTRED, "color": MUTED, "multialignment": "center", "clip_on": True}
 WIDE = 0.28  # of the frame: a limit that is wider is labelled horizontally
-INSET = np.array([0.27, 0.24])  # of the frame
-INSET_MARGIN = np.array([0.03, 0.07])  # around it, with its title
-INSET_GRID = np.linspace(0.0, 1.0, 15)  # of positions
 
 
 def draw_chart(loci: Loci, per_rev: Sequence[int] = (), marker: float | None = None) -> Figure:
@@ -118,17 +115,13 @@ class Chart:
         for event in self.events:
             zorder = 5 if event.per_rev else 6
             place = self.x(event.at), self.y(event.frequency)
-            self.axes.plot(*place, **_mark(EVENT_KINDS[event.kind]), zorder=zorder)
-        self.label_inside(self.events)
+            self.axes.plot(*place, **_mark(event), zorder=zorder)
+        self.label_starts()
         self.label_events()
 
     def text(self, value: float) -> str:
         """A value of x as text."""
         return self.value.format(self.x(value)).replace("-", "−")
-
-    def gap(self, event: Event) -> str:
-        """The gap of a veering as text."""
-        return f"gap {self.height.format(self.y(event.gap))}"
 
     def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
         """One locus; its colour changes from one family to the other where the mode does."""
@@ -171,7 +164,7 @@ class Chart:
         widest = int(np.diff(lines).argmax())
         middle = sum(ends) / 2, lines[widest : widest + 2].mean()
         rotation = 0 if limit.stop - limit.start > WIDE * (last - first) else 90
-        text = f"{MESSAGES[limit.kind]}\n{where}"
+        text = f"{limit.name}\n{where}"
         axes.text(*middle, text, rotation=rotation, **ON_LIMIT)
 
     def draw_per_rev_lines(self, multiples: Sequence[int]) -> list[EndLabel]:
@@ -201,66 +194,27 @@ class Chart:
         label_line_ends(self.axes, [*branches, *others])
 
     def label_events(self) -> None:
-        """Insets around veerings, and labels of the other events."""
+        """Labels of the events that are no resonances, unless there are too many."""
         placer = LabelPlacer(self.axes)
-        labelled = [event for event in self.events if not event.per_rev]
-        events = labelled if len(labelled) <= MAX_LABELLED else []
-        veerings = [event for event in self.events if event.kind == "veering"]
-        for event in veerings if len(veerings) <= MAX_ENLARGED else ():
-            if self._draw_inset(placer, event) and event in events:
-                events.remove(event)
-        for event in events:
+        events = [event for event in self.events if not event.per_rev]
+        for event in events if len(events) <= MAX_LABELLED else ():
             lines = [event.kind, self.text(event.at)]
-            lines += [self.gap(event)] if event.kind == "veering" else []
+            lines += [f"gap {self.height.format(self.y(event.gap))}"] if event.gap else []
             placer.annotate("\n".join(lines), self.x(event.at), self.y(event.frequency))
 
-    def label_inside(self, marks: Sequence[Event]) -> None:
-        """Labels on the branches that end inside the frame or change their family, each where the
-        nearest other line, mark or label is farthest."""
-        values, pixels = self.x(self.loci.values), self.axes.transData.transform
-        taken = [pixels((self.x(mark.at), self.y(mark.frequency))) for mark in marks]
-        heights = self.y(np.array([branch.frequency for branch in self.loci.branches]))
-        lines = np.array([pixels(np.column_stack((values, row))) for row in heights])  # [px]
-        for branch, line in zip(self.loci.branches, lines, strict=True):
+    def label_starts(self) -> None:
+        """Labels at the left ends of the branches that end inside the frame or change their
+        family, so that their right end does not tell them."""
+        for branch in self.loci.branches:
             present = np.flatnonzero(np.isfinite(branch.frequency))
-            changes = len(present) and branch.family[present[0]] != branch.family[present[-1]]
-            if not len(present) or (present[-1] == len(values) - 1 and not changes):
+            if not len(present):
                 continue
-            spots = present[(SPOTS * (len(present) - 1)).astype(int)]
-            spots = spots[: len(spots) // 3] if changes else spots
-            apart = abs(lines[:, spots, 1] - line[spots, 1])
-            apart[apart == 0] = np.nan  # the line itself
-            others = [np.linalg.norm(line[spots] - other, axis=1) / 3 for other in taken]  # wide
-            best = spots[np.fmin.reduce([*apart, *others, np.full(len(spots), np.inf)]).argmax()]
-            taken.append(line[best])
-            place = values[best], self.y(branch.frequency[best])
-            colour = FAMILIES(branch.bending_fraction[best])
-            self.axes.text(*place, branch.label, color=colour, **INSIDE)
-
-    def _draw_inset(self, placer: LabelPlacer, event: Event) -> bool:
-        """An enlarged veering in an inset; False where no part of the frame is free."""
-        corner = _free_corner(placer)
-        if corner is None:
-            return False
-        near, upper = close_up(self.loci, event), _upper(self.loci, event)
-        inset = self.axes.inset_axes((*corner, *INSET), zorder=8)
-        for branch in (one for one in near.branches if one.label in event.branches):
-            self.draw_branch(inset, near, branch)
-            for end, side, align in ((0, 1, "left"), (-1, -1, "right")):
-                place = self.x(near.values[end]), self.y(branch.frequency[end])
-                aside = 3 * side, 7 if branch.label == upper else -7
-                colour = FAMILIES(branch.bending_fraction[end])
-                inset.annotate(branch.label, place, aside, color=colour, ha=align, **IN_INSET)
-        inset.set(xticks=[], yticks=[], xlim=self.x(near.values[[0, -1]]))
-        inset.margins(y=0.3)
-        for spine in inset.spines.values():
-            spine.set(visible=True, color="#B0B0B0", linewidth=0.8)
-        title = f"{event.kind} at {self.text(event.at)}: {self.gap(event)}"
-        inset.set_title(title, fontsize=8, loc="left", pad=3)
-        self.axes.indicate_inset_zoom(inset, edgecolor="#555555", lw=0.6, alpha=1.0)
-        ends = [corner, corner + INSET + (0, INSET_MARGIN[1])]
-        placer.taken.append(Bbox(self.axes.transAxes.transform(ends)))
-        return True
+            first, last = present[[0, -1]]
+            if last == len(branch.frequency) - 1 and branch.family[first] == branch.family[last]:
+                continue
+            place = self.x(self.loci.values[first]), self.y(branch.frequency[first])
+            colour = FAMILIES(branch.bending_fraction[first])
+            self.axes.annotate(branch.label, place, (4, 2), color=colour, **START)
 
 
 def _upper(loci: Loci, event: Event) -> str:
@@ -273,22 +227,11 @@ def _upper(loci: Loci, event: Event) -> str:
     return max(two, key=lambda branch: branch.mode_index[nearest]).label
 
 
-def _free_corner(placer: LabelPlacer) -> np.ndarray | None:
-    """The lower left corner (2,), as a share of the frame, of a part that is free for an inset."""
-    size = INSET + INSET_MARGIN
-    for y, x in product(INSET_GRID[::-1], INSET_GRID):
-        corner = (1 - size) * (x, y) + INSET_MARGIN[0] / 2
-        box = Bbox(placer.axes.transAxes.transform([corner, corner + size]))
-        if not (box.count_contains(placer.line_points) or box.count_overlaps(placer.taken)):
-            return corner
-    return None
-
-
-def _mark(kind: EventKind) -> dict[str, Any]:
+def _mark(event: Event) -> dict[str, Any]:
     """The style of the mark of an event."""
-    fill = INK if kind.filled else "white"
-    edge = "white" if kind.filled else INK
-    return {**MARK, "marker": kind.marker, "mfc": fill, "mec": edge}
+    marker, filled = event.mark
+    fill, edge = (INK, "white") if filled else ("white", INK)
+    return {**MARK, "marker": marker, "mfc": fill, "mec": edge}
 
 
 def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
@@ -298,10 +241,9 @@ def _legend(chart: Chart, per_rev: Sequence[int]) -> dict[str, dict[str, Any]]:
     colours = {name: FAMILIES(share) for name, share in shares.items() if name in families}
     lines: dict[str, dict[str, Any]] = {name: {"color": c, **LINE} for name, c in colours.items()}
     kinds = [event.kind for event in chart.events]
-    for name, kind in EVENT_KINDS.items():
-        if name in kinds:
-            label = name if len(kinds) <= MAX_LABELLED else f"{kinds.count(name)} {name}s"
-            lines[label] = _mark(kind)
+    for name, event in {event.kind: event for event in chart.events}.items():
+        label = name if len(kinds) <= MAX_LABELLED else f"{kinds.count(name)} {name}s"
+        lines[label] = _mark(event)
     if per_rev:
         lines["per-rev line, k × speed"] = PER_REV
     return lines

@@ -14,7 +14,7 @@ from beamviz.beam import NUMBERS, Units
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
-from beamviz.solver import DEFAULTS, Problem
+from beamviz.solver.problem import OPTIONS, Problem
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import STATUSES, chunks_read, find_place
 
@@ -155,4 +155,4 @@ def title(what: str, over: Sequence[str], held: Mapping[str, Any]) -> str:
         if name not in over and (name != "spin_up" or held[name])
     )
     head = f"{what.capitalize()} at {numbers}".replace("-", "−")
-    return f"{head}\n{Problem(**{name: held[name] for name in DEFAULTS}).described}"
+    return f"{head}\n{Problem(**{name: held[name] for name in OPTIONS}).described}"

@@ -16,13 +16,12 @@ import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import viser
 import websockets
 import websockets.asyncio.server
-from viser.transforms import SO3
 from websockets.http11 import Request
 
 from beamviz.errors import Unavailable
@@ -149,39 +148,31 @@ def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any])
 # A scene without a server
 
 
-def offline_scene() -> viser.SceneApi:
-    """A scene without a page, whose nodes keep what is drawn (see `visible_nodes`)."""
-    unused: Any = None
-    server = SimpleNamespace(_scene_lifecycle_lock=threading.RLock())
-    silent = dict.fromkeys(("register_handler", "queue_message"), lambda *_: None)
-    owner: Any = SimpleNamespace(
-        client_id=0, _viser_server=server, _websock_connection=SimpleNamespace(**silent)
-    )
-    return viser.SceneApi(owner, unused, unused)
+class Recorder(viser.infra.WebsockMessageHandler):
+    """Takes the messages of a scene as a server does, for its recording alone."""
+
+    def get_message_buffer(self) -> Any:
+        """What would send them."""
+        return SimpleNamespace(push=lambda message: None)
 
 
-class VisibleNode(NamedTuple):
-    """The object at a node of a scene, `props` of the class `kind`; its points are at rotation
-    (3, 3) @ point + position (3,) in the scene."""
+class RecordedServer(viser.ViserServer):
+    """A scene that is recorded as a page of its own: no port, no thread and no visitor."""
 
-    name: str
-    kind: str
-    props: Any
-    rotation: np.ndarray
-    position: np.ndarray
+    def __init__(self) -> None:
+        self._websock_server: Any = Recorder()
+        self._scene_lifecycle_lock = threading.RLock()
+        self._recording = self._websock_server.get_message_serializer(
+            lambda message: message.include_in_scene_serialization
+        )
+        self._initial_camera = viser.InitialCameraConfig(self._websock_server.queue_message)
+        unused: Any = None
+        self.scene = viser.SceneApi(self, unused, unused)
+        self.scene.set_up_direction("+z")
 
-
-def visible_nodes(scene: viser.SceneApi) -> list[VisibleNode]:
-    """The nodes that a page would show, parents first."""
-    nodes: dict[str, VisibleNode] = {"": VisibleNode("", "", None, np.eye(3), np.zeros(3))}
-    for name, handle in scene._handle_from_node_name.items():
-        parent, state = nodes.get(name.rpartition("/")[0]), handle._impl
-        if parent and handle.visible:
-            rotation = parent.rotation @ SO3(np.asarray(state.wxyz)).as_matrix()
-            position = parent.rotation @ state.position + parent.position
-            kind = type(state.props).__name__
-            nodes[name] = VisibleNode(name, kind, state.props, rotation, position)
-    return list(nodes.values())
+    def page(self, *, dark: bool) -> str:
+        """The HTML of viser's page with all that was drawn."""
+        return self._recording.as_html(dark_mode=dark)
 
 
 # Visitors
@@ -257,6 +248,22 @@ def private_control(control: viser.GuiInputHandle) -> str:
     """The id of a control in messages, which are not sent to other visitors any more."""
     control._impl.sync_cb = None
     return str(control._impl.uuid)
+
+
+class ViserScene:
+    """A scene of viser, whose nodes change at less cost than by viser's own properties."""
+
+    def __init__(self, scene: viser.SceneApi):
+        self.add_frame = scene.add_frame
+        self.add_mesh_simple = scene.add_mesh_simple
+        self.add_batched_meshes_simple = scene.add_batched_meshes_simple
+        self.add_cylinder = scene.add_cylinder
+        self.add_line_segments = scene.add_line_segments
+        self.add_light_hemisphere = scene.add_light_hemisphere
+        self.add_light_directional = scene.add_light_directional
+        self.configure_environment_map = scene.configure_environment_map
+        self.configure_default_lights = scene.configure_default_lights
+        self.set_properties, self.set_pose = set_properties, set_pose
 
 
 def set_properties(node: viser.SceneNodeHandle, **properties: np.ndarray) -> None:

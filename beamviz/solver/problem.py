@@ -1,41 +1,185 @@
-"""The problem that is solved for a beam, and the table of methods."""
+"""The problem that is solved for a beam: the options of `beamviz.solve` and the table of methods.
 
+Each option is declared once, as a field of `Problem`. The keywords of `solve`, the command line,
+links, scene files, JSON and the documentation follow from `OPTIONS`.
+"""
+
+import inspect
 import math
 from collections.abc import Callable, Collection
 from contextvars import ContextVar
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
-from beamviz.beam import check_int
-from beamviz.errors import InvalidInput
+import numpy as np
+
+from beamviz.beam import check_choice, check_float, check_int
+from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 
-MODEL = ("method", "strain", "curvature", "coriolis", "plane", "stiffening", "softening")
+MAX_MODES = 20
+STRAIN_DESCRIPTIONS = "; ".join(f"{law.name}: {law.description}" for law in STRAIN_LAWS.values())
 
 # Called before each beam or batch of beams: an exception that it raises ends the calculation.
 interruption: ContextVar[Callable[..., Any]] = ContextVar("interruption", default=bool)
 
 
+class Resolution(NamedTuple):
+    """The option that is the resolution of a method, its default and its limits, and the number of
+    modes for each element or term (without end for a series whose roots are sought)."""
+
+    option: str
+    default: int
+    least: int
+    most: int
+    modes_each: float = 1
+
+
+class Method(NamedTuple):
+    """A row of the table of methods. package: the part of `beamviz.solver` that has it.
+    unsupported: names of options. resolution: None where it refines to a tolerance. source:
+    publication. choose: when to use it. rigid_tension: whether the tension is that of the
+    unstretched beam (first-order coupling)."""
+
+    package: str
+    unsupported: tuple[str, ...]
+    resolution: Any  # a Resolution or None
+    source: str
+    choose: str
+    rigid_tension: bool = False
+
+
+SWITCHES = "stiffening", "softening"
+HP = "hp", ("elements", "terms"), None
+FEM = "fem", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: the paper's
+METHODS = {
+    "auto": Method(
+        *HP,
+        "this program: high-order elements in gradient and curvature, split at the mass",
+        "unless you are studying another method: fastest to any accuracy",
+    ),
+    "ancf": Method(
+        *FEM,
+        "the paper's cubic elements (2017), stretching and bending solved separately",
+        "to see the paper's own numbers; 20 elements are the paper's",
+    ),
+    "ancf-planar": Method(
+        *FEM,
+        "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
+        "to check ancf: the same answer with all unknowns at once",
+    ),
+    "linear": Method(
+        *FEM,
+        "linear finite elements with prestress and spin softening, as general codes do it",
+        "to see what a linear prestressed analysis says; its limit is foac's",
+        rigid_tension=True,
+    ),
+    "foac": Method(
+        *HP,
+        "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
+        "to see the classical model of slender rotating beams, right while f is near 1",
+        rigid_tension=True,
+    ),
+    "zoac": Method(
+        *HP,
+        "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
+        "to see it fail: it falsely loses stability at gamma = 3.516",
+        rigid_tension=True,
+    ),
+    "assumed-modes": Method(
+        "series",
+        ("elements", *SWITCHES),
+        Resolution("terms", 10, 1, 100),  # cosh overflows soon after
+        "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
+        "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
+        rigid_tension=True,
+    ),
+    "power-series": Method(
+        "series",
+        ("elements", "coriolis", *SWITCHES),
+        Resolution("terms", 80, 6, 1000, math.inf),
+        "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
+        "to check foac at low speed: converged there, without a digit left at high speed",
+        rigid_tension=True,
+    ),
+    "chebyshev": Method(
+        "series",
+        ("elements", "coriolis", *SWITCHES),
+        Resolution("terms", 32, 2, 200),
+        "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
+        "to check auto by other equations; wasteful where layers are thin",
+    ),
+}
+
+
+def option(default: Any, text: str, **properties: Any) -> Any:
+    """A field of `Problem` that is an option; see `Option`."""
+    return field(default=default, metadata={"text": text, **properties})
+
+
 @dataclass(frozen=True)
 class Problem:
-    """The theory, the method and its resolution, the same for all beams of a call.
+    """The theory, the method and its resolution, the same for all beams of a call."""
 
-    The fields are the options of `beamviz.solve`, which documents and validates them.
-    """
-
-    modes: int = 5
-    method: str = "auto"
-    strain: str = "green"
-    curvature: str = "spatial"
-    coriolis: bool = False
-    plane: str = "chordwise"
-    tolerance: float = 1e-6
-    elements: int | None = None
-    terms: int | None = None
-    stiffening: bool = True
-    softening: bool = True
-    state: str = "straight"
+    modes: int = option(5, "Number of modes.", limits=(1, MAX_MODES), resolution=True)
+    method: str = option(
+        "auto",
+        "auto: as accurate as the tolerance asks; ancf: the paper's cubic elements; ancf-planar:"
+        " the same with the full planar tangent; linear: prestressed linear elements; foac, zoac:"
+        " first-order and no coupling of stretch and bending; assumed-modes, power-series:"
+        " classical solutions of foac; chebyshev: collocation.",
+        choices=METHODS,
+    )
+    strain: str = option("green", f"Axial strain; {STRAIN_DESCRIPTIONS}.", choices=STRAIN_LAWS)
+    curvature: str = option(
+        "spatial", "Curvature measure; spatial is the paper's eq. 16.", choices=CURVATURES
+    )
+    coriolis: bool = option(
+        False,
+        "Coriolis forces, which the paper leaves out. They couple stretching and chordwise"
+        " bending, and do not act flapwise.",
+        feature="Coriolis forces",
+    )
+    plane: str = option(
+        "chordwise",
+        "Vibration in the plane of rotation (chordwise) or out of it.",
+        choices=("chordwise", "flapwise"),
+    )
+    tolerance: float = option(
+        1e-6,
+        "Relative error of each frequency that auto, foac and zoac refine to.",
+        limits=(1e-12, 0.1),
+        resolution=True,
+    )
+    elements: int | None = option(
+        None,
+        "Number of elements of ancf, ancf-planar and linear (default 20, as in the paper).",
+        feature="number of elements",
+        resolution=True,
+    )
+    terms: int | None = option(
+        None,
+        "Number of basis functions of assumed-modes (default 10), of powers of power-series (80),"
+        " or the order of chebyshev (32).",
+        feature="number of terms",
+        resolution=True,
+    )
+    stiffening: bool = option(
+        True, "The stiffening of bending by the tension.", feature="switched-off term"
+    )
+    softening: bool = option(
+        True,
+        "The softening of motion in the plane of rotation by the centrifugal force.",
+        feature="switched-off term",
+    )
+    state: str = option(
+        "straight",
+        "Equilibrium to vibrate about. straight: with status unstable where it is not stable; bent:"
+        " the stable bent state of lowest energy; stable: the straight one where that is stable,"
+        " else the bent one. A beam with a spin-up has no straight state.",
+        choices=("straight", "bent", "stable"),
+    )
 
     @property
     def options(self) -> dict[str, Any]:
@@ -99,106 +243,81 @@ class Problem:
         return number
 
 
-FEATURES = {  # that some methods do not support, by the options that ask for them
-    "elements": "number of elements",
-    "terms": "number of terms",
-    "coriolis": "Coriolis forces",
-    "stiffening": "switched-off term",
-    "softening": "switched-off term",
+@dataclass(frozen=True)
+class Option:
+    """An option of `solve`, made of a field of `Problem`.
+
+    kind: type of its values. text: documentation. choices: the values of a text. limits: least and
+    greatest number. feature: of methods, what the option asks for; some methods do not support it.
+    resolution: whether it refines the solution, and is no part of the model.
+    """
+
+    name: str
+    kind: Any
+    default: Any
+    text: str
+    choices: Collection[str] = ()
+    limits: tuple[float, float] | None = None
+    feature: str = ""
+    resolution: bool = False
+
+    @property
+    def documentation(self) -> str:
+        """The text, with the values allowed and the default."""
+        values = ""
+        if self.choices:
+            values = f" One of {', '.join(self.choices)}."
+        elif self.limits:
+            values = " {:g} .. {:g}.".format(*self.limits)
+        return f"{self.name}: {self.text}{values} Default {self.default!r}."
+
+    @property
+    def methods(self) -> list[str]:
+        """The methods that support it."""
+        return [name for name, row in METHODS.items() if self.name not in row.unsupported]
+
+    def checked(self, value: Any) -> Any:
+        """The value in the type of Python. Raises InvalidInput, which names the values allowed."""
+        if self.choices:
+            return check_choice(self.name, value, self.choices)
+        if self.kind is bool:
+            if not isinstance(value, bool | np.bool_):
+                raise InvalidInput(f"{self.name} = {value!r}: must be True or False")
+            return bool(value)
+        if self.limits is None:  # depends on the method; see Problem.resolution
+            return value
+        check: Callable[..., Any] = check_int if self.kind is int else check_float
+        return check(self.name, value, *self.limits)
+
+
+OPTIONS = {
+    entry.name: Option(entry.name, entry.type, entry.default, **entry.metadata)
+    for entry in fields(Problem)
 }
-SWITCHES = "stiffening", "softening"
+CHOICES = {name: tuple(entry.choices) for name, entry in OPTIONS.items() if entry.choices}
+MODEL = tuple(name for name, entry in OPTIONS.items() if not entry.resolution)
 
 
-class Resolution(NamedTuple):
-    """The option that is the resolution of a method, its default and its limits, and the number of
-    modes for each element or term (without end for a series whose roots are sought)."""
-
-    option: str
-    default: int
-    least: int
-    most: int
-    modes_each: float = 1
-
-
-class Method(NamedTuple):
-    """A row of the table of methods. package: "hp", or module and function under beamviz/solver,
-    imported on first use. source: publication. choose: when to use it. rigid_tension: whether the
-    tension is that of the unstretched beam (first-order coupling)."""
-
-    package: str
-    unsupported: tuple[str, ...]  # options
-    resolution: Any  # a Resolution; None where a method refines to a tolerance
-    source: str
-    choose: str
-    rigid_tension: bool = False
+def parse_keywords(**values: Any) -> Problem:
+    """The problem with these options by name, the others by default; raises InvalidInput."""
+    for name in values.keys() - OPTIONS.keys():
+        raise unknown_keyword("option", name, OPTIONS)
+    problem = Problem(**{name: OPTIONS[name].checked(value) for name, value in values.items()})
+    for name in METHODS[problem.method].unsupported:
+        given, entry = getattr(problem, name), OPTIONS[name]
+        if given != entry.default and (name != "coriolis" or problem.gyroscopic):
+            raise InvalidInput(
+                f"{name} = {given!r}: method {problem.method} takes no {entry.feature};"
+                f" methods that do: {', '.join(entry.methods)}"
+            )
+    return problem
 
 
-HP = "hp", ("elements", "terms"), None
-FEM = "fem.solve", ("terms", *SWITCHES), Resolution("elements", 20, 1, 1000, 2)  # 20: the paper's
-METHODS = {
-    "auto": Method(
-        *HP,
-        "this program: high-order elements in gradient and curvature, split at the mass",
-        "unless you are studying another method: fastest to any accuracy",
-    ),
-    "ancf": Method(
-        *FEM,
-        "the paper's cubic elements (2017), stretching and bending solved separately",
-        "to see the paper's own numbers; 20 elements are the paper's",
-    ),
-    "ancf-planar": Method(
-        *FEM,
-        "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
-        "to check ancf: the same answer with all unknowns at once",
-    ),
-    "linear": Method(
-        *FEM,
-        "linear finite elements with prestress and spin softening, as general codes do it",
-        "to see what a linear prestressed analysis says; its limit is foac's",
-        rigid_tension=True,
-    ),
-    "foac": Method(
-        *HP,
-        "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
-        "to see the classical model of slender rotating beams, right while f is near 1",
-        rigid_tension=True,
-    ),
-    "zoac": Method(
-        *HP,
-        "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
-        "to see it fail: it falsely loses stability at gamma = 3.516",
-        rigid_tension=True,
-    ),
-    "assumed-modes": Method(
-        "series.assumed_modes",
-        ("elements", *SWITCHES),
-        Resolution("terms", 10, 1, 100),  # cosh overflows soon after
-        "modes of the beam at rest as a basis, rigid tension (Yoo & Shin 1998)",
-        "to see how the classical papers computed: few terms, 3 to 6 digits at low speed",
-        rigid_tension=True,
-    ),
-    "power-series": Method(
-        "series.power_series",
-        ("elements", "coriolis", *SWITCHES),
-        Resolution("terms", 80, 6, 1000, math.inf),
-        "Frobenius series from the clamp, rigid tension (Wright et al. 1982)",
-        "to check foac at low speed: exact there, without a digit left at high speed",
-        rigid_tension=True,
-    ),
-    "chebyshev": Method(
-        "series.chebyshev_collocation",
-        ("elements", "coriolis", *SWITCHES),
-        Resolution("terms", 32, 2, 200),
-        "Chebyshev collocation of the differential equations (El-Gendi 1969; Greengard 1991)",
-        "to check auto by other equations; wasteful where layers are thin",
-    ),
-}
+Function = TypeVar("Function", bound=Callable[..., Any])
 
-CHOICES: dict[str, Collection[str]] = {
-    "method": METHODS,
-    "strain": STRAIN_LAWS,
-    "curvature": CURVATURES,
-    "plane": ("chordwise", "flapwise"),
-    "state": ("straight", "bent", "stable"),
-}
-OPTIONS = tuple(entry.name for entry in fields(Problem))
+
+def documents_options(function: Function) -> Function:
+    """A decorator that appends the documentation of the options to that of a function."""
+    texts = [entry.documentation for entry in OPTIONS.values()]
+    function.__doc__ = "\n".join([inspect.cleandoc(function.__doc__ or ""), "", *texts])
+    return function

@@ -39,7 +39,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.polynomial.polynomial import polyder, polyval
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
@@ -157,11 +156,12 @@ def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDAr
         (n0, n1, n2), c = part.tension, np.zeros((terms, *start.shape[1:]))
         c[:4] = start
         for k in range(terms - 4):
-            tension = n0 * (k + 2) * c[k + 2] + n1 * (k + 1) * c[k + 1] + n2 * k * c[k]
-            c[k + 4] = ((k + 1) * tension + Lambda * c[k]) / ((k + 1) * (k + 2) * (k + 3) * (k + 4))
+            a = 1 / ((k + 2) * (k + 3) * (k + 4))
+            from_tension = a * n0 * (k + 2) * c[k + 2] + a * n1 * (k + 1) * c[k + 1]
+            c[k + 4] = from_tension + (a * n2 * k + a / (k + 1) * Lambda) * c[k]
         coefficients.append(c)
-        at_end = (np.asarray(polyval(part.length, polyder(c, k))) for k in range(4))
-        w, slope, moment, third = at_end
+        at_end = derivatives_of_powers(part.length, terms) @ c.reshape(terms, -1)
+        w, slope, moment, third = at_end.reshape(start.shape)
         N: float = sum(t * part.length**i for i, t in enumerate(part.tension))
         shear = N * slope - third
         if part.start + part.length == beam.beta:
@@ -169,6 +169,15 @@ def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDAr
             shear -= Lambda * beam.alpha * w
         start = np.stack((w, slope, moment / 2, (N * slope - shear) / 6))
     return coefficients, moment, shear
+
+
+def derivatives_of_powers(x: float, terms: int) -> NDArray:
+    """The powers x^k, k < terms, and their first three derivatives: (4, terms)."""
+    k = np.arange(1, terms)
+    rows = [x ** np.arange(terms)]
+    for _ in range(3):
+        rows.append(np.append(0.0, k * rows[-1][:-1]))
+    return np.array(rows)
 
 
 def _stretching(beam: Beam, modes: int) -> Family:
@@ -195,15 +204,16 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
             f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}); method foac solves"
             " the same model"
         )
-    roots = np.empty(0)
     points = [min(0.0, *(part.tension[0] for part in parts(beam))) - MIN_STEP]
+    values = determinant(np.array(points))
     for _ in range(MAX_SCANS):
         for _ in range(SCAN_POINTS):
             points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * points[-1]))
-        roots = np.append(roots, _refined_roots(determinant, np.array(points)))
-        if len(roots) >= modes:
-            return roots[:modes]
-        points = points[-1:]
+        values = np.append(values, determinant(np.array(points[-SCAN_POINTS:])))
+        below = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)[:modes]
+        if len(below) == modes:
+            grid = np.array(points)
+            return false_position(determinant, grid[below], grid[below + 1])
     raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
 
 

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -19,6 +18,7 @@ from beamviz.solver.problem import Problem
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy from which a mode belongs to one family
 NODE_GRID = 401
+STATIONS = 201  # equally spaced along the beam, of shapes in charts and files
 VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
@@ -130,14 +130,58 @@ class Solution:
 
         Raises Unavailable where xarray is not installed.
         """
-        return import_module("beamviz.output").solution_dataset(self)
+        from beamviz.datasets import attributes, mode_dataset
+
+        described = attributes(self.beam.numbers, self.problem.model, self.beam.units)
+        described["status"] = self.equilibrium.status
+        return mode_dataset(self.columns, self.along_beam, described)
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the shapes onto matplotlib axes (the current ones by default), and return these."""
-        return import_module("beamviz.plotting").plot_solution(self, ax)
+        from beamviz.plotting import plot_shapes
+
+        x = np.linspace(0.0, 1.0, STATIONS)
+        larger = self._larger_components(x).T
+        return plot_shapes(
+            x, larger, self.labels, self.larger_component.tolist(), self.frequencies, ax
+        )
 
     def _repr_html_(self) -> str:
-        return import_module("beamviz.output").solution_html(self)
+        from beamviz.tables import html_table, mode_columns
+
+        caption = repr(self).strip("<").partition(", frequencies")[0]  # which are in the table
+        return html_table(caption, mode_columns(self.columns, self.beam.units))
+
+    @property
+    def columns(self) -> dict[str, Any]:
+        """The modes as columns (modes,), under the keys of the JSON; with Hz and rad/s for a beam
+        in SI."""
+        columns: dict[str, Any] = {
+            "index": np.arange(1, len(self.s) + 1),
+            "label": self.labels,
+            "family": self.families,
+            "frequency": self.frequencies,
+            "growth_rate": self.growth_rates,
+            "error": self.errors,
+            "bending_fraction": self.bending_energy_fraction,
+            "nodes": self.nodes,
+        }
+        if units := self.beam.units:
+            columns["hertz"] = units.hertz(self.frequencies)
+            columns["rad_per_s"] = units.angular_frequency(self.frequencies)
+        return columns
+
+    @property
+    def along_beam(self) -> dict[str, NDArray]:
+        """The equilibrium and the shapes at equally spaced stations and the mass, x (n,): position
+        (n, 2), stretch (n,), shape (modes, n, 2); lengths in L, unit modal mass."""
+        x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [self.beam.beta])
+        return {
+            "x": x,
+            "position": self.equilibrium.position(x),
+            "stretch": self.equilibrium.stretch(x),
+            "shape": np.moveaxis(self.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
+        }
 
     @cached_property
     def frequencies(self) -> NDArray:

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam, check_int
-from beamviz.errors import Unavailable, optional, unknown_keyword
+from beamviz.errors import Unavailable, requires, unknown_keyword
 from beamviz.signals import defer_signals
-from beamviz.solver import DEFAULTS
+from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.lines import solve_and_write
 from beamviz.sweeps.store import (
     ARRAYS,
@@ -104,12 +104,13 @@ def sweep(
     Interrupted at any moment and called again with the same arguments, it resumes. Raises
     InvalidInput, also where the store was made with other arguments, and Unavailable.
     """
-    for name in options.keys() - DEFAULTS.keys():
+    for name in options.keys() - OPTIONS.keys():
         raise unknown_keyword(
-            "keyword", name, (*DEFAULTS, "axes", "out", "executor", "beam", "workers", "progress")
+            "keyword", name, (*OPTIONS, "axes", "out", "executor", "beam", "workers", "progress")
         )
-    for package in ("zarr", "xarray"):
-        optional(package, "sweep")
+    with requires("sweep"):
+        import xarray  # noqa: F401
+        import zarr  # noqa: F401
     plan = make_plan(axes, beam or Beam(), modes=modes, **options)
     if out is not None:
         run(plan, Path(out), executor, workers, progress)
@@ -122,7 +123,8 @@ def sweep(
 
 def open_sweep(path: str | Path) -> "xarray.Dataset":
     """The store of a sweep as a Dataset that reads it as it is used."""
-    xarray = optional("xarray", "sweep")
+    with requires("sweep"):
+        import xarray
     stored_plan(Path(path))
     return xarray.open_dataset(path, engine="zarr", consolidated=False)[list(ARRAYS)]
 
@@ -261,7 +263,8 @@ def _start_worker(listener: Any) -> None:
 @contextlib.contextmanager
 def dask_client(address: str) -> Iterator[Any]:
     """A client of a Dask scheduler that has a worker; Unavailable where there is none."""
-    distributed = optional("distributed", "cluster")
+    with requires("cluster"):
+        import distributed
     try:
         client = distributed.Client(address, timeout=CONNECT)
     except (OSError, ValueError) as error:

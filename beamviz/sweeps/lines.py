@@ -23,13 +23,16 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
-from beamviz.solver import TOLERANCES, Problem, interpolation_matrix, solve_many
+from beamviz.solver import Problem, solve_many
+from beamviz.solver.hp.mesh import interpolation_matrix
+from beamviz.solver.problem import OPTIONS
 from beamviz.solver.solution import PURE, Solution
 from beamviz.sweeps.store import ARRAYS, FAMILIES, STATUSES, Plan, Region, write_chunk
 
 NODES, CHECKS = 17, (1, 6, 9, 14)  # beams of a piece: interpolated, and intervals with a check
 SAFETY = 5.0
 SHARE = 0.1  # of the tolerance: accepted error of the interpolation
+LEAST_TOLERANCE = min(OPTIONS["tolerance"].limits or ())
 NODE_SHARE = 0.4  # of the tolerance: that of the solver, which interpolation carries on up to twice
 FRACTION = 2e-3  # the same of the share of the kinetic energy across the beam
 DENSE = 2  # a piece has this many times the beams solved in it; smaller ones are solved
@@ -146,7 +149,7 @@ class Line:
 
     def solve_many(self, beams: Sequence[Beam]) -> list[Solution | BeamvizError]:
         """Their modes, twice as many as requested, to a smaller tolerance."""
-        tolerance = max(NODE_SHARE * self.problem.tolerance, TOLERANCES[0])
+        tolerance = max(NODE_SHARE * self.problem.tolerance, LEAST_TOLERANCE)
         options = self.problem.options | {"tolerance": tolerance}
         return solve_many(beams, extra_modes=self.problem.modes, **options)
 

@@ -23,13 +23,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz import __version__
 from beamviz.beam import NUMBERS, Beam, Units, exact_text
-from beamviz.errors import InvalidInput, Unavailable, optional
+from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
 from beamviz.frequency_loci.path import check_values
 from beamviz.signals import defer_signals
-from beamviz.solver import DEFAULTS, METHODS, Problem, parse_keywords, solve_many
+from beamviz.solver import METHODS, Problem, parse_keywords, solve_many
+from beamviz.solver.problem import OPTIONS
+from beamviz.version import __version__
 
 MAX_AXES = 5
 MAX_VALUES = 1_000_000  # of an axis
@@ -223,7 +224,8 @@ def chunks_read(path: str | Path) -> Iterator[None]:
 
 def _create(plan: Plan, path: Path) -> None:
     """The template of a sweep: all metadata, and the coordinates."""
-    zarr = optional("zarr", "sweep")
+    with requires("sweep"):
+        import zarr
     group = zarr.create_group(
         path,
         attributes={
@@ -278,7 +280,8 @@ def check_same(plan: Plan, path: Path, unfinished: bool) -> None:
 
 def open_group(path: Path) -> Any:
     """The store as a zarr group; InvalidInput where it is none of a sweep."""
-    zarr = optional("zarr", "sweep")
+    with requires("sweep"):
+        import zarr
     try:
         group = zarr.open_group(path, mode="r+")
     except (FileNotFoundError, FileExistsError, NotADirectoryError, ValueError, KeyError):
@@ -299,7 +302,7 @@ def stored_plan(path: Path) -> Plan:
     try:
         arrays = {name: group[name] for name in ARRAYS}
         axes = {name: group[name][:] for name in arrays["status"].metadata.dimension_names}
-        options = {name: attributes[name] for name in DEFAULTS}
+        options = {name: attributes[name] for name in OPTIONS}
     except KeyError as error:
         raise InvalidInput(
             f"{path}: {error} is missing: damaged, or of beamviz"

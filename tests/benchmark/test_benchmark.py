@@ -1,4 +1,4 @@
-"""The benchmark: its exact values, its rows, its chart, its command and the committed numbers."""
+"""The benchmark: its limits, its rows, its chart, its command and the committed numbers."""
 
 import json
 import os
@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import contents, load_script
-from scipy.linalg import eigh
 
-from beamviz import Beam, NoEquilibrium, NotConverged, benchmark, solve
+from beamviz import NoEquilibrium, NotConverged, benchmark, solve
 from beamviz.benchmark import METHODS, PEERS, SCENES, Row, time_to_error, work_precision
 from beamviz.benchmark.work_precision import Effort, dominated, limits, measure, relative_error
 from beamviz.errors import BeamvizError
@@ -21,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 MODES = work_precision.MODES
 SCRIPT = load_script("limits")
 MODELS = {name: theory.start for name, theory in SCRIPT.THEORIES.items()}
-LITTLE = Effort(0.0, 1.0, repeats=2)
+LITTLE = Effort(0.0, 1.0)
 
 
 @pytest.mark.slow
@@ -36,30 +35,20 @@ def test_the_script_gives_the_stored_limits(scene, theory):
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_solver_agrees_with_the_limits(scene, theory):
     """Every scene in every model: the frequencies within the reported error, or no equilibrium."""
-    exact = limits()[scene][theory]
-    if isinstance(exact, str):
+    limit = limits()[scene][theory]
+    if isinstance(limit, str):
         with pytest.raises(NoEquilibrium):
             solve(SCENES[scene], MODES, **MODELS[theory])
         return
     found = solve(SCENES[scene], MODES, tolerance=1e-9, **MODELS[theory])
-    assert np.all(abs(found.omega_squared - exact) <= found.omega_squared_errors)
-    assert relative_error(found.omega_squared, exact) < 1e-8
-
-
-@pytest.mark.parametrize("scene", SCENES)
-def test_the_eigenproblems_of_a_solve_are_timed(scene):
-    """Small ones, by one driver, and large ones, step by step: those of the lowest frequencies."""
-    problems = work_precision.eigenproblems(SCENES[scene])
-    lowest = [1 / eigh(*one.args[:-1], lower=False, eigvals_only=True)[-1] for one in problems]
-    found = solve(SCENES[scene]).omega_squared[0] + SCENES[scene].gamma ** 2
-    assert min(lowest) == pytest.approx(found, rel=1e-9)
-    assert min(work_precision.lapack_ratios(SCENES[scene], 1).values()) > 0
+    assert np.all(abs(found.omega_squared - limit) <= found.omega_squared_errors)
+    assert relative_error(found.omega_squared, limit) < 1e-8
 
 
 def test_errors_are_relative_and_count_growth_rates():
     """Half the relative error of omega^2, whatever its sign; never zero on a log axis."""
-    for found, exact, error in (([4, 101], [4, 100], 0.005), ([-4.04], [-4], 0.005)):
-        assert relative_error(np.array(found), np.array(exact)) == pytest.approx(error)
+    for found, limit, error in (([4, 101], [4, 100], 0.005), ([-4.04], [-4], 0.005)):
+        assert relative_error(np.array(found), np.array(limit)) == pytest.approx(error)
     assert relative_error(np.ones(2), np.ones(2)) == work_precision.FLOOR
 
 
@@ -115,11 +104,15 @@ def test_peers_converge_to_the_limits_they_are_measured_against(peer):
 
 
 @pytest.mark.parametrize("solver", METHODS, ids=lambda solver: solver.name)
-def test_methods_are_called_with_their_own_option(solver):
-    """Each row is the answer of solve() for that option."""
-    beam, resolution = Beam(gamma=2), solver.resolutions[-2]
-    expected = solve(beam, 3, solver.name, **{solver.option: resolution}).omega_squared
-    assert solver.omega_squared(beam, resolution, 3).tolist() == expected.tolist()
+def test_methods_converge_to_the_limits_of_their_model(solver):
+    """At one resolution at least, within 0.001 (assumed modes lose their digits beyond 12 terms),
+    and nearer to them than to those of another model."""
+    found = [solver.omega_squared(SCENES["slow"], n, MODES) for n in solver.resolutions[-4:]]
+    errors = {
+        theory: min(relative_error(one, limit) for one in found)
+        for theory, limit in limits()["slow"].items()
+    }
+    assert errors[solver.theory] == min(errors.values()) < 1e-3
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +134,7 @@ def test_the_committed_measurement_is_complete(committed):
     """Every method, peer and scene is in it, with machine, versions and date."""
     rows, data = committed
     assert set(METHOD_NAMES) | {peer.name for peer in PEERS} == {r.name for r in rows}
-    assert {r.scene for r in rows} == set(SCENES) == set(data["bare_lapack"])
+    assert {r.scene for r in rows} == set(SCENES)
     assert data["scenes"] == {scene: beam.numbers for scene, beam in SCENES.items()}
     assert {"date", "machine", "versions"} <= set(data)
     assert (data["threads"], data["effort"]) == ("1", "full")
@@ -157,21 +150,18 @@ def test_the_committed_reasons_are_those_of_the_program(committed):
         assert str(failure.value) == failed.reason
 
 
-def test_the_pages_quote_the_committed_measurement(committed):
-    """The ratios of the README and of the reference page are those of the committed measurement."""
-    rows, data = committed
-    paths = (ROOT / "README.md", ROOT / "assets/reference.md")
-    readme, reference = (" ".join(path.read_text().split()) for path in paths)
+def test_the_readme_quotes_the_committed_measurement(committed):
+    """The ratios of the README are those of the committed measurement."""
+    rows, _ = committed
+    readme = " ".join((ROOT / "README.md").read_text().split())
     exudyn = ratios(rows, "Exudyn", 1e-4) + ratios(rows, "Exudyn, paper's energy", 1e-4)
     assert f"{min(exudyn):.0f} to {max(exudyn):.0f} times faster than Exudyn" in readme
-    eigh = data["eigh"].values()
-    assert f"{min(eigh):.1f} to {max(eigh):.1f} times what `scipy.linalg.eigh` takes" in reference
 
 
 def test_auto_was_fastest(committed):
     """No method that stretches the beam was faster, none both faster and nearer to the paper's."""
     rows, _ = committed
-    for name in {r.name for r in rows} - {"auto", "foac", "zoac"}:
+    for name in {r.name for r in rows if r.theory not in ("rigid", "none")} - {"auto"}:
         for target in (1e-2, 1e-3, *benchmark.TARGETS):
             assert all(ratio >= 1 for ratio in ratios(rows, name, target)), name
     assert not dominated(rows, "auto")
@@ -182,7 +172,8 @@ def small(monkeypatch):
     """One scene, two methods and a peer that is not installed, hardly measured."""
     for module in (benchmark, work_precision):
         monkeypatch.setattr(module, "SCENES", {"slow": SCENES["slow"]})
-    monkeypatch.setattr(benchmark, "METHODS", (METHODS[0], METHODS[7]))
+    some = tuple(method for method in METHODS if method.name in ("auto", "power-series"))
+    monkeypatch.setattr(benchmark, "METHODS", some)
     monkeypatch.setattr(benchmark, "PEERS", (MISSING,))
     monkeypatch.setattr(work_precision, "QUICK", LITTLE)
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -199,7 +190,6 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     assert set(reasons) == {"auto", "power-series", "fake"}
     assert reasons["fake"] == "not installed: buy it"
     assert data["machine"]["cores"] >= 1
-    assert data["bare_lapack"]["slow"] > 0 < data["eigh"]["slow"]
     assert "time to error 1e-06 / auto" in out
     assert "no answer" in out
     assert "on the Pareto front" in out or "is faster and as" in out

@@ -5,6 +5,7 @@ import csv
 import io
 import math
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -16,10 +17,12 @@ import pytest
 from helpers import strict
 
 from beamviz import Beam, __version__, export, solve
-from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.beam import NUMBERS
+from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
-from beamviz.output import significant_decimals as decimals
 from beamviz.scene import START, Scene
+from beamviz.solver.problem import OPTIONS
+from beamviz.tables import significant_decimals as decimals
 
 ROOT = Path(__file__).parents[2]
 PAPER = ("--alpha", "1", "--beta", "0.5", "--gamma", "10")  # physics: green, spatial, mu 70
@@ -32,7 +35,8 @@ def test_modes_as_json(run):
     assert (code, err) == (0, "")
     assert data["beam"] == {"alpha": 1, "beta": 0.5, "gamma": 10, "delta": 0, "mu": 70}
     model = {"method": "auto", "strain": "green", "curvature": "spatial", "coriolis": False}
-    assert data["model"] == {**model, "plane": "chordwise"}
+    model |= {"plane": "chordwise", "state": "straight", "stiffening": True, "softening": True}
+    assert data["model"] == model
     keys = {"status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"}
     assert data["equilibrium"].keys() == keys
     assert data["equilibrium"]["status"] == "stable"
@@ -65,16 +69,14 @@ def test_modes_in_si_and_as_csv(run, steel):
 
 BUCKLED = "--delta -1 --gamma 5"
 LOCI = "loci --over gamma --start 0 --stop"
-SHARED = (  # by all commands with a beam: the whole beam and the whole model
-    "alpha beta gamma delta mu spin-up si method strain curvature coriolis no-coriolis plane state"
-    " elements tolerance"
-)
+# By all commands with a beam: the whole beam and the whole model.
+SHARED = [name.replace("_", "-") for name in (*NUMBERS, *OPTIONS, "si") if name != "modes"]
 NARROW = r"\A([ -~]{,100}\n)+\Z"
 SHOWN = {  # regular expressions of lines
     "": ["modes", "serve", "screenshot"],
     "--help": ["modes", "serve", "screenshot"],
     **{
-        f"{command} --help": [f"--{name}\\b" for name in SHARED.split()]
+        f"{command} --help": [f"--{name}\\b" for name in SHARED]
         for command in ("modes", "serve", "screenshot")
     },
     f"modes {' '.join(PAPER)}": [
@@ -124,13 +126,52 @@ def test_a_frequency_shows_the_digits_its_error_leaves(error, places):
     assert decimals(error) == places
 
 
-def test_the_model_reaches_the_solver(run):
-    model = {"strain": "hencky", "curvature": "material", "plane": "flapwise"}
-    options = [word for name, value in model.items() for word in (f"--{name}", value)]
-    data = strict(run("modes", *PAPER, *options, "--tolerance", "1e-3", "--format", "json")[1])
-    solution = solve(Beam(alpha=1, beta=0.5, gamma=10), **model, tolerance=1e-3)
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"strain": "hencky", "curvature": "material", "plane": "flapwise", "tolerance": 1e-3},
+        {"method": "ancf", "elements": 8, "modes": 3},
+        {"method": "chebyshev", "terms": 24},
+        {"coriolis": True, "state": "stable"},
+        {"stiffening": False, "softening": False},
+    ],
+    ids=str,
+)
+def test_every_option_reaches_the_solver(run, options):
+    """The frequencies and the size are those of `solve` with the same option."""
+    words = [
+        *(f"--{name}={value}" for name, value in options.items() if not isinstance(value, bool)),
+        *(f"--{name}" for name, value in options.items() if value is True),
+        *(f"--no-{name}" for name, value in options.items() if value is False),
+    ]
+    data = strict(run("modes", *PAPER, *words, "--format", "json")[1])
+    solution = solve(Beam(alpha=1, beta=0.5, gamma=10), **options)
+    assert data["model"] == solution.problem.model
     assert data["stats"]["dof"] == solution.stats.dof
     assert [mode["frequency"] for mode in data["modes"]] == solution.frequencies.tolist()
+
+
+@pytest.mark.parametrize(
+    ("line", "advice", "in_python"),
+    [
+        ("--spin-up 2", "--state stable", "state='stable'"),
+        ("--state bent --method linear", "--method ancf-planar", "method='ancf-planar'"),
+        ("--spin-up 2 --state stable --plane flapwise", "--plane chordwise", "plane='chordwise'"),
+    ],
+)
+def test_advice_is_in_the_syntax_of_its_reader(run, line, advice, in_python):
+    """The command line names its own options, Python its keywords."""
+    code, _, err = run("modes", *line.split())
+    assert code == 2
+    assert advice in err
+    assert in_python not in err
+    words = line.split()
+    given = {a[2:].replace("-", "_"): b for a, b in zip(words[::2], words[1::2], strict=True)}
+    beam = Beam(spin_up=float(given.pop("spin_up", 0)))
+    with pytest.raises(InvalidInput) as caught:
+        solve(beam, **given)
+    assert in_python in str(caught.value)
+    assert in_python in str(pickle.loads(pickle.dumps(caught.value)))
 
 
 @pytest.mark.parametrize("command", ["modes --gamma 50", "loci --over gamma --start 99 --stop 110"])

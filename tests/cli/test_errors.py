@@ -14,7 +14,7 @@ from helpers import contents, strict
 from beamviz import Beam, sweep
 from beamviz.beam import NUMBERS
 from beamviz.lessons import NAMES
-from beamviz.solver import CHOICES, MAX_MODES
+from beamviz.solver.problem import CHOICES, MAX_MODES
 
 WHOLE = f"must be a whole number in 1 .. {MAX_MODES}"
 NO_ELEMENTS = "takes no number of elements; methods that do: ancf, ancf-planar, linear"
@@ -24,7 +24,7 @@ MAP = "--over gamma,alpha --at beta=0.5 --sweep $STORE"
 ALL_AXES = "alpha=0,1 --over beta=0,1 --over delta=0,1 --over mu=50,70 --over spin_up=0,1"
 EXACT = {  # the whole message
     "modes --alpha -1": "alpha = -1: must lie in 0 .. 100",
-    "modes --beta half": "beta = 'half': must be a number and lie in 0 .. 1",
+    "modes --beta half": "beta = 'half': must be a number in 0 .. 1",
     "modes --modes 2.5": f"modes = 2.5: {WHOLE}",
     "modes --modes many": f"modes = 'many': {WHOLE}",
     "modes --elements 8": f"elements = 8: method auto {NO_ELEMENTS}",
@@ -64,7 +64,7 @@ NAMED = {  # parts of the message, separated by |
     f"{LOCI} --plot x.gif": "x.gif: must end in .png, .svg or .pdf",
     f"{LOCI} --per-rev -1": "per-rev = -1: must be a whole number in 0 .. 100",
     "loci --over gamma --start 0": "Missing option '--stop'",
-    "loci --over speed --start 0 --stop 1": "'gamma', 'alpha', 'beta', 'delta', 'mu'",
+    "loci --over speed --start 0 --stop 1": ", ".join(map(repr, NUMBERS)),
     "loci --over mu --start 10 --stop 100 --gamma 150": "must be at most 5 (gamma = 150, mu = 10)",
     "loci --over beta --start 0 --stop 1 --per-rev 2": "per-rev lines need loci over gamma, not"
     " over beta",

@@ -17,8 +17,8 @@ from beamviz.beam import Beam
 from beamviz.drawing import BeamView, beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam, segments, subdivide, to_hub_frame
 from beamviz.drawing.modes import CLOSE, LAYER, STATIONS, SampledModes, displacement
+from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.scene import COLOURINGS, ViewOptions
-from beamviz.server.viser_private import offline_scene
 from beamviz.solver import solve
 
 HEIGHT = 1080  # [pixels] of the picture
@@ -145,7 +145,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
 def test_an_overlay_has_faces_for_its_vertices():
     """When the number of pieces changes, both ways. It turns with the hub of the other beam. It has
     fewer pieces than that, as all are of one colour."""
-    shapes, overlay = sampled(PAPER), BeamView(offline_scene(), overlay=True)
+    shapes, overlay = sampled(PAPER), BeamView(SceneGraph(), overlay=True)
     for mode in (0, 4, 0, 1):
         overlay.show(DrawnBeam(shapes, ViewOptions(rotating_frame=mode == 0).only(mode)))
         overlay.move(np.full(5, math.pi / 2), 1.0)

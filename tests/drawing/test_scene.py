@@ -20,8 +20,8 @@ from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.camera import CHANGE_TIME, PageCamera, initial
 from beamviz.drawing.modes import Clock, SampledModes, displacement, playback_rate
 from beamviz.drawing.objects import mass_size, section_size
+from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.scene import MAX_AMPLITUDE, Camera, Scene, ViewOptions
-from beamviz.server.viser_private import offline_scene
 from beamviz.solver import solve
 
 
@@ -37,7 +37,7 @@ def projected(points: np.ndarray, view: Camera) -> np.ndarray:
 @pytest.fixture
 def scene() -> BeamView:
     """A beam in a scene without a page."""
-    return BeamView(offline_scene())
+    return BeamView(SceneGraph())
 
 
 @pytest.mark.parametrize("alpha", [1e-3, 1.0, 100.0])

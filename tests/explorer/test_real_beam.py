@@ -13,7 +13,8 @@ from live.visitor import Visitor
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features import real_beam
-from beamviz.solver import CHOICES, solve
+from beamviz.solver import solve
+from beamviz.solver.problem import CHOICES
 
 SIZES = {size for section in real_beam.SECTIONS.values() for size in section.sizes}
 

@@ -1,6 +1,7 @@
 """Options of solve(), solve_many() and loci(): an error names the value, and what is allowed; and
 the effect of stiffening, softening and Coriolis forces, which may be left out."""
 
+import inspect
 import math
 
 import numpy as np
@@ -8,7 +9,8 @@ import pytest
 
 from beamviz import Beam, loci, solve
 from beamviz.errors import InvalidInput
-from beamviz.solver import METHODS, solve_many
+from beamviz.solver import solve_many
+from beamviz.solver.problem import METHODS, OPTIONS, parse_keywords
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=3)
 SWITCHED = Beam(alpha=1, beta=0.5, gamma=10, delta=0.5)
@@ -74,6 +76,32 @@ def test_wrong_options_are_named(options, message):
         with pytest.raises(InvalidInput) as caught:
             function(*arguments, **options)
         assert str(caught.value).startswith(message)
+
+
+def test_the_keywords_of_solve_are_the_options():
+    """In their order, with their types and defaults; help() documents each."""
+    keywords = list(inspect.signature(solve).parameters.values())[1:-1]
+    shown = [(one.name, one.annotation, one.default) for one in keywords]
+    assert shown == [(one.name, one.kind, one.default) for one in OPTIONS.values()]
+    for function in (solve, solve_many):
+        lines = inspect.getdoc(function).splitlines()
+        assert [one.name for one in OPTIONS.values() if one.documentation not in lines] == []
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_the_declared_values_of_an_option_are_those_accepted(name):
+    """All choices, both ends of a range, and nothing beyond."""
+    option = OPTIONS[name]
+    values, beyond = list(option.choices), ["", "none"]
+    if option.limits:
+        values, beyond = list(option.limits), [option.limits[0] / 2, option.limits[1] * 2]
+    elif option.kind is bool:
+        values, beyond = [False, True], [0, 1, "yes"]
+    for value in values:
+        assert getattr(parse_keywords(**{name: value}), name) == value
+    for value in beyond:
+        with pytest.raises(InvalidInput):
+            solve(Beam(), **{"method": option.methods[-1], name: value})
 
 
 def test_every_method_has_a_source_and_a_reason():

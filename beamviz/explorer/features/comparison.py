@@ -20,6 +20,7 @@ from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.state import EARLIER, TERMS, Case, State
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import identify_modes, match_modes
+from beamviz.server.viser_private import ViserScene
 from beamviz.solver.solution import Solution
 
 
@@ -126,7 +127,9 @@ class Comparison:
         sizes = 0.0 * partner if driven else np.array([*main.amplitudes, 0.0])[partner]
         if state.stacked not in self.views:
             root, overlay = ("/other", False) if state.stacked else (OVERLAY, True)
-            view = BeamView(self.visitor.client.scene, root, alone=False, overlay=overlay)
+            view = BeamView(
+                ViserScene(self.visitor.client.scene), root, alone=False, overlay=overlay
+            )
             self.views[state.stacked] = view
         self.view = view = self.views[state.stacked]
         view.height = self.heights[-1]

@@ -13,8 +13,8 @@ from beamviz.explorer import page
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Feature, Visitor
 from beamviz.frequency_loci.identity import match_modes
-from beamviz.output import plural
 from beamviz.solver import METHODS, Solution, solve
+from beamviz.tables import plural
 
 REFERENCE_TOLERANCE = 1e-11  # relative, of the frequencies that errors are measured against
 REPEATS = 3  # solves of which the fastest counts

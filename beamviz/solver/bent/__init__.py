@@ -21,7 +21,7 @@ from beamviz.solver.bent.beam import (
     BentModes,
     State,
     bent_modes,
-    in_axes_of_the_beam,
+    corotational_components,
 )
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
 from beamviz.solver.hp import solve_hp
@@ -49,7 +49,7 @@ def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     c, s = state.direction[..., None]
     turn, rows = state.f[:, None] * (state.beam.J @ dkappa), state.beam.mesh.grid.from_clamp(x)
     moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
-    return in_axes_of_the_beam(*moved, rows @ state.kappa)
+    return corotational_components(*moved, rows @ state.kappa)
 
 
 def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_modes: int) -> Solution:

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver.bent.beam import in_axes_of_the_beam, unsymmetric_modes
+from beamviz.solver.bent.beam import corotational_components, unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.families import quadrature
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
@@ -136,4 +136,4 @@ def _curve(nodes: NDArray, q: NDArray, x: NDArray) -> tuple[NDArray, NDArray, ND
 def _fields(nodes: NDArray, q: NDArray, V: NDArray, x: NDArray) -> NDArray:
     """Displacements (len(x), 2, modes) along and across the bent beam; V (N, 4, modes)."""
     moved = components(nodes, V, x)
-    return in_axes_of_the_beam(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])
+    return corotational_components(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])

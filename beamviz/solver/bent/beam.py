@@ -41,9 +41,9 @@ ROUNDING_FACTOR = 100.0  # of the estimated rounding error, see scripts/measure_
 TINY = 1e-300
 
 
-def in_axes_of_the_beam(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
-    """Displacements (k, 2, modes) along and across the beam at points with an angle (k,), of those
-    in x and in y (k, modes)."""
+def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
+    """Corotational components (k, 2, modes) of displacements dx, dy (k, modes): along and across the
+    deflected beam, at points where it has an angle (k,)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 

@@ -1,0 +1,70 @@
+"""Results as labelled arrays for xarray, made of plain columns; also for files in netCDF."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from beamviz.beam import Units
+from beamviz.errors import requires
+from beamviz.protocols import Branch
+from beamviz.version import __version__
+
+if TYPE_CHECKING:
+    import xarray
+
+QUANTITIES = ("family", "frequency", "growth_rate", "error", "bending_fraction")  # of a mode
+PER_TIME = {"units": "1/T*"}
+UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}
+
+
+def attributes(
+    numbers: Mapping[str, float], model: Mapping[str, Any], units: Units | None
+) -> dict[str, Any]:
+    """The numbers of a beam, its model, its units and the version; without None, as in files."""
+    sizes = units.attributes if units else {}
+    return {**numbers, **model, **sizes, "beamviz_version": __version__}
+
+
+def mode_dataset(
+    modes: Mapping[str, Any], along: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
+) -> "xarray.Dataset":
+    """The Dataset of a solution, of `Solution.columns` and `Solution.along_beam`.
+
+    With Coriolis forces shapes are complex: `shape` is their real part and `shape_imag` the
+    imaginary one, because netCDF has no complex numbers.
+    """
+    with requires("xarray"):
+        import xarray
+    variables: dict[str, Any] = {
+        key: ("mode", np.array(modes[key]), UNITS.get(key)) for key in QUANTITIES
+    }
+    dims, shape, note = ("mode", "x", "component"), along["shape"], {"long_name": "unit modal mass"}
+    variables["shape"] = (dims, shape.real, note)
+    if np.iscomplexobj(shape):
+        variables["shape_imag"] = (dims, shape.imag, note)
+    variables["position"] = (("x", "component"), along["position"], {"units": "L"})
+    variables["stretch"] = ("x", along["stretch"])
+    coordinates = {
+        "mode": modes["index"],
+        "label": ("mode", np.array(modes["label"])),
+        "x": ("x", along["x"], {"units": "L"}),
+        "component": ["along", "across"],
+    }
+    return xarray.Dataset(variables, coordinates, attributes)
+
+
+def loci_dataset(
+    over: str, values: np.ndarray, branches: Sequence[Branch], attributes: Mapping[str, Any]
+) -> "xarray.Dataset":
+    """The Dataset of loci: each quantity by value and branch."""
+    with requires("xarray"):
+        import xarray
+    rows = {key: [getattr(branch, key) for branch in branches] for key in QUANTITIES}
+    rows["family"] = [[name or "" for name in family] for family in rows["family"]]
+    fixed = {name: value for name, value in attributes.items() if name != over}
+    return xarray.Dataset(
+        {key: ((over, "branch"), np.transpose(row), UNITS.get(key)) for key, row in rows.items()},
+        {over: values, "branch": [branch.label for branch in branches]},
+        fixed,
+    )

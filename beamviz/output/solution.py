@@ -1,0 +1,78 @@
+"""A solution as a table for a terminal, JSON and CSV."""
+
+from typing import Any
+
+from beamviz.files import csv_text, json_text, plain
+from beamviz.output import described_numbers, described_units
+from beamviz.solver.solution import Solution
+from beamviz.tables import aligned_table, mode_columns, plural
+
+EQUILIBRIUM_KEYS = ("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch")
+
+
+def solution_json(solution: Solution) -> str:
+    """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
+    state = solution.equilibrium
+    data = {
+        "beam": solution.beam.numbers,
+        "model": solution.problem.model,
+        "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
+        "modes": mode_records(solution),
+        "stats": solution.stats,
+    }
+    if units := solution.beam.units:
+        data["units"] = {"length": units.length, "time": units.time}
+    return json_text(data)
+
+
+def mode_records(solution: Solution) -> list[dict[str, Any]]:
+    """Each mode under the keys of the JSON; growth rates, of either sign, where there is one."""
+    values = solution.columns
+    rows = zip(*map(plain, values.values()), strict=True)
+    records = [dict(zip(values, row, strict=True)) for row in rows]
+    for record in records:
+        if not (record["frequency"] is None or record["growth_rate"]):
+            del record["growth_rate"]
+    return records
+
+
+def solution_csv(solution: Solution) -> str:
+    """One line for each mode under the keys of the JSON; nodes are separated by spaces."""
+    records, keys = mode_records(solution), solution.columns
+    for record in records:
+        record["nodes"] = " ".join(map(repr, record["nodes"]))
+    return csv_text(keys, ([record.get(key) for key in keys] for record in records))
+
+
+def solution_table(solution: Solution) -> str:
+    """The beam, its equilibrium and its modes, to be read in a terminal."""
+    beam, state, stats = solution.beam, solution.equilibrium, solution.stats
+    heading = ["Beam         " + described_numbers(beam)]
+    if units := beam.units:
+        heading.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
+    (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
+    heading += [
+        "Model        " + solution.problem.described,
+        f"Equilibrium  {described_status(solution)}{bent},"
+        f" tip at ({x:.7g}, {y:.7g}) L from the clamp, greatest stretch {state.max_stretch:.7g}",
+    ]
+    footer = (
+        f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
+        f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
+    )
+    return "\n".join(
+        [*heading, "", *aligned_table(mode_columns(solution.columns, beam.units)), "", footer]
+    )
+
+
+def described_status(solution: Solution) -> str:
+    """The status of the equilibrium in words."""
+    state = solution.equilibrium
+    if state.status == "growing":
+        return "vibrations grow" + (" at this instant" if solution.beam.spin_up else "")
+    if state.status == "stable" and state.buckled_chordwise:
+        return "stable flapwise but buckled chordwise (unstable in the plane of rotation)"
+    return state.status
+
+
+SOLUTION_FORMATS = {"table": solution_table, "json": solution_json, "csv": solution_csv}
