@@ -96,7 +96,7 @@ STRAIN_LAWS = {
     for law in (
         StrainLaw(
             name="green",
-            description="Green-Lagrange strain (f^2 - 1) / 2, the paper's (eq. 15)",
+            description="Green-Lagrange (f^2 - 1) / 2, the paper's",
             strain=lambda f: (f - 1) * (f + 1) / 2,
             force=lambda f: (f - 1) * (f + 1) * f / 2,
             stiffness=lambda f: 1.5 * f * f - 0.5,
@@ -106,7 +106,7 @@ STRAIN_LAWS = {
         ),
         StrainLaw(
             name="biot",
-            description="Biot or engineering strain f - 1, of Gerstmayr & Irschik (2008)",
+            description="engineering strain f - 1",
             strain=lambda f: f - 1,
             force=lambda f: f - 1,
             stiffness=np.ones_like,
@@ -116,7 +116,7 @@ STRAIN_LAWS = {
         ),
         StrainLaw(
             name="hencky",
-            description="Hencky or logarithmic strain ln f, whose force has a maximum at f = e",
+            description="logarithmic strain ln f, whose force has a maximum",
             strain=np.log,
             force=lambda f: np.log(f) / f,
             stiffness=lambda f: (1 - np.log(f)) / f**2,

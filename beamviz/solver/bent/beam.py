@@ -42,8 +42,8 @@ TINY = 1e-300
 
 
 def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
-    """Corotational components (k, 2, modes) of displacements dx, dy (k, modes): along and across the
-    deflected beam, at points where it has an angle (k,)."""
+    """Corotational components (k, 2, modes), along and across the deflected beam, of displacements
+    dx and dy (k, modes) at points where it has an angle (k,)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
