@@ -155,8 +155,9 @@ def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
     return beam.gamma**2 * (distributed + carried)
 
 
-def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
-    """The error of a beam whose gamma is above `limit`, the greatest possible, or just below it."""
+def no_equilibrium(beam: Any, limit: float, law: StrainLaw) -> NoEquilibrium:
+    """The error of a beam, or of its numbers, whose gamma is above `limit`, the greatest possible,
+    or just below it."""
     where = f"no equilibrium beyond gamma = {limit:.9g}"
     if beam.gamma <= limit:
         where = f"too near the limit of equilibrium, gamma = {limit:.9g}, to be solved"

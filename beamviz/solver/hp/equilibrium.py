@@ -165,12 +165,11 @@ class AxialProblem(NamedTuple):
         load = (self.beams.gamma / self.beams.mu) ** 2
         accuracy = STRETCH_SHARE * tolerance if small else NEWTON_STEP**2
         if start is not None:
-            f, error = (start.mesh.at(self.mesh.points) @ start.f)[None], math.inf
+            f = (start.mesh.at(self.mesh.points) @ start.f)[None]
         else:
-            f, error = self.first_guess(load, accuracy)
-        if small and error < accuracy:
-            ones = np.ones(len(f))
-            return AxialState(f, 0, error * ones, ones)
+            f, guess_error = self.first_guess(load, accuracy)
+            if small and guess_error < accuracy:
+                return AxialState(f, 0, np.full(len(f), guess_error), np.ones(len(f)))
         if small:
             return self.newton(load, f, accuracy)
         with np.errstate(all="ignore"):  # a diverging iteration is detected
@@ -183,18 +182,14 @@ class AxialProblem(NamedTuple):
     def first_guess(self, load: NDArray, accuracy: float) -> tuple[NDArray, float]:
         """The stretch (beams, n) by fixed-point iteration, f = stretch(load (G f + delta g) / w),
         from rest, and the error for a small strain: an iteration reduces it by the force."""
-        inertia = self.inertia
+        inertia, stretch = self.inertia, self.law.stretch_from_force
         pull, static = load / inertia.weights, self.beams.delta * inertia.g
-        f = self.law.stretch_from_force(pull * (inertia.G1 + static))
         most = float((pull * (inertia.G1 + abs(static))).max())  # of the force
-        error = 2 * most**2
+        f, error = stretch(pull * (inertia.G1 + static)), 2 * most**2
         for _ in range(PASSES):
             if error < accuracy:
                 break
-            f, error = (
-                self.law.stretch_from_force(pull * (np.matvec(inertia.G, f) + static)),
-                error * most,
-            )
+            f, error = stretch(pull * (np.matvec(inertia.G, f) + static)), most * error
         return f, error
 
     def at_rest(self) -> AxialState:
@@ -228,14 +223,17 @@ class AxialProblem(NamedTuple):
         inertia, beams, law = self.inertia, self.beams, self.law
         A = load[..., None] * inertia.G
         w, static = inertia.weights, load * beams.delta * inertia.g
-        for iteration in range(1, NEWTON_ITERATIONS + 1):  # noqa: B007
+        iteration, error = 0, np.full(len(f), math.inf)
+        while iteration < NEWTON_ITERATIONS and not np.fmax.reduce(error) < accuracy:
+            iteration += 1
             residual = w * law.force(f) - np.matvec(A, f) - static
             tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
-            step = np.linalg.solve(tangent, residual[..., None])[..., 0]
+            try:
+                step = np.linalg.solve(tangent, residual[..., None])[..., 0]
+            except np.linalg.LinAlgError:  # singular: off the stable branch
+                break
             f = f - step
             error = np.vecdot(step, step) / f[:, 0] ** 2  # the next step is as small as this square
-            if np.fmax.reduce(error) < accuracy:
-                break
         inside = (f > law.min_stretch) & (f < law.max_stretch)
         found = (error < accuracy) & np.logical_and.reduce(inside, axis=-1)
         if not found.all():

@@ -16,6 +16,8 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
+    AxialProblem,
+    AxialState,
     State,
     axial_problem,
     is_small_strain,
@@ -36,11 +38,12 @@ GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance c
 
 
 class Attempt(NamedTuple):
-    """What a beam is solved with: alone or in a stack, by Newton's method from a state on another
-    mesh, if any."""
+    """What a beam is to be solved with: alone or in a stack, by Newton's method from a state on
+    another mesh, if any."""
 
+    beam: Beam
     elements: Elements
-    small: bool  # of small strain
+    small: bool  # of small strain, so that a rough equilibrium suffices
     alone: bool
     start: State | None = None
 
@@ -50,44 +53,32 @@ Answer = StraightModes | BeamvizError
 
 def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list[Answer]:
     """`count` lowest modes of each beam, those of the problem to its tolerance; or its error."""
-    answers: dict[int, Answer] = {}
-    attempts: dict[int, Attempt] = {}
-    for k, beam in enumerate(beams):
-        try:
-            attempts[k] = first_attempt(beam, problem)
-        except (NoEquilibrium, NotConverged) as error:
-            answers[k] = failure(beam, problem, error)
+    outcomes: list[Attempt | Answer] = [first_attempt(beam, problem) for beam in beams]
     for _ in range(MAX_ATTEMPTS):
+        attempts = {k: each for k, each in enumerate(outcomes) if isinstance(each, Attempt)}
         if not attempts:
             break
         for stack in stacks(attempts):
-            stacked = [beams[k] for k in stack]
-            for k, outcome in zip(
-                stack,
-                solve_stack(stacked, [attempts[k] for k in stack], problem, count),
-                strict=True,
-            ):
-                if isinstance(outcome, Attempt):
-                    attempts[k] = outcome
-                else:
-                    answers[k] = outcome
-                    del attempts[k]
-    for k in attempts:
-        answers[k] = failure(
-            beams[k],
-            problem,
-            NotConverged(f"errors exceed the tolerance after {MAX_ATTEMPTS} meshes"),
-        )
-    return [answers[k] for k in range(len(beams))]
+            solved = solve_stack([attempts[k] for k in stack], problem, count)
+            for k, outcome in zip(stack, solved, strict=True):
+                outcomes[k] = outcome
+    ended = NotConverged(f"errors exceed the tolerance after {MAX_ATTEMPTS} meshes")
+    return [
+        failure(each.beam, problem, ended) if isinstance(each, Attempt) else each
+        for each in outcomes
+    ]
 
 
-def first_attempt(beam: Beam, problem: Problem) -> Attempt:
-    """The first mesh. Raises NoEquilibrium with the limit, and NotConverged."""
+def first_attempt(beam: Beam, problem: Problem) -> Attempt | Answer:
+    """The attempt on the first mesh, or an error."""
     small = problem.rigid_tension or is_small_strain(beam, problem.strain_law)
-    elements, start = first_elements(beam, problem)
-    check_unknowns(elements, beam)
+    try:
+        elements, start = first_elements(beam, problem)
+        check_unknowns(elements, beam)
+    except (NoEquilibrium, NotConverged) as error:
+        return failure(beam, problem, error)
     alone = start is not None or (problem.gyroscopic and not (beam.gamma and beam.delta >= 0))
-    return Attempt(elements, small, alone, start)
+    return Attempt(beam, elements, small, alone, start)
 
 
 def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
@@ -119,19 +110,14 @@ def common_mesh(elements: list[Elements]) -> Mesh:
 
 
 def solve_stack(
-    beams: list[Beam], attempts: list[Attempt], problem: Problem, count: int
-) -> Sequence[Answer | Attempt]:
+    attempts: list[Attempt], problem: Problem, count: int
+) -> Sequence[Attempt | Answer]:
     """The modes of each beam of a stack, its error, or another attempt."""
+    beams = [attempt.beam for attempt in attempts]
     mesh = common_mesh([attempt.elements for attempt in attempts])
     axial = axial_problem(mesh, stack_of(beams), problem.strain_law)
     try:
-        if problem.rigid_tension or not any(beam.gamma for beam in beams):
-            state = axial.at_rest()
-        else:
-            small = all(attempt.small for attempt in attempts)
-            state = axial.solve(small, problem.tolerance, attempts[0].start)
-            if len(beams) == 1 and state.error[0] == math.inf:
-                state = axial.followed()
+        state = equilibria(axial, attempts, problem)
         modes = lowest_modes(axial, state, count, problem)
     except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
         if len(beams) > 1:  # an unstable beam among them
@@ -147,13 +133,23 @@ def solve_stack(
     modes.bending_energy_fraction.setflags(write=False)
     each = enumerate(zip(worst.tolist(), modes.of_each_beam(), strict=True))
     return [
-        found if total <= 1 else next_attempt(beams[k], attempts[k], found, excess[k], problem)
+        found if total <= 1 else next_attempt(attempts[k], found, excess[k], problem)
         for k, (total, found) in each
     ]
 
 
+def equilibria(axial: AxialProblem, attempts: list[Attempt], problem: Problem) -> AxialState:
+    """The equilibria of a stack, with an infinite error where there is none of one of several.
+    Raises NoEquilibrium and NotConverged."""
+    if problem.rigid_tension or not any(attempt.beam.gamma for attempt in attempts):
+        return axial.at_rest()
+    small = all(attempt.small for attempt in attempts)
+    state = axial.solve(small, problem.tolerance, attempts[0].start)
+    return axial.followed() if len(attempts) == 1 and math.isinf(state.error[0]) else state
+
+
 def next_attempt(
-    beam: Beam, attempt: Attempt, modes: StraightModes, excess: NDArray, problem: Problem
+    attempt: Attempt, modes: StraightModes, excess: NDArray, problem: Problem
 ) -> Attempt | Answer:
     """Another attempt on a finer mesh; near a limit of equilibrium, where the rounding error of the
     stretch is large on any mesh, the modes, if their errors are not large.
@@ -166,12 +162,12 @@ def next_attempt(
         return attempt._replace(alone=True)
     elements = refined(attempt.elements, excess[worst].tolist())
     try:
-        check_unknowns(elements, beam)
+        check_unknowns(elements, attempt.beam)
     except NotConverged as error:
         near_limit = modes.margin < LIMIT_MARGIN
         if near_limit and totals[worst] * problem.tolerance < GREATEST_ERROR:
             return modes
-        return failure(beam, problem, error)
+        return failure(attempt.beam, problem, error)
     start = State(make_mesh(*attempt.elements), modes.f) if attempt.start else None
     return attempt._replace(elements=elements, small=False, start=start)
 
