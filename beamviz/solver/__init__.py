@@ -72,11 +72,7 @@ def solve(
 
 
 @documents_options
-def solve_many(
-    beams: Iterable[Beam],
-    extra_modes: int = 0,
-    **options: Any,
-) -> list[Answer]:
+def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> list[Answer]:
     """`solve` for many beams with the same options, in batches where the method allows it.
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
@@ -144,8 +140,8 @@ def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list
     if problem.state == "stable":
         where = [k for k, beam in enumerate(beams) if not beam.spin_up]
         first = replace(problem, state="straight")
-        found = _solve([beams[k] for k in where], first, extra_modes)
-        straight = dict(zip(where, found, strict=True))
+        straight_answers = _solve([beams[k] for k in where], first, extra_modes)
+        straight = dict(zip(where, straight_answers, strict=True))
     answers: list[Answer] = []
     near: Any = None  # the last bent state
     for k, beam in enumerate(beams):

