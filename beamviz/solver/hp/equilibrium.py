@@ -25,7 +25,7 @@ STRETCH_SHARE = (
     1e-3  # error of the stretch at which Newton's method ends, relative to the tolerance
 )
 SMALL_FORCE = 0.3  # axial force n, as a share of 1 and of the limits of the law, of a small strain
-PASSES = 2  # of the first guess, each a third of the work of an iteration of Newton's method
+PASSES = 4  # of the first guess, each a quarter of the work of an iteration of Newton's method
 NEWTON_ITERATIONS = 12
 NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
