@@ -133,15 +133,15 @@ def errors_against_reference(
     Infinite where the default method has no answer."""
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
-    reference = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
-    (exact,) = solve_hp([beam], replace(reference, tolerance=REFERENCE_TOLERANCE))
-    if isinstance(exact, BeamvizError):
+    finer = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
+    (reference,) = solve_hp([beam], replace(finer, tolerance=REFERENCE_TOLERANCE))
+    if isinstance(reference, BeamvizError):
         return np.full(modes, np.inf)
     errors = np.empty(modes)
     for bending in (True, False):
-        own = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
-        partners = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)
-        partners = np.append(partners, [2 * modes - 1] * modes)[: len(own)]  # or the highest one
-        errors[own] = abs(omega_squared[own] - exact.omega_squared[partners])
-        errors[own] += exact.omega_squared_errors[partners]
+        places = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
+        partners = np.flatnonzero((reference.bending_energy_fraction >= 0.5) == bending)
+        partners = np.append(partners, [2 * modes - 1] * modes)[: len(places)]  # or the highest one
+        errors[places] = abs(omega_squared[places] - reference.omega_squared[partners])
+        errors[places] += reference.omega_squared_errors[partners]
     return errors

@@ -239,7 +239,7 @@ def _random_bent_beam(rng: np.random.Generator, most: float) -> Beam:
 
 def bent_verdict(scene: Scene) -> dict[str, Any]:
     """`verdict` on a bent beam."""
-    return judged(scene, partial(_bent_solved, scene), partial(_bent_limited, scene))
+    return judged(scene, partial(bent_solution_verdict, scene), partial(_bent_limited, scene))
 
 
 def _bent_limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
@@ -256,7 +256,8 @@ def _bent_limited(scene: Scene, error: NoEquilibrium) -> dict[str, Any]:
     return {"kind": "no-equilibrium" if true else "wrong-limit", "says": str(error)}
 
 
-def _bent_solved(scene: Scene, solution: Solution) -> dict[str, Any]:
+def bent_solution_verdict(scene: Scene, solution: Solution) -> dict[str, Any]:
+    """The verdict on a solution of a bent beam."""
     options, state = scene.options, solution.equilibrium
     model = (options["strain"], options["curvature"], options["coriolis"], options["modes"])
     try:

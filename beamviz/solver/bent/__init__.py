@@ -27,6 +27,7 @@ from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, ne
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.modes import TRUNCATION_FACTOR
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
@@ -34,7 +35,6 @@ from beamviz.solver.solution import Equilibrium, Solution, Stats
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
 MAX_UNKNOWNS = 1000  # two for each point
-TRUNCATION_FACTOR = 12.0  # of the error estimate: scripts/measure_error_bars.py
 
 
 def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

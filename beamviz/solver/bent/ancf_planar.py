@@ -85,18 +85,18 @@ class PlanarProblem:
             )
         except NotConverged:
             raise NotConverged(
-                f"{len(self.model.nodes) - 1} elements have no state next to the exact one; use"
+                f"{len(self.model.nodes) - 1} elements have no state next to the converged one; use"
                 " more elements"
             ) from None
         return path.state.reshape(-1, 4), path.iterations
 
 
-def solve_planar(beam: Beam, problem: Problem, exact: Solution) -> Solution:
-    """The modes about the elements' state next to the exact one, a solution of method auto."""
+def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
+    """The modes about the elements' state next to the converged one, a solution of method auto."""
     count, elements = problem.modes, problem.resolution
     planar = PlanarProblem(beam, problem, elements)
     nodes = planar.model.nodes
-    position, f, angle = exact.equilibrium.curve(nodes)
+    position, f, angle = converged.equilibrium.curve(nodes)
     slopes = f[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     q, iterations = planar.equilibrium(np.hstack((position, slopes)))
     C = 2 * beam.gamma * planar.G if problem.gyroscopic and beam.gamma else None
@@ -109,9 +109,9 @@ def solve_planar(beam: Beam, problem: Problem, exact: Solution) -> Solution:
     V = np.zeros((q.size, count), free.dtype)
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
     fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
-    errors = abs(s**2 - exact.s[:count] ** 2) + exact.omega_squared_errors[:count]
+    errors = abs(s**2 - converged.s[:count] ** 2) + converged.omega_squared_errors[:count]
     equilibrium = Equilibrium(
-        modes.status, iterations, partial(_curve, nodes, q), exact.equilibrium.bent_state
+        modes.status, iterations, partial(_curve, nodes, q), converged.equilibrium.bent_state
     )
     stats = Stats(len(planar.free), problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)

@@ -28,7 +28,7 @@ from beamviz.solver.problem import Problem
 
 # Safety factors of the two error estimates: twice the least for which the errors of 5000 random
 # beams over the accepted domain were within their estimates (scripts/measure_error_bars.py).
-TRUNCATION_FACTOR = 12.0
+TRUNCATION_FACTOR = 10.0
 ROUNDING_FACTOR = 30.0
 
 
