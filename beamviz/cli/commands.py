@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from beamviz.beam import Beam, check_float, check_int
+from beamviz.cli.motion import motion
 from beamviz.cli.options import (
     AT,
     MODES,
@@ -137,6 +138,9 @@ def loci(
     if plot:
         save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
     print(LOCI_FORMATS[format](tracked).rstrip("\n"))
+
+
+app.command()(takes_beam(motion))
 
 
 @app.command()

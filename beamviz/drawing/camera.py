@@ -3,7 +3,6 @@
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import astuple
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,10 +27,6 @@ RIM = 0.3  # [beam lengths] largest part of the hub in the picture
 # Fractions of half the height of a page left free above, for labels: the beam in the rotating
 # frame, the circle that it sweeps in the stationary one.
 LIFT, TOP = 0.1, 0.2
-NEARER, FARTHER = 0.7, 1.15  # ratios of the fitted distance to the last one that move the camera
-TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
-DEFAULT = Camera((3.0, 3.0, 3.0))  # of viser's page before it has another one
-CHANGE_TIME = 0.9  # [s] of an eased change of view
 MIN_SLOPE = 1e-3  # of a direction against the axis; of a smaller one, y is vertical in the picture
 TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 CIRCLE = np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], 1)
@@ -140,136 +135,3 @@ def initial(scene: Scene) -> Camera:
 def place(view: "CameraHandle | InitialCameraConfig", camera: Camera) -> None:
     view.position, view.look_at = camera.position, camera.look_at
     view.fov = FIELD_OF_VIEW
-
-
-class ViewChange:
-    """An eased change between the stationary and the rotating frame.
-
-    start, end: the cameras; shares: of the rotating frame at the start and the end, 0 .. 1; angle:
-    of the hub [rad], at most half a turn at the start and continuous after it, so that the floor
-    turns back the shorter way.
-    """
-
-    def __init__(self, start: Camera, end: Camera, shares: tuple[float, float], angle: float):
-        self.start, self.end, self.shares, self.angle = start, end, shares, angle
-        self.elapsed = 0.0
-
-    def step(self, elapsed: float, angle: float) -> None:
-        """Advance by `elapsed` [s], to the angle [rad] of the hub."""
-        self.elapsed += elapsed
-        self.angle = self.continued(angle)
-
-    def continued(self, angle: float) -> float:
-        """The angle [rad], plus whole turns, nearest to that of the hub."""
-        return self.angle + math.remainder(angle - self.angle, 2 * math.pi)
-
-    @property
-    def part(self) -> float:
-        """The completed fraction of the change, with speed zero at both ends."""
-        time = min(self.elapsed / CHANGE_TIME, 1.0)
-        return time**2 * (3 - 2 * time)
-
-    @property
-    def rotating_share(self) -> float:
-        start, end = self.shares
-        return start + self.part * (end - start)
-
-    @property
-    def camera(self) -> Camera:
-        pairs = zip(astuple(self.start), astuple(self.end), strict=True)
-        return Camera(*(np.add(a, self.part * np.subtract(b, a)).tolist() for a, b in pairs))
-
-
-class PageCamera:
-    """The camera of a page: it keeps the viewpoint of the visitor, and is fitted to the beam on
-    request and after large changes. initial: set in every page that opens. eased: changes of the
-    frame take time."""
-
-    def __init__(self, view: "CameraHandle", initial: Camera):
-        self.view, self.initial = view, initial
-        self.given: Camera | None = None  # a fixed viewpoint; None: fitted to the beam
-        self.placed = self.before = initial  # the last two set by the server
-        self.requested = True  # the next picture moves the camera
-        self.provisional = False  # set before the latest request was answered
-        self.fitted_to: tuple = ()  # frame, plane, aspect and number of beams
-        self.distance = 0.0
-        self.eased = False
-        self.change: ViewChange | None = None  # None while there is none
-
-    def set_viewpoint(self, given: Camera | None) -> None:
-        """Use a viewpoint; None fits the beam into the page."""
-        self.given, self.requested = given, True
-
-    def look_at(
-        self, shapes: SampledModes, rotating_frame: bool, heights: Sequence[float], *, settled: bool
-    ) -> None:
-        """Move the camera if necessary, for beams at `heights`. settled: the shapes are of the
-        latest request; otherwise the next call moves the camera again."""
-        fit = fitted(shapes, rotating_frame, self.view.aspect, heights)
-        distance = math.dist(fit.position, fit.look_at)
-        fitted_to = (rotating_frame, shapes.plane, self.view.aspect, len(heights))
-        stays = NEARER * self.distance < distance < FARTHER * self.distance
-        moved = fitted_to != self.fitted_to or not stays
-        if self.requested or self.provisional or (moved and self.given is None):
-            turned = self.fitted_to and self.fitted_to[0] != rotating_frame
-            self.fitted_to, self.distance = fitted_to, distance
-            self.requested, self.provisional = False, not settled
-            self.before, self.placed = self.placed, self.given or fit
-            if turned and self.eased:
-                self.change = self.changed(self.placed, rotating_frame)
-            elif self.change:
-                self.change.end = self.placed
-            else:
-                place(self.view, self.placed)
-
-    def changed(self, end: Camera, rotating_frame: bool) -> ViewChange:
-        """A change of view that starts at the present camera, also during another change."""
-        share, last = float(rotating_frame), self.change
-        if last:
-            return ViewChange(last.camera, end, (last.rotating_share, share), last.angle)
-        start = Camera(self.view.position.tolist(), self.view.look_at.tolist())
-        return ViewChange(start, end, (1 - share, share), 0.0)
-
-    def follow(self, moved: np.ndarray, share: float) -> None:
-        """Ease the view after the scene was moved by `moved` (3,); share: of the rotating frame."""
-        if self.eased and self.change is None and moved.any():
-            now = np.array([self.view.position, self.view.look_at])
-            start, end = Camera(*(now + moved).tolist()), Camera(*now.tolist())
-            self.change = ViewChange(start, end, (share, share), 0.0)
-
-    def step(self, elapsed: float, angle: float) -> None:
-        if self.change and self.change.part == 1:
-            self.change = None
-        if self.change:
-            self.change.step(elapsed, angle)
-            place(self.view, self.change.camera)
-
-    @property
-    def chosen(self) -> Camera | None:
-        """The visitor's viewpoint; None if the beam is fitted into the page."""
-        if self.change or self.outdated or self.is_at(self.placed):
-            return self.given
-        return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
-
-    def is_at(self, *cameras: Camera) -> bool:
-        """Whether the page has the position of one of these cameras, and the target of one."""
-        known = np.array([(camera.position, camera.look_at) for camera in cameras])
-        away = np.linalg.norm(known - [self.view.position, self.view.look_at], axis=2)
-        return bool((away.min(axis=0) < TOLERANCE).all())
-
-    @property
-    def scale(self) -> float:
-        return scale(math.dist(self.view.position, self.view.look_at), self.view.image_height)
-
-    @property
-    def reshaped(self) -> bool:
-        """Whether the aspect ratio of the page has changed since the camera was fitted."""
-        return bool(self.fitted_to) and self.view.aspect != self.fitted_to[2] and self.given is None
-
-    @property
-    def outdated(self) -> bool:
-        """Whether the page has an earlier camera that no visitor chose: its message crossed the
-        last one, which viser does not send again, or a busy page has set the initial one after
-        that; or it has parts of two, as position and target arrive one after the other."""
-        crossed = self.is_at(DEFAULT, self.initial, self.before, self.placed)
-        return crossed and not (self.change or self.is_at(self.placed))

@@ -1,4 +1,4 @@
-"""Mode shapes sampled along the beam, and the clock of rotation and vibration."""
+"""Mode shapes sampled along the beam, and the rate at which they are played."""
 
 import math
 from collections.abc import Sequence
@@ -175,29 +175,3 @@ def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
     if len(seen):
         longest += [2 * math.pi / seen.min() / SLOWEST, 2 * math.pi / seen.max() / FASTEST]
     return min(longest, default=0.1)
-
-
-@dataclass
-class Clock:
-    """The clock of rotation and all modes, which keeps their frequency ratios.
-
-    rate: time [T*] per second on screen; angle: of the hub [rad]; phases: of the modes (m,) [rad].
-    """
-
-    rate: float = 0.1
-    angle: float = 0.0
-    phases: np.ndarray = field(default_factory=lambda: np.full(0, math.pi / 2))
-
-    def fit(self, frequencies: np.ndarray, gamma: float, *, keep: bool) -> None:
-        """Choose the rate; with `keep`, only if the present one is much too slow or too fast."""
-        best = playback_rate(frequencies, gamma)
-        if not keep or not best / 4 < self.rate < best * 3:
-            self.rate = best
-
-    def advance(self, time: float, frequencies: np.ndarray, gamma: float) -> None:
-        """Advance by `time` [T*]; phases are continuous when frequencies change."""
-        if len(self.phases) != len(frequencies):
-            self.phases = np.full(len(frequencies), math.pi / 2)
-        swinging = np.where(np.isfinite(frequencies), frequencies, 0.0)
-        self.phases = (self.phases + time * swinging) % (2 * math.pi)
-        self.angle = (self.angle + time * gamma) % (2 * math.pi)

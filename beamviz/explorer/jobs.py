@@ -1,21 +1,20 @@
 """Background jobs on worker threads shared by all visitors.
 
-A `Job` computes one kind of result for one visitor, always for the latest request. It runs on a
-`WorkerPool`, whose threads persist and in which long work does not delay other work; solves go
-through `Workers`, which runs them in batches while visitors are many.
+A `Job` computes one kind of result for one visitor, always for the latest request, on a
+`WorkerPool`. Solves that were quick so far wait for the next frame, which waits for them: threads
+that compete with the frame loop for the interpreter lock would take more time than the work itself.
 """
 
 import contextlib
 import math
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from contextvars import copy_context
 from dataclasses import dataclass
 from functools import cached_property, partial
 from queue import SimpleQueue
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
@@ -25,12 +24,12 @@ from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
 
-SOLVERS = 2  # solves at once, for all visitors of a process
-LONG = 2.0  # [s] of work, after which another thread takes the place of its own
-QUICK = 0.02  # [s] processor time of a solve that may run in a batch
+SOLVERS = 16  # threads: more only start while others solve for long
+CHARTS = 3  # threads for charts and maps
+QUICK = 0.02  # [s] processor time of a solve that a frame waits for
 PATIENCE = 1.0  # [s] after which the page shows that a job is running
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
-BATCH_TIMEOUT = 0.25  # [s] that the frame loop waits for a batch of solves
+WAIT = 0.1  # [s] that a frame waits for it at most
 
 log = RateLimitedLog(__name__)
 
@@ -41,93 +40,51 @@ Submit = Callable[[Callback], None]
 
 
 class WorkerPool:
-    """Runs work in order of submission, on `workers` threads besides those that are late and were
-    replaced. They are daemons: the process may end before them. Work must not raise.
+    """Runs work in order of submission on up to `most` threads, which are started when all others
+    are at work. They are daemons: the process may end before them. Work must not raise."""
 
-    started: the time [s] when each busy thread began its work, without those replaced.
-    """
-
-    def __init__(self, workers: int, name: str):
-        self.workers, self.name, self.closed = workers, name, False
+    def __init__(self, most: int, name: str):
+        self.most, self.name, self.closed = most, name, False
         self.waiting: SimpleQueue[Callback | None] = SimpleQueue()
-        self.started: dict[threading.Thread, float] = {}
-        for _ in range(workers):
-            self.add_thread()
-
-    def add_thread(self) -> None:
-        threading.Thread(target=self.run, name=self.name, daemon=True).start()
+        self.lock = threading.Lock()
+        self.threads = self.unfinished = 0
 
     def submit(self, work: Callback) -> None:
+        with self.lock:
+            self.unfinished += 1
+            if self.unfinished > self.threads < self.most and not self.closed:
+                self.threads += 1
+                threading.Thread(target=self.run, name=self.name, daemon=True).start()
         self.waiting.put(work)
 
     def run(self) -> None:
-        """Run work until the pool is closed, or another thread has taken the place of this one."""
-        thread = threading.current_thread()
+        """Run work until the pool is closed."""
         while (work := self.waiting.get()) and not self.closed:
-            self.started[thread] = time.monotonic()
             work()
             del work  # it refers to a visitor, who may leave
-            if self.started.pop(thread, None) is None:
-                return
-
-    def replace(self, late: float = LONG) -> None:
-        """Start threads in place of those whose work has taken `late` seconds, which end after it.
-        The frame loop calls this at least every PATIENCE seconds while a job is busy."""
-        for thread, started in list(self.started.items()):
-            if time.monotonic() >= started + late and self.started.pop(thread, 0.0):
-                self.add_thread()
+            with self.lock:
+                self.unfinished -= 1
 
     def close(self) -> None:
         """Discard waiting work and end the threads; running work is completed."""
-        self.closed = True
-        for _ in range(self.workers):
-            self.waiting.put(None)
+        with self.lock:
+            self.closed = True
+            for _ in range(self.threads):
+                self.waiting.put(None)
 
 
 class Workers:
-    """The worker threads of all visitors of a process.
+    """The worker threads of all visitors of a process; background: for charts and maps."""
 
-    While visitors are many, quick solves wait here, and the frame loop runs them in batches: this
-    takes less time than threads that compete with the frame loop for the interpreter lock.
-
-    crowded: whether there are many visitors; notify: called when a solve waits for a batch;
-    background: for charts, maps and other long work.
-    """
-
-    def __init__(self, crowded: Callable[[], bool], notify: Callback = lambda: None):
-        self.crowded, self.notify = crowded, notify
-        self.background, self.pool = WorkerPool(1, "chart"), WorkerPool(SOLVERS, "solver")
-        self.batch_pool = WorkerPool(1, "solver batch")
-        self.waiting: deque[tuple[Callback, Callable[[], bool]]] = deque()
-
-    def solve(self, work: Callback, is_quick: Callable[[], bool]) -> None:
-        if self.crowded() and is_quick():
-            self.waiting.append((work, is_quick))
-            self.notify()
-        else:
-            self.pool.submit(work)
-
-    def run_batch(self, count: int) -> None:
-        """Run up to `count` of the waiting solves and wait for them, BATCH_TIMEOUT at most: a solve
-        that takes longer is completed in the background, as are those after it."""
-        if not self.waiting:
-            return
-        for _ in range(min(count, len(self.waiting))):
-            work, is_quick = self.waiting.popleft()
-            pool = self.batch_pool if is_quick() else self.pool  # the method may have changed
-            pool.submit(work)
-        done = threading.Event()
-        self.batch_pool.submit(done.set)
-        if not done.wait(BATCH_TIMEOUT):
-            self.batch_pool.replace(late=0.0)
+    def __init__(self) -> None:
+        self.background, self.solvers = WorkerPool(CHARTS, "chart"), WorkerPool(SOLVERS, "solver")
 
     def close(self) -> None:
-        self.waiting.clear()
-        for pool in (self.background, self.pool, self.batch_pool):
-            pool.close()
+        self.background.close()
+        self.solvers.close()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Answer(Generic[Q, R]):
     """The answer to a request: a result, or an error."""
 
@@ -140,6 +97,33 @@ class Answer(Generic[Q, R]):
         """The text of the error; "" for a result."""
         return str(self.error) if self.error else ""
 
+    @property
+    def cancelled(self) -> bool:
+        return isinstance(self.error, Cancelled)
+
+
+@dataclass(frozen=True, eq=False)
+class JobStatus(Generic[Q, R]):
+    """A job at one moment. answer: the last one, None before the first; busy: a request is being
+    computed; slow: it has taken PATIENCE seconds; seconds: that it has taken then, else 0; done:
+    the fraction computed, 0 where unknown; note: its progress in words."""
+
+    name: str
+    answer: Answer[Q, R] | None
+    busy: bool
+    slow: bool
+    seconds: int
+    done: float
+    note: str
+
+    @property
+    def result(self) -> R | None:
+        return self.answer.result if self.answer else None
+
+    @property
+    def cancelled(self) -> bool:
+        return self.answer is not None and self.answer.cancelled
+
 
 class Job(Generic[Q, R]):
     """Computes the latest request of one visitor and skips those before it.
@@ -147,28 +131,32 @@ class Job(Generic[Q, R]):
     name: of the result, for messages; compute: returns the result of a request, on a worker thread;
     ready: called after each answer. answer: the last one, None before the first; latest: the last
     request; busy: a request is being computed; started: the time [s] when that began; done: the
-    fraction computed, 0 where unknown; number: of the run whose result counts; following: answers
-    are those of another visitor's job, and nothing is computed; kind: of the answers.
+    fraction computed, 0 where unknown; note: its progress in words; number: of the run whose result
+    counts.
     """
-
-    kind: ClassVar[type[Answer]] = Answer
 
     def __init__(self, name: str, compute: Callable[[Q], R], submit: Submit, ready: Callback):
         self.name, self.compute, self.submit, self.ready = name, compute, submit, ready
         self.lock = threading.RLock()
         self.latest: Q | None = None
         self.answer: Answer[Q, R] | None = None
-        self.busy = self.closed = self.following = False
-        self.started, self.done, self.number = 0.0, 0.0, 0
+        self.busy = self.closed = False
+        self.started, self.done, self.note, self.number = 0.0, 0.0, "", 0
 
     @property
-    def result(self) -> R | None:
-        return self.answer.result if self.answer else None
+    def status(self) -> JobStatus[Q, R]:
+        """The job at this moment."""
+        with self.lock:
+            seconds = time.monotonic() - self.started if self.busy else 0.0
+            slow = seconds > PATIENCE
+            shown = int(seconds) if slow else 0
+            done, note = (self.done, self.note) if self.busy else (0.0, "")
+            return JobStatus(self.name, self.answer, self.busy, slow, shown, done, note)
 
     def request(self, request: Q) -> None:
         """Compute `request` instead of earlier ones, unless it is the latest already."""
         with self.lock:
-            if request == self.latest or self.following:
+            if request == self.latest:
                 return
             self.latest = request
             if not self.busy:
@@ -176,17 +164,8 @@ class Job(Generic[Q, R]):
 
     def start(self) -> None:
         """Submit the latest request, to run in a context of its own."""
-        self.busy, self.started, self.done = True, time.monotonic(), 0.0
+        self.busy, self.started, self.done, self.note = True, time.monotonic(), 0.0, ""
         self.submit(partial(copy_context().run, self.run, self.number))
-
-    @property
-    def slow(self) -> bool:
-        """Whether the computation has taken PATIENCE seconds."""
-        return self.busy and time.monotonic() > self.started + PATIENCE
-
-    @property
-    def cancelled(self) -> bool:
-        return self.answer is not None and isinstance(self.answer.error, Cancelled)
 
     def cancel(self) -> None:
         """Stop computing; the answer to the latest request is that it was cancelled."""
@@ -194,7 +173,9 @@ class Job(Generic[Q, R]):
             if not self.busy:
                 return
             self.number, self.busy = self.number + 1, False
-            self.answer = self.kind(self.latest, error=Cancelled("The calculation was cancelled."))
+            self.answer = Answer(
+                cast(Q, self.latest), error=Cancelled("The calculation was cancelled.")
+            )
         self.ready()
 
     def withdraw(self) -> None:
@@ -202,21 +183,14 @@ class Job(Generic[Q, R]):
         with self.lock:
             if self.busy:
                 self.number, self.busy, self.latest = self.number + 1, False, None
-            elif self.cancelled:
+            elif self.answer and self.answer.cancelled:
                 self.answer = self.latest = None
 
     def retry(self) -> None:
         """Compute the latest request again if it was cancelled."""
         with self.lock:
-            if self.cancelled and not self.busy:
+            if self.answer and self.answer.cancelled and not self.busy:
                 self.start()
-
-    def follow(self, other: "Job[Q, R] | None") -> None:
-        """Use the answer of another visitor's job, and compute nothing until there is none."""
-        with self.lock:
-            self.following = other is not None
-            if other and other.answer:
-                self.answer, self.latest = other.answer, other.answer.request
 
     def run(self, number: int) -> None:
         """Compute the latest request, then the next one if there is one by then."""
@@ -247,12 +221,12 @@ class Job(Generic[Q, R]):
     def answered(self, request: Q) -> Answer[Q, R]:
         """The answer to a request; an unexpected error is logged, and is an answer too."""
         try:
-            return self.kind(request, self.compute(request))
+            return Answer(request, self.compute(request))
         except (BeamvizError, Cancelled) as error:
-            return self.kind(request, error=error)
+            return Answer(request, error=error)
         except Exception as error:
             log.error(self.name, request, error)
-            return self.kind(request, error=BeamvizError(f"unexpected: {error}"))
+            return Answer(request, error=BeamvizError(f"unexpected: {error}"))
 
     def close(self) -> None:
         self.closed = True
@@ -261,7 +235,7 @@ class Job(Generic[Q, R]):
 # Solutions
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SolverAnswer(Answer[Case, SampledModes]):
     """The answer to a case: its modes as the scene draws them, or the error."""
 
@@ -277,8 +251,15 @@ class SolverAnswer(Answer[Case, SampledModes]):
         return None
 
     @cached_property
+    def shapes(self) -> SampledModes:
+        """The modes, or without a solution the unloaded beam of the case, or the nearest to it."""
+        return self.result or SampledModes.at_rest(
+            self.beam or self.request.nearest_beam(), self.request.options["plane"]
+        )
+
+    @cached_property
     def warning(self) -> str:
-        """The reason why the beam is drawn grey, in short lines; "" for a stable equilibrium."""
+        """The reason why no beam is at rest here, in short lines; "" for a stable equilibrium."""
         if self.error:
             return error_summary(self.error, self.beam)
         return stability_warning(self.solution) if self.solution else ""
@@ -295,31 +276,86 @@ class SolverAnswer(Answer[Case, SampledModes]):
         return self.warning if known else str(self.error)
 
 
-class SolveJob(Job[Case, SampledModes]):
-    """Solves the latest case of one visitor. Modes keep the signs of the last stable ones."""
+class Cases(NamedTuple):
+    """A case to solve, and one to compare it with."""
 
-    kind = SolverAnswer
-    answer: SolverAnswer | None
+    case: Case
+    other: Case | None = None
+
+
+class Solved(NamedTuple):
+    """The answers to two cases, so that a picture never shows beams of different moments."""
+
+    answer: SolverAnswer
+    second: SolverAnswer | None
+
+
+class SolveJob(Job[Cases, Solved]):
+    """Solves the latest case of one visitor, and the one that it is compared with.
+
+    options, seconds: of the last case solved, and the processor time that it took; first, second:
+    the last answers, as many cases are compared with one, and one with many; waits: the latest
+    request is left to the next frame; finished: set when nothing is being solved for a frame.
+    """
 
     def __init__(self, workers: Workers, ready: Callback):
-        submit = partial(workers.solve, is_quick=self.is_quick)
-        super().__init__("solution", self.solved, submit, ready)
-        self.shapes: SampledModes | None = None  # the last stable ones
-        self.options: dict[str, Any] | None = None  # of the last case solved
-        self.seconds = math.inf  # processor time of its solve
+        super().__init__("solution", self.solved, workers.solvers.submit, ready)
+        self.options: dict[str, Any] | None = None
+        self.seconds = math.inf
+        self.first: SolverAnswer | None = None
+        self.second: SolverAnswer | None = None
+        self.waits, self.finished = False, threading.Event()
 
-    def is_quick(self) -> bool:
-        """Whether the latest case has the options of the last one solved, and that was quick."""
-        latest = self.latest
-        return self.seconds < QUICK and latest is not None and self.options == latest.options
+    def start(self) -> None:
+        """Leave the latest request to the next frame if it is likely to be quick, else submit it.
+        It is, if the last one was, with the same options."""
+        assert self.latest
+        self.waits = self.seconds < QUICK and self.options == self.latest.case.options
+        if self.waits:
+            self.busy, self.started = True, time.monotonic()
+            self.finished.clear()
+        else:
+            super().start()
 
-    def solved(self, case: Case) -> SampledModes:
+    def finish(self) -> None:
+        """Solve a request that was left to this frame, and wait for it. A solve that takes longer
+        than WAIT goes on in the background."""
+        with self.lock:
+            waits, self.waits = self.waits, False
+            if waits:
+                super().start()
+        if waits:
+            self.finished.wait(WAIT)
+
+    def run(self, number: int) -> None:
+        super().run(number)
+        self.finished.set()
+
+    def solved(self, cases: Cases) -> Solved:
+        """The answers. Raises Cancelled."""
         start = time.thread_time()
         try:
-            solution = solve(case.beam(), **case.options)
-            shapes = SampledModes.sampled(solution, self.shapes)
+            if not (self.first and self.first.request == cases.case):
+                self.first = solver_answer(cases.case)
+            if cases.other and not (self.second and self.second.request == cases.other):
+                self.second = solver_answer(cases.other)
         finally:
-            self.options, self.seconds = case.options, time.thread_time() - start
-        if not stability_warning(solution):
-            self.shapes = shapes
-        return shapes
+            self.options, self.seconds = cases.case.options, time.thread_time() - start
+        return Solved(self.first, self.second if cases.other else None)
+
+    @property
+    def pair(self) -> tuple[SolverAnswer | None, SolverAnswer | None]:
+        """The latest answers, or the reason why there are none."""
+        if (answer := self.answer) is None:
+            return None, None
+        if answer.result is None:
+            return SolverAnswer(answer.request.case, error=answer.error), None
+        return answer.result
+
+
+def solver_answer(case: Case) -> SolverAnswer:
+    """The answer to a case. Raises Cancelled."""
+    try:
+        return SolverAnswer(case, SampledModes.sampled(solve(case.beam(), **case.options)))
+    except BeamvizError as error:
+        return SolverAnswer(case, error=error)

@@ -5,14 +5,16 @@ numbers of the beam, which are stored as sent and checked when the beam is solve
 """
 
 import contextlib
+import math
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
-from math import inf
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
-from beamviz.beam import NUMBERS, PARAMETERS, Beam, Units
+import numpy as np
+
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam, Units
 from beamviz.errors import InvalidInput
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver.problem import CHOICES, OPTIONS
@@ -21,15 +23,17 @@ from beamviz.solver.problem import CHOICES, OPTIONS
 TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
-TABS = ("frequencies", "map", "veering", "compare", "run-up", "methods", "lessons", "export")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
+# Fields that are no choice about the scene: undo and redo leave them unchanged.
+NO_CHOICES = ("tab", "presented_tab", "reserved", "still", "met", "last_alpha", "fit")
+# Fields that undo and redo reset: what is under way.
+UNDER_WAY = {"following": False, "run_speed": None, "grip": None, "refused": None}
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 AXES = ("over", "across")  # of the map; no number is on both
 FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls choose from
-    "tab": TABS,
     **dict.fromkeys(AXES, tuple(PARAMETERS)),
     "mapped": ("gap", *range(1, MODES + 1)),
     "comparison": COMPARISONS,
@@ -56,6 +60,18 @@ class Case:
         """The beam. Raises InvalidInput, which names a number out of range."""
         return Beam(**self.numbers, units=self.units)
 
+    def nearest_beam(self) -> Beam:
+        """The beam with each number that is out of range replaced by the nearest one allowed, by
+        the default where it is no number."""
+        numbers = {}
+        for name, parameter in NUMBERS.items():
+            value = self.numbers[name]
+            known = isinstance(value, int | float) and not math.isnan(value)
+            low, high = parameter.limits
+            numbers[name] = min(max(float(value), low), high) if known else getattr(Beam, name)
+        numbers["gamma"] = min(numbers["gamma"], MAX_GAMMA_OVER_MU * numbers["mu"])
+        return Beam(**numbers, units=self.units)
+
     def changed(self, name: str, value: Any) -> Self:
         """With one number or keyword of `solve` changed; a spin-up replaces straight by stable."""
         if name in self.numbers:
@@ -72,29 +88,60 @@ class Case:
         return replace(self, options={**self.options, **options})
 
 
+class Refused(NamedTuple):
+    """An entry of a field that was refused: the key of the field, the text typed, the reason."""
+
+    key: str
+    entry: str
+    reason: str
+
+
+Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the eye, another point
+
+
+@dataclass(frozen=True, eq=False)
+class Grip:
+    """The mass in the visitor's hand. sight: the line of sight that it is moved to; offset:
+    distance [beam lengths] along the beam from the centre of the mass to the point where it was
+    picked up; held: the pointer still holds it, else it is only moved under the pointer once more.
+    The beam's frame keeps its place in the scene meanwhile."""
+
+    sight: Ray
+    offset: float
+    held: bool = True
+
+
 @dataclass(frozen=True)
 class State:
     """All choices of a visitor.
 
-    scene: the one loaded last; opened: the one that the page, a link or a file opened; camera: a
-    fixed viewpoint, None to fit the beam into the page; tab: the open one; over: the abscissa of
-    the loci chart and the map; across, mapped: the ordinate and the quantity of the map, "gap" or
-    the number of a mode; per_rev: multiples of the speed in the chart; comparison: the kind of
-    second beam; kept: the case kept for it; stacked: it is drawn above the first, not overlaid;
-    force_per_rev, damping: periods of the force per revolution and damping ratio of the run-up;
-    forced_response: the scene shows the response to that force; run_speed: the speed during a
-    run-up, 0 until that is computed, in place of the beam's own, of which an edit ends it;
-    time_methods: the tab Methods times all methods; film_length: of exported films; section: the
-    sizes that the panel of a real beam shows; lesson, step: the open one, "" for none, and its step
-    (from 0); following: a presenter is followed.
+    opened: the scene that the page, a link or a file opened; camera: a fixed viewpoint, None to fit
+    the beam into the page; fit: how often a viewpoint was asked for; tab: the open one, "" for
+    the first; over: the abscissa of the loci chart and the map; across, mapped: the ordinate
+    and the quantity of the map, "gap" or the number of a mode; map_ends: upper ends of the axes
+    of the map in which a point was chosen; per_rev: multiples of the speed in the chart;
+    comparison: the kind of second beam; kept: the case kept for it; stacked: it is drawn above
+    the first, not overlaid; force_per_rev, damping: periods of the force per revolution and
+    damping ratio of the run-up; forced_response: the scene shows the response to that force;
+    run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own,
+    of which an edit ends it; rate: time [T*] that passes in a second on the screen, locked,
+    None if it follows the motion; time_methods: the tab Methods times all methods; film_length:
+    of exported films; section: the sizes that the panel of a real beam shows; lesson, step: the
+    open one, "" for none, and its step (from 0); guess: the answer chosen at its first step;
+    met: the lessons whose challenge is met; last_alpha: of the last beam that had a mass; grip:
+    the mass while it is dragged; refused: the entry that was refused last; following: a
+    presenter is followed; presented_tab: the tab that they had open last, while the visitor may
+    open another; still: the visitor's system prefers reduced motion; reserved: parameters of
+    the address with other readers, None until the page has sent its address.
     """
 
-    scene: Scene
     opened: Scene
     case: Case
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
-    tab: str = TABS[0]
+    fit: int = 0
+    tab: str = ""
+    map_ends: tuple[float, float] | None = None
     over: str = "gamma"
     across: str = "alpha"
     mapped: str | int = "gap"
@@ -106,24 +153,42 @@ class State:
     damping: float = 0.02
     forced_response: bool = False
     run_speed: float | None = None
+    rate: float | None = None
     time_methods: bool = False
     film_length: str = "shortest loop"
     section: str = "rectangle"
     lesson: str = ""
     step: int = 0
+    guess: int | None = None
+    met: frozenset[str] = frozenset()
+    last_alpha: float = 1.0
+    grip: Grip | None = None
+    refused: Refused | None = None
     following: bool = False
+    presented_tab: str = ""
+    still: bool = False
+    reserved: tuple[tuple[str, str], ...] | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
         """The state in which a page opens on a scene."""
-        return cls(scene, scene, Case.of(scene)).loaded(scene)
+        return cls(scene, Case.of(scene)).loaded(scene)
 
     def loaded(self, scene: Scene) -> Self:
-        """With another scene, and without the case kept for comparison."""
+        """With another scene, and without the case kept for comparison. With reduced motion it
+        moves only if the last one did."""
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
-        state = replace(self, scene=scene, case=Case.of(scene), comparison=comparison, kept=None)
-        state = replace(state, view=scene.view, camera=scene.camera, per_rev=scene.per_rev)
-        return state.changed("over", scene.over).without_run_up()
+        view = replace(scene.view, playing=self.view.playing) if self.still else scene.view
+        state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
+        state = state.with_viewpoint(scene.camera)
+        state = replace(state, per_rev=scene.per_rev, rate=None, guess=None, refused=None)
+        state = replace(state, map_ends=None)
+        return state.changed("over", scene.over).without_run_up().with_mass_kept()
+
+    def with_viewpoint(self, camera: Camera | None) -> Self:
+        """Looking from a viewpoint, None to fit the beam into the page, wherever the visitor has
+        turned the view to."""
+        return replace(self, camera=camera, fit=self.fit + 1, grip=None)
 
     @property
     def shown_case(self) -> Case:
@@ -156,13 +221,21 @@ class State:
         if name in FIELDS:
             choices = {str(one): one for one in FIELDS[name]}
             state = replace(self, **{name: choices.get(str(value), getattr(self, name))})
+            if name in AXES:
+                state = replace(state, map_ends=None)
             if state.over == state.across:
                 (other,) = {*AXES} - {name}
                 state = replace(state, **{other: getattr(self, name)})
             return state.without_run_up() if name == "force_per_rev" else state
         kept = self.keep_for_comparison() if name in TERMS else self
         state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
-        return state if name == "gamma" else state.without_run_up()
+        return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
+
+    def with_mass_kept(self) -> Self:
+        """Remembering the mass, for the switch that removes and restores it."""
+        alpha = self.case.numbers["alpha"]
+        known = isinstance(alpha, int | float) and 0 < alpha <= NUMBERS["alpha"].limits[1]
+        return replace(self, last_alpha=float(alpha)) if known else self
 
     def without_run_up(self) -> Self:
         """After an edit that changes the response."""
@@ -174,6 +247,12 @@ class State:
     def only(self, mode: int) -> Self:
         return replace(self, view=self.view.only(mode), forced_response=False)
 
+    def together(self, *modes: int) -> Self:
+        """With these modes (from 0) in equal shares."""
+        shares = tuple(float(k in modes) for k in range(max(modes) + 1))
+        view = replace(self.view, shares=shares, all_modes=False)
+        return replace(self, view=view, forced_response=False)
+
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state and that undo changes."""
         theirs = other.values
@@ -182,10 +261,14 @@ class State:
             for name, one in self.values.items()
             if one is not theirs[name] and one != theirs[name]
         }
-        return differing - {"case", "view", "run_speed", "tab", *LASTING}
+        return differing - {"case", "view", *NO_CHOICES, *UNDER_WAY, *LASTING}
 
     def keep(self) -> Self:
-        """Keep the case, to compare later ones with."""
+        """Keep the case, to compare later ones with, unless it has a number out of range."""
+        try:
+            self.case.beam()
+        except InvalidInput:
+            return self
         return replace(self, kept=self.case, comparison=EARLIER)
 
     def keep_for_comparison(self) -> Self:
@@ -203,17 +286,17 @@ class History:
         self.undo = partial(self.move, self.past, self.future)
         self.redo = partial(self.move, self.future, self.past)
         self.edited: set[str] = set()  # names of the values edited last
-        self.time = -inf  # [s] of the last edit
+        self.time = -math.inf  # [s] of the last edit
 
-    def record(self, before: State, after: State, time: float) -> None:
-        """Record an edit at a time [s]."""
+    def record(self, before: State, after: State, time: float, *, loaded: bool = False) -> None:
+        """Record an edit at a time [s]; loaded: another scene, which is a step of its own."""
         names = after.differences(before)
         if not names:
             return
         goes_on = names <= self.edited or self.edited <= {"comparison", "kept"}
-        if not goes_on or time - self.time > PAUSE:
+        if not goes_on or loaded or time - self.time > PAUSE:
             self.past.append(before)
-        self.edited = {"another scene"} if "scene" in names else names
+        self.edited = {"another scene"} if loaded else names
         self.future.clear()
         self.time = time
 
@@ -222,8 +305,8 @@ class History:
         if not source:
             return state
         target.append(state)
-        self.time = -inf
+        self.time = -math.inf
         found = source.pop()
         lasting = {name: getattr(state.view, name) for name in LASTING}
-        view = replace(found.view, **lasting)
-        return replace(found, view=view, tab=state.tab, following=False, run_speed=None)
+        kept = {name: getattr(state, name) for name in NO_CHOICES} | UNDER_WAY
+        return replace(found, view=replace(found.view, **lasting), **kept)

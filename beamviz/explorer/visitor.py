@@ -1,8 +1,8 @@
-"""One visitor: their state, the controls that show and edit it, and their background jobs.
+"""One visitor: the only store of their state, their controls and their background jobs.
 
-A feature gets a `Visitor`: it reads `state`, edits it by `change`, binds its controls to it, and
-computes its results by a `job`. State is never read out of a control. What changes calls `wake`;
-then each `Feature` shows its part of the page.
+A feature gets a `Visitor`: it edits the state by `change`, binds its controls to it, and computes
+its results by a `job`. State is never read out of a control. Whatever changes calls `wake`, and the
+next frame shows it.
 """
 
 import contextlib
@@ -11,15 +11,19 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from viser import ClientHandle
 
-from beamviz.drawing.camera import PageCamera, initial
-from beamviz.drawing.modes import Clock
+from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
-from beamviz.explorer.jobs import Callback, Job, SolveJob, SolverAnswer, Workers
+from beamviz.explorer.camera import PageCamera
+from beamviz.explorer.clock import Clock
+from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers
 from beamviz.explorer.page import Page
+from beamviz.explorer.second_beam import comparison_case
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
@@ -30,97 +34,124 @@ Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values
 
 
 class Visitor:
-    """The single store of one visitor's state.
+    """A visitor's session without its pictures.
 
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
-    by each edit; version: another object after each change; schedule: tells of a change to the
-    frame loop; solver: the job that solves the case of the state; answer: the answer that the page
-    shows; controls: what those of each key show; clock: of the scene; dragging: the mass is being
-    dragged, and the clock is stopped; still: their system prefers reduced motion.
+    by each edit; wake: tells the frame loop that something changed; presenter: returns the
+    presenter's last snapshot, None while there is none; may_follow: it is a lecture; solver: the
+    job that solves the case of the state; clock: of the scene; controls: what those of each key
+    show.
     """
 
-    def __init__(self, client: ClientHandle, state: State, workers: Workers, schedule: Callback):
-        self.client, self.schedule, self.page = client, schedule, Page(client)
+    def __init__(
+        self,
+        client: ClientHandle,
+        state: State,
+        workers: Workers,
+        schedule: Callback,
+        presenter: Callable[[], Snapshot | None] | None = None,
+    ):
+        self.client, self.page = client, Page(client)
+        self.wake, self.presenter = schedule, presenter or (lambda: None)
+        self.may_follow = presenter is not None
         group_messages(client)
-        self.state, self.version = state, object()
-        self.history = History()
-        self.workers, self.background = workers, workers.background
+        self.state, self.history, self.clock = state, History(), Clock()
+        self.workers = workers
         self.lock = threading.RLock()
-        self.camera = PageCamera(client.camera, initial(state.scene))
-        self.camera.set_viewpoint(state.camera)
+        self.camera = PageCamera(client.camera, initial(state.to_scene()))
         self.controls: dict[str, Shown] = {}
-        self.jobs: list[Job] = []
-        self.answer: SolverAnswer | None = None
-        self.clock, self.dragging, self.still = Clock(), False, False
-        self.solver = self.solve_job()
-        self.solver.request(state.case)
-        self.page.on("tab", self.open_tab)
-        for key in (*VIEW_KEYS, *CHOICES, *TERMS, *FIELDS.keys() - {"tab", "following"}):
-            self.bind(key)
-
-    def wake(self) -> None:
-        """Show the page again soon, as something has changed; from any thread."""
-        self.version = object()
-        self.schedule()
+        self.jobs: dict[str, Job] = {}
+        self.solver = SolveJob(workers, self.wake)
+        self.jobs[self.solver.name] = self.solver
+        self.set_state(state)
+        for key in (*VIEW_KEYS, *CHOICES, *TERMS, *FIELDS):
+            if key != "following" or self.may_follow:
+                self.bind(key)
 
     # State
 
-    def change(self, edit: Callable[[State], State]) -> None:
-        """Replace the state by `edit(state)`, from any thread; this ends presenter mode."""
+    def change(self, edit: Callable[[State], State], *, loads: bool = False) -> None:
+        """Replace the state by `edit(state)`, from any thread; this ends following a presenter, and
+        what was said of a refused entry. loads: the edit is a step to undo of its own."""
         with self.lock:
-            state = edit(self.state)
-            if state.following and self.state.following:
+            before = self.state
+            state = edit(before)
+            if state.following and before.following:
                 state = replace(state, following=False)
-            self.history.record(self.state, state, time.monotonic())
+            if state.refused is before.refused and state is not before:
+                state = replace(state, refused=None)
+            self.history.record(before, state, time.monotonic(), loaded=loads)
             self.set_state(state)
 
     def restore(self, step: Callable[[State], State]) -> None:
-        """Undo or redo a step of the history, with its scene and its fixed viewpoint."""
+        """Undo or redo a step of the history, with its fixed viewpoint."""
         with self.lock:
-            before = self.state
-            self.set_state(step(before))
-            if self.state.scene is not before.scene or self.state.camera != before.camera:
-                self.camera.set_viewpoint(self.state.camera)
+            before, state = self.state, step(self.state)
+            if state.opened is not before.opened or state.camera != before.camera:
+                state = state.with_viewpoint(state.camera)
+            self.set_state(state)
 
     def set_state(self, state: State) -> None:
         """Set the state, without a step in the history, and solve its case."""
         with self.lock:
             self.state = state
-            if not state.following:
-                for job in self.jobs:
-                    job.following = False
-                self.solver.request(state.shown_case)
+            self.solve()
         self.wake()
 
+    def solve(self) -> None:
+        """Solve the case of the state, unless a presenter does."""
+        if not (self.state.following and self.presenter()):
+            case = self.state.shown_case
+            self.solver.request(Cases(case, comparison_case(self.state, case).case))
+
     def load(self, scene: Scene, **values: Any) -> None:
-        """Show another scene, with other values of the state by field name. With reduced motion it
-        only moves if the last one did."""
-        with self.lock:
-            if self.still:
-                scene = scene.changed(playing=self.state.view.playing)
-            self.change(lambda state: replace(state.loaded(scene), **values))
-            self.camera.set_viewpoint(scene.camera)
+        """Show another scene, with other values of the state by field name."""
+        self.change(lambda state: replace(state.loaded(scene), **values), loads=True)
 
     def reset(self) -> None:
         """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
         state = self.state
         home = lesson(state.lesson).scene if state.lesson else state.opened
-        self.load(home.changed(dark=state.view.dark))
-
-    def reset_view(self) -> None:
-        with self.lock:
-            self.change(lambda state: replace(state, camera=None))
-            self.camera.set_viewpoint(None)
+        self.load(home.changed(dark=state.view.dark), rate=state.rate)
 
     def to_scene(self) -> Scene:
         """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
-        return replace(self.state.to_scene(), camera=self.camera.chosen)
+        state = self.state
+        chosen = self.camera.chosen(state.camera, self.clock.transition)
+        return replace(state.to_scene(), camera=chosen)
 
-    def open_tab(self, tab: Any) -> None:
-        """Store the open tab, which is no edit: it ends no presenter mode and cannot be undone."""
+    # Snapshots
+
+    def take(self) -> Snapshot:
+        """The snapshot of this moment. While the visitor follows a presenter, it is theirs, but for
+        the viewpoint, and for the tab between two changes of theirs; nothing is computed then."""
         with self.lock:
-            self.page.sent["open",] = tab
-            self.set_state(self.state.changed("tab", tab))
+            state, view = self.state, self.client.camera
+            led = self.presenter() if state.following else None
+            if led:
+                state = self.state = following(state, led.state)
+                self.clock = replace(led.clock, transition=self.clock.transition)
+            self.solve()
+            self.solver.finish()
+            answer, second = self.solver.pair
+            case = answer.request if answer else state.shown_case
+            own = Snapshot(
+                state=state,
+                answer=answer,
+                second=second,
+                comparison=comparison_case(state, case),
+                jobs=MappingProxyType({name: job.status for name, job in self.jobs.items()}),
+                clock=self.clock,
+                aspect=view.aspect,
+                scale=self.camera.scale,
+                chosen=self.camera.chosen(state.camera, self.clock.transition),
+                undo=bool(self.history.past),
+                redo=bool(self.history.future),
+            )
+        if led is None:
+            return own
+        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison", "jobs")}
+        return replace(own, **answers, is_led=True)
 
     # Controls
 
@@ -131,17 +162,6 @@ class Visitor:
         edit = edit or (lambda state, value: state.changed(key, value))
         self.page.on(key, lambda value: self.change(lambda state: edit(state, value)))
         self.controls[key] = shown or operator.itemgetter(key)
-
-    def show_controls(self) -> None:
-        """Show the state in all bound controls, the tab and the theme."""
-        state = self.state
-        values = state.values
-        for key, shown in self.controls.items():
-            self.page.value(key, shown(values))
-        self.page.send_changed(state.tab, "open")
-        self.page.theme(dark=state.view.dark)
-        self.page.props("undo", disabled=not self.history.past)
-        self.page.props("redo", disabled=not self.history.future)
 
     def command(self, name: str, run: Callback) -> None:
         """Add a command to the palette (Ctrl+K)."""
@@ -159,45 +179,32 @@ class Visitor:
 
     def job(self, name: str, compute: Callable[[Any], Any]) -> Job:
         """A new background job of this visitor (see `Job`), closed when they leave."""
-        self.jobs.append(Job(name, compute, self.background.submit, self.wake))
-        return self.jobs[-1]
+        return self.add_job(Job(name, compute, self.workers.background.submit, self.wake))
 
-    def solve_job(self) -> SolveJob:
-        """A new job that solves cases, closed when the visitor leaves."""
-        self.jobs.append(job := SolveJob(self.workers, self.wake))
+    def add_job(self, job: Job) -> Job:
+        self.jobs[job.name] = job
         return job
 
     def cancel_jobs(self) -> None:
         """Cancel the jobs that have been running for long."""
-        for job in self.jobs:
-            if job.slow:
+        for job in self.jobs.values():
+            if job.status.slow:
                 job.cancel()
 
     def retry_jobs(self) -> None:
-        for job in self.jobs:
+        for job in self.jobs.values():
             job.retry()
         self.wake()
 
+    def close(self) -> None:
+        """Close all jobs."""
+        for job in self.jobs.values():
+            job.close()
 
-class Feature:
-    """A part of the page. `show`, defined by subclasses, is called whenever something has changed;
-    what takes time it draws only `if self.redraws(...)`."""
 
-    drawn_from: tuple[object, ...] = ()
-
-    def __init__(self, visitor: Visitor):
-        self.visitor, self.page = visitor, visitor.page
-
-    def show(self) -> None:
-        """Request what the page needs for the state, and show the last results."""
-        raise NotImplementedError
-
-    def redraws(self, *drawn_from: object) -> bool:
-        """Whether one of these is another object than at the last call."""
-        before, self.drawn_from = self.drawn_from, drawn_from
-        return len(before) != len(drawn_from) or any(map(operator.is_not, before, drawn_from))
-
-    def fade(self, job: Job, *parts: str) -> None:
-        """Mark elements, by their ids, while their job has no answer to the latest request."""
-        for id in parts:
-            self.page.props(id, data_outdated="" if job.slow or job.cancelled else None)
+def following(own: State, led: State) -> State:
+    """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
+    tab = own.tab if own.presented_tab == led.tab else led.tab
+    kept = {name: getattr(own, name) for name in ("camera", "fit", "reserved", "still", "met")}
+    values = kept | {"tab": tab, "presented_tab": led.tab, "following": True, "grip": None}
+    return replace(led, **values)

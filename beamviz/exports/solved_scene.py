@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,6 +31,15 @@ class Moment(NamedTuple):
 
     phases: np.ndarray
     angle: float
+
+
+class DrawableScene(Protocol):
+    """What pictures are made of: a solved scene, or a motion in time."""
+
+    @property
+    def scene(self) -> Scene: ...
+    def camera(self, aspect: float) -> Camera: ...
+    def draw(self, scene: DrawnScene, scale: float = ...) -> BeamScene: ...
 
 
 class SolvedScene:

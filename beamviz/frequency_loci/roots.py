@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import elementwise
 
 REACH = 2.0  # a parabola through three samples may reach zero this many times as easily
@@ -39,8 +38,9 @@ def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
     A sample that is zero belongs to the interval before it.
     """
     sides = np.sign(samples)
-    for i in range(1, len(sides)):
-        sides[i] = np.where(sides[i] == 0, sides[i - 1], sides[i])
+    for i in np.flatnonzero((sides == 0).any(axis=1)).tolist():
+        if i:
+            sides[i] = np.where(sides[i] == 0, sides[i - 1], sides[i])
     brackets = []
     for i, channel in np.argwhere(sides[:-1] * sides[1:] < 0).tolist():
         near = slice(max(i - 2, 0), i + 4)
@@ -75,11 +75,10 @@ class Bracket:
         that lies outside it."""
         order = np.argsort(np.abs(self.y))[:NEAREST]
         x, y = np.array(self.x)[order], np.array(self.y)[order]
-        if len(np.unique(y)) == len(y):
-            value = float(barycentric_interpolate(y, x, 0.0))
-            if self.low < value < self.high:
-                return value
-        return (self.low + self.high) / 2
+        apart = y - y[:, None] + np.eye(len(y))
+        with np.errstate(divide="ignore", invalid="ignore"):  # where two values are equal
+            value = x @ ((y + np.diag(1 - y)) / apart).prod(axis=1)  # Lagrange's form, at y = 0
+        return float(value) if self.low < value < self.high else (self.low + self.high) / 2
 
     def add(self, y: float) -> None:
         """Take in the value of the function at the estimated root, and estimate it again."""

@@ -19,6 +19,12 @@ LESSONS = (
         name="stiffening",
         title="Spinning makes it stiffer",
         question="Only the speed of rotation changes. Why does the beam vibrate faster?",
+        guesses=(
+            "The beam gets lighter.",
+            "It is pulled tight, like a string.",
+            "Its material gets harder.",
+        ),
+        right=1,
         scene=Scene.of(plane="flapwise", mode=1),
         do="Drag **speed γ** slowly from 0 up to 10.",
         see="Row B1 of the table, the slowest mode: its frequency ω rises with the speed.",
@@ -37,6 +43,8 @@ LESSONS = (
         title="Up and down, or side to side",
         question="A helicopter blade vibrates up and down, and back and forth in the plane in which"
         " it rotates. Which of the two is faster?",
+        guesses=("Up and down.", "Side to side.", "Both are equally fast."),
+        right=0,
         scene=Scene.of(gamma=10, mode=1),
         do="Switch **plane** between flapwise (up and down) and chordwise (side to side).",
         see="B1 is slower side to side, as if the beam had become softer.",
@@ -59,6 +67,12 @@ LESSONS = (
         name="moving-mass",
         title="A mass moves along the beam",
         question="The mass weighs as much as the beam. Does it matter where it sits?",
+        guesses=(
+            "No, it weighs the same everywhere.",
+            "Yes, most at the tip.",
+            "Yes, most at the hub.",
+        ),
+        right=1,
         scene=Scene.of(alpha=1, beta=1, mode=1, over="beta"),
         do="Drag **position β** from 1, the tip, down to 0, the hub.",
         see="B1 in the table: most of the change happens in the outer half.",
@@ -79,6 +93,8 @@ LESSONS = (
         title="The mass that changes nothing",
         question="Is there a place on the beam, away from the hub, where even a heavy mass has no"
         " effect?",
+        guesses=("No, a mass always slows the beam.", "Yes, there is such a place."),
+        right=1,
         scene=Scene.of(alpha=1, beta=0.5, mode=2, over="beta"),
         do="The picture shows B2. Drag **position β**, then **mass α**, and watch B2 in the table.",
         see="The pink ring: there the beam does not move. With the mass at the ring, making it"
@@ -105,6 +121,8 @@ LESSONS = (
         name="mode-shift",
         title="Which one is the third mode?",
         question="Modes are numbered by frequency. Does the third always have the same shape?",
+        guesses=("Yes, always.", "No, the order can change."),
+        right=1,
         scene=Scene.of(alpha=1, beta=1, mode=4, over="alpha"),
         do="Drag **mass α** from 1 to 2. The picture shows mode 4: the beam stretches.",
         see="S1 (stretching) and B3 (bending) change places in the table.",
@@ -128,6 +146,12 @@ LESSONS = (
         name="crossing",
         title="Meeting without touching",
         question="Two frequencies run into each other as the speed grows. What happens there?",
+        guesses=(
+            "They pass through each other.",
+            "They turn away from each other.",
+            "The beam becomes unstable.",
+        ),
+        right=0,
         scene=Scene.of(alpha=1, beta=1, gamma=2, mode=4),
         do="In **Frequencies** every line is one mode (a *locus*). Drag **speed γ** through the"
         " ring where S1 crosses B3.",
@@ -150,6 +174,8 @@ LESSONS = (
         name="veering",
         title="The same two modes, now they avoid each other",
         question="The last lesson left out one force. What does it do to the crossing?",
+        guesses=("Nothing.", "The lines avoid each other.", "They cross at another speed."),
+        right=1,
         scene=Scene.of(alpha=1, beta=1, gamma=2, coriolis=True, mode=4),
         do="**Coriolis** is on now. In **Frequencies**, click the dot where S1 and B3 come closest,"
         " then open **Veering**.",
@@ -170,6 +196,12 @@ LESSONS = (
         title="Excited three times per revolution",
         question="Wind and gravity load a blade at the same places in every revolution. At which"
         " speed is that dangerous?",
+        guesses=(
+            "At every high speed.",
+            "Where a multiple of the speed equals a frequency.",
+            "At none: the blade is stiff enough.",
+        ),
+        right=1,
         scene=Scene.of(gamma=5, mode=2, per_rev=(1, 2, 3)),
         do="Open the tab **Frequencies** and drag the line of the beam to where the dashed line 3 ×"
         " intersects the locus of B2.",
@@ -189,6 +221,11 @@ LESSONS = (
         title="A theory that predicts collapse",
         question="In the 1980s respected programs predicted that a spinning beam collapses."
         " Does it?",
+        guesses=(
+            "Yes, the centrifugal force pulls it aside.",
+            "No, the programs left something out.",
+        ),
+        right=1,
         scene=Scene.of(gamma=2, method="zoac", mode=1),
         do="The **method** is zoac, the classical linear theory. Raise **speed γ** beyond 4. Then"
         " set it to auto.",
@@ -211,6 +248,12 @@ LESSONS = (
         title="Pointing inward",
         question="Clamp the beam to a rim so that it points at the axis. What does rotation do to"
         " it now?",
+        guesses=(
+            "It stiffens the beam, as before.",
+            "It presses the beam until that gives way.",
+            "Nothing.",
+        ),
+        right=1,
         scene=Scene.of(gamma=1, delta=-1, mode=1),
         do="Hub δ is −1: the tip touches the axis. Raise **speed γ** from 1 to 3.5.",
         see="B1 falls instead of rising, and reaches zero. Beyond, the page says: unstable.",
@@ -228,6 +271,8 @@ LESSONS = (
         name="folding",
         title="Folded over its own axis",
         question="A beam that points at the axis has buckled. Where does it go?",
+        guesses=("It bends aside and rests there.", "It swings for ever.", "It collapses."),
+        right=0,
         scene=Scene.of(gamma=2, delta=-1, state="stable", mode=1),
         do="The **state** is set to stable. Raise **speed γ** slowly from 2 to 5.",
         see="Up to γ = 3 the beam is straight and B1 falls to zero. Then it bends aside, further"
@@ -247,6 +292,8 @@ LESSONS = (
         name="lag",
         title="Why a blade lags while it speeds up",
         question="The hub turns faster and faster. Can the beam follow it?",
+        guesses=("Yes, it stays straight.", "No, it bends backwards.", "No, it bends forwards."),
+        right=1,
         scene=Scene.of(gamma=5, spin_up=10, state="stable", mode=1),
         do="The speed grows at the rate λ = 10. Raise **speed γ** from 5 to 20.",
         see="The beam is bent backwards, against the rotation. The faster it rotates already, the"
@@ -267,6 +314,8 @@ LESSONS = (
         name="stretch-jump",
         title="Where the strain jumps",
         question="Rotation makes the beam longer. Equally so on both sides of the mass?",
+        guesses=("Yes, equally.", "No, more between hub and mass.", "No, more beyond the mass."),
+        right=1,
         scene=Scene.of(alpha=1, beta=0.5, gamma=10, colouring="axial strain", mode=1),
         do="Orange is longer, blue is shorter than at rest. Drag **speed γ** up to 20.",
         see="The inner half turns orange first, and the colour changes at once at the mass.",
@@ -285,6 +334,8 @@ LESSONS = (
         name="no-equilibrium",
         title="When the material law has a limit",
         question="A program finds no equilibrium for a fast beam. Is the program wrong?",
+        guesses=("Yes, every beam has an equilibrium.", "No, this material cannot carry the load."),
+        right=1,
         scene=Scene.of(gamma=20, delta=1, strain="hencky", mode=1),
         do="The **strain** law is hencky (logarithmic strain). Raise"
         " **speed γ** towards 40. Then set **strain** to green.",

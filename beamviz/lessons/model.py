@@ -38,16 +38,20 @@ class Lesson:
     of the five numbers, with all others as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
-    fact: a sentence with placeholders for the numbers of compute_fact; number: of the challenge,
-    "alpha", "beta", "gamma", "delta" or "mu"; within: accepted distance from the answer; gauge: the
-    quantity of the challenge for a solution, one number or several, and reading: a phrase with
-    placeholders for them; level: the first number of the gauge at the answer, or None where the
-    answer is number answer_in_fact of the fact; free: other numbers and options that may differ.
+    guesses: answers to the question, to choose from before the experiment, of which number `right`
+    (from 0) is the answer; fact: a sentence with placeholders for the numbers of compute_fact;
+    number: of the challenge, "alpha", "beta", "gamma", "delta" or "mu"; within: accepted
+    distance from the answer; gauge: the quantity of the challenge for a solution, one number or
+    several, and reading: a phrase with placeholders for them; level: the first number of the
+    gauge at the answer, or None where the answer is number answer_in_fact of the fact; free:
+    other numbers and options that may differ.
     """
 
     name: str
     title: str
     question: str
+    guesses: tuple[str, ...]
+    right: int
     do: str
     see: str
     meaning: str
@@ -90,6 +94,7 @@ class Lesson:
         """The texts, without marks of emphasis, the numbers and the scene, for JSON."""
         return {
             **{key: getattr(self, key) for key in ("name", "title", "question")},
+            "guesses": {"answers": self.guesses, "right": self.right},
             **{key: getattr(self, key).replace("*", "") for key in ("do", "see", "meaning")},
             "proof": {"words": self.proof, "numbers": self.numbers},
             "challenge": {

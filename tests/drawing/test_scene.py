@@ -3,8 +3,6 @@ phases on one clock (see test_pictures.py for how it looks)."""
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,11 +15,10 @@ from strategies import beams
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView, camera, colours, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
-from beamviz.drawing.camera import CHANGE_TIME, PageCamera, initial
-from beamviz.drawing.modes import Clock, SampledModes, displacement, playback_rate
+from beamviz.drawing.modes import SampledModes, displacement, playback_rate
 from beamviz.drawing.objects import mass_size, section_size
 from beamviz.drawing.scene_graph import SceneGraph
-from beamviz.scene import MAX_AMPLITUDE, Camera, Scene, ViewOptions
+from beamviz.scene import MAX_AMPLITUDE, Camera, ViewOptions
 from beamviz.solver import solve
 
 
@@ -106,92 +103,14 @@ def test_the_floor_turns_in_the_rotating_frame_and_the_speed_is_never_near_the_b
             assert abs(math.remainder(away, 2 * math.pi)) > 0.8
 
 
-def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():
-    """A page that reports its old viewpoint while it gets two others may end with the first of
-    these, a busy one with the initial viewpoint, and one that opens may report its own position
-    with our target; a viewpoint chosen by the visitor is kept."""
-    view: Any = SimpleNamespace(position=(0, 0, 3), look_at=(0, 0, 0), aspect=1.8, image_height=900)
-    start = initial(Scene(Beam()))
-    page_camera, shapes = PageCamera(view, start), SampledModes.at_rest(Beam(), "chordwise")
-    page_camera.look_at(shapes, True, [0.0], settled=True)
-    wide = view.position, view.look_at
-    view.aspect = 1.3
-    assert page_camera.reshaped
-    page_camera.look_at(shapes, True, [0.0], settled=True)
-    assert not page_camera.outdated
-    mixed = (3.0, 3.0, 3.0), view.look_at
-    for old in (wide, (start.position, start.look_at), mixed):
-        view.position, view.look_at = old
-        assert page_camera.outdated
-        assert page_camera.chosen is None
-    view.position = (1.0, -2.0, 1.0)
-    assert not page_camera.outdated
-    assert page_camera.chosen.position == view.position
-
-
-@pytest.mark.parametrize("back", [None, 15])
-def test_a_change_of_view_is_eased(scene, back):
-    """Camera, place and floor go from one view to the other in small steps, with the hub at more
-    than half a turn, which passes a whole one meanwhile; also where the visitor turns back."""
-    view: Any = SimpleNamespace(aspect=1.8, image_height=900)
-    page_camera, shapes = PageCamera(view, Camera((1.0, 1.0, 1.0))), sampled(Beam(gamma=3))
-    page_camera.eased = True
-    page_camera.look_at(shapes, False, [0.0], settled=True)
-    outside = np.array(view.position)
-    scene.show(DrawnBeam(shapes, ViewOptions()))
-    view.position, view.look_at = np.array(view.position), np.array(view.look_at)
-    page_camera.look_at(shapes, True, [0.0], settled=True)
-    assert np.allclose(view.position, outside)
-    path, places, angle, rest = [], [], 6.0, np.zeros(len(shapes.modes))
-    while page_camera.change:
-        page_camera.step(CHANGE_TIME / 40, angle := (angle + 0.02) % (2 * np.pi))
-        path.append(np.array(view.position))
-        if change := page_camera.change:
-            scene.choose_frame(change.rotating_share)
-            scene.move(rest, change.angle)
-            floor = scene.surroundings.floor.wxyz
-            places.append([*scene.frame.position, 2 * math.atan2(floor[3], floor[0])])
-        if len(path) == back:
-            page_camera.look_at(shapes, False, [0.0], settled=True)
-    inside = back is None
-    assert np.allclose(path[-1], camera.fitted(shapes, inside, view.aspect).position)
-    turn = (0.02 - angle) * inside
-    assert np.allclose(places[-1], [*-camera.target(shapes, inside), turn], atol=1e-5)
-    for points in (path, places):
-        ways = np.abs(np.diff(points, axis=0))
-        assert ways.max() < 0.05 * np.linalg.norm(np.ptp(points, axis=0)) * (1 if inside else 4)
-
-
 # Motion
 
 
-def test_one_clock_keeps_the_ratio_of_frequencies():
-    """In a period of mode 1, mode 2 has omega_2 / omega_1 periods and the hub gamma / omega_1
-    turns; phases are continuous when frequencies change."""
-    frequencies = solve(PAPER).frequencies
-    clock = Clock(phases=np.zeros(5))
-    total = np.zeros(6)
-    for _ in range(400):
-        before = np.append(clock.phases, clock.angle)
-        clock.advance(2 * math.pi / frequencies[0] / 400, frequencies, PAPER.gamma)
-        total += (np.append(clock.phases, clock.angle) - before) % (2 * math.pi)
-    expected = np.append(frequencies, PAPER.gamma) / frequencies[0]
-    assert total / (2 * math.pi) == pytest.approx(expected, rel=1e-9)
-    before = clock.phases
-    clock.advance(0.0, 1.2 * frequencies, 6.0)
-    assert np.array_equal(clock.phases, before)
-
-
 def test_the_playback_rate_suits_the_slowest_and_the_fastest_motion():
-    """A period takes at least 0.6 s and, alone, 2.5 s; a rotation at least 1.5 s. A clock keeps its
-    rate unless it is much too fast or too slow."""
+    """A period takes at least 0.6 s and, alone, 2.5 s; a rotation at least 1.5 s."""
     for frequencies, gamma, period in (([3.5], 0, 2.5), ([3.5, 200], 0, 0.6), ([3.5], 200, 1.5)):
         rate = playback_rate(np.array(frequencies), gamma)
         assert 2 * math.pi / max(*frequencies, gamma) / rate == pytest.approx(period)
-    clock = Clock(rate=0.1)
-    for frequency, low, high in ((22.0, 0.1, 0.1), (2200.0, 0.0, 0.01)):
-        clock.fit(np.array([frequency]), 0.0, keep=True)
-        assert low <= clock.rate <= high
 
 
 @pytest.mark.parametrize("coriolis", [False, True])

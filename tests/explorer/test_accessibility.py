@@ -7,7 +7,7 @@ from live.browser import READY, Page, by_id, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
-from beamviz.explorer.page import TABS
+from beamviz.explorer.feature import tabs
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
@@ -121,7 +121,7 @@ def test_letters_and_targets_are_large_enough(shown, size):
     shown.send("per_rev_2", True)
     shown.wait("document.querySelectorAll(':is(#comparison, #loci-resonances) table').length === 2")
     least = 44 if size == PHONE else 24
-    for name in TABS:
+    for name in tabs():
         shown.open_tab(name)
         small = f"""{SEEN}.filter(e => parseFloat(getComputedStyle(e).fontSize) < 13.99
           && [...e.childNodes].some(n => n.nodeType === 3 && n.data.trim()))"""
@@ -141,7 +141,7 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     shown.resize(*size)
     prefer(shown, scheme, "reduce")  # no colour depends on the moment of an animation
     shown.evaluate(OPEN_ALL)
-    for name in TABS:
+    for name in tabs():
         shown.open_tab(name)
         part = "html" if name == "frequencies" else f"#tab-{name}"
         assert violations(shown, part) == []

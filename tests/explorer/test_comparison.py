@@ -16,7 +16,8 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.surroundings import HUB_HEIGHT, MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
-from beamviz.explorer.features.comparison import comparison_case, comparison_table
+from beamviz.explorer.features.comparison import ComparisonTab, comparison_table
+from beamviz.explorer.second_beam import LABELS, comparison_case
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, State
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -85,20 +86,21 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
     double = PAPER.replace(alpha=2)
     guest.says(frequency(double))
     final_text(guest)
-    comparison, solution, main = session.comparison, solve(double), session.view.shapes.labels
-    before, ours = comparison.clock.phases.copy(), session.view.clock.phases
-    assert before == pytest.approx([ours[main.index(label)] for label in solution.labels])
-    comparison.move(0.01, None)
-    advanced = (comparison.clock.phases - before - 0.01 * solution.frequencies) % math.tau
+    picture, clock, solution = session.snapshot.picture, session.visitor.clock, solve(double)
+    main, ours = picture.modes.labels, clock.phases
+    assert clock.other_phases == pytest.approx([ours[main.index(one)] for one in solution.labels])
+    after = clock.advanced(0.01, picture.modes, picture.second.shapes)
+    advanced = (after.other_phases - clock.other_phases - 0.01 * solution.frequencies) % math.tau
     assert np.minimum(advanced, math.tau - advanced).max() < 1e-9
-    view, shapes = comparison.view, comparison.view.shapes
-    moved = displacement(shapes, comparison.clock.phases, 0.15 * np.eye(5)[1])
+    view = session.view.others[stacked]
+    shapes = view.shapes
+    moved = displacement(shapes, clock.other_phases, 0.15 * np.eye(5)[1])
     centreline, _ = to_hub_frame(shapes, shapes.centreline + moved)
     if stacked:
         middle = (centreline[:-1] + centreline[1:]) / 2
         assert np.allclose(view.beam.batched_positions, middle, atol=1e-6)
-        height = max(comparison.heights)
-        assert view.frame.position[2] == height == -min(comparison.heights)
+        height = max(picture.heights)
+        assert view.frame.position[2] == height == -min(picture.heights)
         assert view.surroundings.floor.visible is False
     else:
         rings = view.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)
@@ -116,7 +118,7 @@ def test_each_row_shows_one_mode(guest, session, beam):
     guest.wait(lambda _: guest.nodes["/mode 5"].get("visible"))
     final_text(guest)
     assert guest.nodes["/scene"]["visible"] is False
-    rows, phases = session.view.scene.rows, session.view.clock.phases
+    rows, phases = session.view.scene.rows, session.visitor.clock.phases
     levels = [part.frame.position[2] for part in rows]
     assert levels == stacked_heights(5) == sorted(levels, reverse=True)
     for k, part in enumerate(rows):
@@ -163,8 +165,8 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
     guest.says(frequency(PAPER.replace(alpha=2, gamma=8), plane="flapwise"))
     guest.choose("comparison", "rubber")
     overlay_is(guest, visible=True)
-    assert comparisons.LABELS.keys() == {*COMPARISONS}
-    assert all(f">{name}</button>" in guest.text for name in comparisons.LABELS.values())
+    assert LABELS.keys() == {*COMPARISONS}
+    assert all(f">{name}</button>" in ComparisonTab.tab.content for name in LABELS.values())
     assert guest.values["comparison"] == "mass"
     guest.choose("comparison", NO_COMPARISON)
     overlay_is(guest, visible=False)

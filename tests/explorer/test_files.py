@@ -109,8 +109,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
         assert heard(third, "FileTransferPart")[0]["content"].startswith(b"mode,label")
         guest.do("cancel_export", until=lambda _: guest.props["export-work"]["hidden"])
         assert heard(second, "FileTransferPart")[0]["content"][8:12] == b"WEBP"
-        second.wait(lambda _: second.said)
-        assert second.props["export-progress"]["value"] > 0.5
+        second.wait(lambda _: second.said and second.props["export-work"]["hidden"])
     assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
     assert not any(sharing.QUEUES.values())
 

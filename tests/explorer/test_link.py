@@ -32,7 +32,7 @@ RESPONSE = {"stacked": True, "force_per_rev": 2, "damping": 0.05, "forced_respon
         ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
         ("a&" * 1000, "no more than"),
         ("lesson=nodes&step=4", "step = 4: must be a whole number in 1 .. 3"),
-        ("compare=all", "compare = 'all': must be one of ancf, coriolis"),
+        ("compare=all", "compare = 'all': must be one of earlier, ancf, coriolis"),
         ("tab=charts", "tab = 'charts': must be one of frequencies, map, veering"),
         ("force=7", "force = 7: must be a whole number in 1 .. 6"),
         ("damping=1", "damping = 1: must lie in 0.001 .. 0.2"),

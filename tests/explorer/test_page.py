@@ -17,7 +17,7 @@ from scipy import ndimage
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
 from beamviz.explorer.features.comparison import number
-from beamviz.explorer.features.controls import nearest
+from beamviz.explorer.mass_drag import nearest
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -224,10 +224,15 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
             break
     assert shown.evaluate(stays(end))
     shown.wait(f"{NODES}['/scene/rotor/overlay']?.visible === true")
-    after = shown.number("beta")
-    omegas = [solve(beam.replace(beta=x), state=state).frequencies[0] for x in (beam.beta, after)]
-    for words in ("before, ω", *map(number, omegas)):
-        shown.wait(f"{by_id('comparison')}.textContent.includes('{words}')")
+
+    def both_are_compared() -> bool:
+        """Once the mass is exactly under the pointer."""
+        places = beam.beta, shown.number("beta")
+        found = [solve(beam.replace(beta=x), state=state).frequencies[0] for x in places]
+        text = shown.evaluate(f"{by_id('comparison')}.textContent")
+        return all(words in text for words in ("before, ω", *map(number, found)))
+
+    wait_until(both_are_compared)
     assert [problem for problem in shown.problems if KNOWN not in problem] == []
 
 

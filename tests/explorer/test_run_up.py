@@ -60,12 +60,13 @@ def test_the_scene_shows_the_scaled_response(guest, session):
     pause(guest)
     guest.edit(coriolis=True)
     guest.do("force_per_rev", 2)
-    guest.do("run_up", until=lambda _: session.run_up.running)
-    run, amplitude = session.run_up.run, session.visitor.state.view.amplitude
+    guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
+    run, amplitude = run_up.run_of(session.snapshot), session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
     for speed in (top, 1.0, 6.0):
         guest.edit(gamma=speed)
-        drawn, shown = session.view.drawn, session.run_up.field
+        drawn = session.snapshot.picture.drawn
+        shown = -1j * drawn.amplitudes[0] * drawn.shapes.modes[0]
         solution = solve(PAPER.replace(gamma=speed), coriolis=True)
         field = response(solution, 2 * speed, run.damping, drawn.shapes.x)
         size = np.abs(shown).max() / np.abs(field).max()
@@ -89,8 +90,8 @@ def test_the_chart_shows_amplitudes_and_resonances(run):
 
 
 def test_a_run_up_in_the_page(guest, session, monkeypatch):
-    """The line of the beam moves from rest, the speed of the beam does not change; it is restored
-    at the end. A new speed ends the run-up and keeps the result, another mass, damping or force
+    """The line of the beam and its slider move from rest; the speed of the beam is restored at the
+    end. A new speed ends the run-up and keeps the result, another mass, damping or force
     discards it. The damping is clamped to 20 %; an invalid one, or a force, changes nothing."""
 
     def speed() -> float:
@@ -103,8 +104,9 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     guest.do("run_up", until=lambda _: "resonances of the run-up" in guest.texts["run-up-list"])
     guest.wait(lambda _: 0 < speed() < 1)
     guest.wait(lambda _: 1 < speed() < 5)
-    assert guest.values["gamma"] == PAPER.gamma
+    guest.wait(lambda _: abs(guest.values["gamma"] - speed()) < 1)  # the slider moves with it
     guest.do("run_up", until=lambda _: button_is("Run up from rest") and speed() == PAPER.gamma)
+    assert guest.values["gamma"] == PAPER.gamma
     guest.do("run_up", until=lambda _: button_is("Stop"))
     guest.do("gamma", 4.0)
     speeds: list[float] = []
@@ -114,8 +116,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     assert "resonances of the run-up" in guest.texts["run-up-list"]
     for name, value in (("alpha", 2.0), ("damping", 5.0), ("force_per_rev", 3)):
         guest.do(name, value)
-        guest.wait(lambda _: "resonances of the run-up" not in guest.texts["run-up-list"])
-        assert not session.visitor.state.forced_response
+        guest.wait(lambda _: not session.visitor.state.forced_response)
         with monkeypatch.context() as faster:
             faster.setattr(run_up, "PER_SECOND", 300.0)
             guest.do("run_up", until=lambda _: speed() not in (0.0, 4.0))
@@ -132,7 +133,7 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
     """The force drives the first beam only; the scene says so until a mode is chosen."""
 
     def is_moving(_: Any = None) -> bool:
-        second = session.comparison.view
+        second = session.view.others.get(False)
         return second is not None and abs(second.mass.batched_positions[0, 1]) > 1e-6
 
     guest.choose("comparison", "coriolis", until=is_moving)
@@ -147,7 +148,7 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
 
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
-    """The scene is grey until the first stable speed."""
+    """From there to the first stable speed."""
     with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
         guest.do("run_up", until=lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")

@@ -1,6 +1,7 @@
 """The state of a visitor: what edits make of it, and controls that show it."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -53,11 +54,12 @@ def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
 
 
 def test_the_axes_of_the_map_are_two_numbers():
-    """One chosen for both takes the place of the other, also in a loaded scene; tabs open there."""
-    loaded = START.loaded(Scene(PAPER, over="alpha"))
+    """One chosen for both takes the place of the other, also in a loaded scene."""
+    scene = Scene(PAPER, over="alpha")
+    loaded = START.loaded(scene)
     for state in (START.changed("over", "alpha"), START.changed("across", "gamma"), loaded):
         assert (state.over, state.across) == ("alpha", "gamma")
-    assert State.of(loaded.scene).changed("tab", "map").tab == "map"
+    assert State.of(scene) == replace(loaded, opened=scene, fit=1)
 
 
 def test_a_kept_case_belongs_to_its_scene():
@@ -82,11 +84,14 @@ def test_undo_and_redo_go_by_steps():
     last = (other := rested.loaded(Scene(Beam(gamma=2)))).changed("gamma", 5.0)
     states = [START, *drag, faster, rested, other, last]
     for k, (before, after) in enumerate(pairwise(states)):
-        history.record(before, after, 0.1 * k + PAUSE * (after in (rested, other, last)))
+        time = 0.1 * k + PAUSE * (after in (rested, other, last))
+        history.record(before, after, time, loaded=after is other)
     back = [last := history.undo(last) for _ in range(5)]
-    assert back == [other, rested, faster, dragged, START]
-    assert history.undo(START) is START
-    assert [history.redo(START), history.redo(dragged)] == [dragged, faster]
+    fit = other.fit  # of a viewpoint asked for, which is no edit
+    assert back == [replace(one, fit=fit) for one in (other, rested, faster, dragged, START)]
+    START_AGAIN, dragged, faster = (replace(one, fit=fit) for one in (START, dragged, faster))
+    assert history.undo(START_AGAIN) is START_AGAIN
+    assert [history.redo(START_AGAIN), history.redo(dragged)] == [dragged, faster]
     history.record(faster, other := faster.only(0), 9.0)
     assert history.redo(other) is other
     history, still = History(), START.changed("dark", True).changed("playing", False)

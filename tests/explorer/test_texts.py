@@ -12,9 +12,9 @@ from beamviz.beam import PARAMETERS, Beam, Units
 from beamviz.drawing import text as messages
 from beamviz.drawing.text import measure, rounded_to_error
 from beamviz.errors import NoEquilibrium
+from beamviz.explorer.features import answer
 from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.features.real_beam import MATERIALS
-from beamviz.explorer.page import panel
 from beamviz.exports.html_page import solution_table
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -106,9 +106,9 @@ def test_warnings_name_their_reason_in_the_units_of_the_beam():
     assert tenfold in messages.stability_warning(real)
     for words in (messages.growth(rate, units), f"{real.errors[0] / 0.01:.0e}"):
         assert words in solution_table(real, [])
-    assert "T*" not in panel.pace(0.1, units)
-    assert "1 ms (1000 times slower)" in panel.pace(0.1, units)
-    assert "2000 ms (2 times faster)" in panel.pace(200.0, units)
+    assert "T*" not in answer.pace(0.1, units)
+    assert "1 ms (1000 times slower)" in answer.pace(0.1, units)
+    assert "2000 ms (2 times faster)" in answer.pace(200.0, units)
 
 
 @pytest.mark.parametrize(("gamma", "told"), [(34.0, False), (36.0, True), (100.0, True)])

@@ -10,6 +10,7 @@ from html import unescape
 from typing import Any
 
 import msgspec.msgpack
+import numpy as np
 import zstandard
 from live.server import CAMERA_MESSAGE, ROOT, encoded, raw_socket
 from websockets.sync.connection import Connection
@@ -20,6 +21,7 @@ from beamviz.solver import solve
 
 PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
 BEAM = "/scene/rotor/beam"
+ALIGNMENT = 8  # [bytes] of arrays in a group of messages
 TIMEOUT = 60.0  # [s], on a busy machine
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 Condition = Callable[[list[dict[str, Any]]], Any]  # of the latest messages
@@ -58,6 +60,8 @@ class Visitor:
         self.actions += 1
         text = json.dumps([self.actions, action, value])
         self.send(type="GuiUpdateMessage", uuid=self.parts["bridge"], updates={"value": text})
+        if action == "tab":
+            self.parts["open"] = value  # as the page opens it
         if until:
             self.wait(until if callable(until) else lambda _: until in self.text)
 
@@ -111,9 +115,15 @@ class Visitor:
         self.received += len(data)
         size = int.from_bytes(data[8:16], "little")
         packed = zstandard.ZstdDecompressor().decompress(data[16 : 16 + size])
-        messages = msgspec.msgpack.decode(packed)["messages"]
+        group = msgspec.msgpack.decode(packed)
+        arrays, at = list[bytes](), 16 + size
+        for length in group["binaryBufferLengths"]:
+            at += -at % ALIGNMENT
+            arrays.append(data[at : at + length])
+            at += length
+        messages = group["messages"]
         for message in messages:
-            self.apply(message)
+            self.apply(with_arrays(message, arrays))
         return messages
 
     def apply(self, message: dict[str, Any]) -> None:
@@ -123,6 +133,9 @@ class Visitor:
             self.nodes[message["name"]].update(message["updates"])
         elif kind == "SetSceneNodeVisibilityMessage":
             self.nodes[message["name"]]["visible"] = message["visible"]
+        elif kind in ("SetPositionMessage", "SetOrientationMessage"):
+            pose = {key: message[key] for key in ("position", "wxyz") if key in message}
+            self.nodes[message["name"]].update(pose)
         elif kind == "RunJavascriptMessage":
             self.apply_script(message["source"])
         elif kind == "GuiUpdateMessage":
@@ -156,6 +169,15 @@ class Visitor:
     def says(self, words: str, timeout: float = TIMEOUT) -> bool:
         """Wait until `words` are on the page."""
         return self.wait(lambda _: words in self.text, timeout)
+
+
+def with_arrays(content: Any, arrays: list[bytes]) -> Any:
+    """A message with the numbers of its arrays, which are sent behind all messages."""
+    if isinstance(content, dict) and "__binary_index" in content:
+        return np.frombuffer(arrays[content["__binary_index"]], content["dtype"]).tolist()
+    if isinstance(content, dict):
+        return {key: with_arrays(one, arrays) for key, one in content.items()}
+    return content
 
 
 def beam_moved(messages: list[dict[str, Any]]) -> bool:

@@ -1,175 +1,33 @@
-"""The tab Compare: a second beam on the same clock, as an overlay or in a scene above the first.
+"""The tab Compare: the second beam, which runs on the same clock, and the frequencies of both.
 
 Modes of both beams are matched by the correlation of their shapes, not by their labels.
 """
 
 import math
+from collections.abc import Iterable
 from html import escape
-from typing import NamedTuple
 
-import numpy as np
-
-from beamviz.drawing import OVERLAY, BeamView
-from beamviz.drawing.beam_mesh import DrawnBeam
-from beamviz.drawing.camera import ViewChange
-from beamviz.drawing.modes import Clock, SampledModes
-from beamviz.drawing.objects import Caption
 from beamviz.drawing.text import frequencies
 from beamviz.explorer import page
+from beamviz.explorer.feature import Feature, Part, Tab
 from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.state import EARLIER, TERMS, Case, State
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.page import Content
+from beamviz.explorer.second_beam import LABELS
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import EARLIER, State
+from beamviz.explorer.view import THIS
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes, match_modes
-from beamviz.server.viser_private import ViserScene
 from beamviz.solver.solution import Solution
 
-
-class ComparisonCase(NamedTuple):
-    """A case to compare the beam with, and its title; without one the title is the reason."""
-
-    title: str = ""
-    case: Case | None = None
-
-
-LABELS = {
-    "nothing": "nothing",
-    "earlier": "the beam before",
-    "ancf": "20 ANCF elements (paper)",
-    "coriolis": "Coriolis on / off",
-    "mass": "twice the mass",
-    "effects": "all effects on",
-}
-REASONS = {  # why there is no second beam
-    "earlier": "No beam is kept yet: press the button below, then change the beam.",
-    "coriolis": "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
-    "mass": "There is no mass to double: give the beam one first.",
-    "effects": "All effects are on already.",
-}
-
-
-def comparison_case(state: State, case: Case) -> ComparisonCase:
-    """The case that `case` is compared with."""
-    options, alpha = case.options, case.numbers["alpha"]
-    choice, title, other = state.comparison, LABELS[state.comparison], None
-    if choice == EARLIER:
-        title, other = "before", state.kept
-    elif choice == "ancf" and options["method"] == "ancf":
-        title, other = "auto", case.with_options(method="auto")
-    elif choice == "ancf":
-        title, other = "20 ANCF elements", case.with_options(method="ancf")
-    elif choice == "coriolis" and options["plane"] == "chordwise":
-        on = not options["coriolis"]
-        title, other = f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on)
-    elif choice == "mass" and alpha:
-        other = case.changed("alpha", 2 * alpha)
-    elif choice == "effects" and not all(options[term] for term in TERMS):
-        title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
-    return ComparisonCase(title, other) if other else ComparisonCase(REASONS.get(choice, ""))
-
-
-# The second beam in the scene
-
-SPACING = 0.5  # of the two scenes, in beam lengths
-
-
-class Comparison:
-    """The second beam: its solution and its drawing.
-
-    case: the one compared with; choices: those drawn; shapes: the modes drawn, None if nothing is;
-    views: the objects that draw it, by whether it is stacked, made when needed; view: that shown.
-    """
-
-    def __init__(self, visitor: Visitor):
-        self.visitor, self.job = visitor, visitor.solve_job()
-        self.case = ComparisonCase()
-        self.choices: tuple[object, ...] = ()
-        self.clock = Clock()
-        self.shapes: SampledModes | None = None
-        self.views: dict[bool, BeamView] = {}
-        self.view: BeamView | None = None
-
-    @property
-    def answer(self) -> SolverAnswer | None:
-        """The answer to the case; None before it."""
-        answer = self.job.answer
-        return answer if answer and answer.request == self.case.case else None
-
-    @property
-    def heights(self) -> list[float]:
-        """Heights [beam lengths] of the first scene and, if they are stacked, of the second."""
-        return [-SPACING / 2, SPACING / 2] if self.shapes and self.visitor.state.stacked else [0.0]
-
-    def draw(self, main: DrawnBeam, clock: Clock, *, driven: bool) -> None:
-        """Draw the second beam in modes matching `main`; at rest while a force drives `main`."""
-        state, answer = self.visitor.state, self.visitor.answer
-        if answer:
-            self.case = comparison_case(state, answer.request)
-            if self.case.case:
-                self.job.request(self.case.case)
-        choices, second = (state.comparison, state.kept, state.stacked), self.answer
-        restarted = choices != self.choices
-        lasts = self.case.case and not (restarted or state.view.all_modes)
-        if self.shapes and second is None and lasts:
-            return  # it stays until the answer, as the first beam
-        drawable = second and not (second.warning or state.view.all_modes)
-        self.shapes = second.result if second and drawable else None
-        for view in self.views.values():
-            view.hide()
-        if self.shapes is None:
-            self.choices = ()
-            return
-        partner = corresponding(main.shapes, self.shapes)
-        if restarted or len(self.clock.phases) != len(partner):
-            self.choices = choices
-            phases = dict(enumerate(clock.phases))
-            self.clock.phases = np.array([phases.get(k, np.pi / 2) for k in partner])
-            self.clock.angle = clock.angle
-        sizes = 0.0 * partner if driven else np.array([*main.amplitudes, 0.0])[partner]
-        if state.stacked not in self.views:
-            root, overlay = ("/other", False) if state.stacked else (OVERLAY, True)
-            view = BeamView(
-                ViserScene(self.visitor.client.scene), root, alone=False, overlay=overlay
-            )
-            self.views[state.stacked] = view
-        self.view = view = self.views[state.stacked]
-        view.height = self.heights[-1]
-        title = self.case.title
-        view.show(DrawnBeam(self.shapes, state.view, main.scale, sizes, title=title))
-
-    @property
-    def captions(self) -> list[Caption]:
-        return [caption for view in self.views.values() for caption in view.captions]
-
-    def move(self, time: float, change: ViewChange | None) -> None:
-        """Advance by `time` [T*]; change: of the view."""
-        shapes, view = self.shapes, self.view
-        if shapes is None or view is None:
-            return
-        self.clock.advance(time, shapes.frequencies, shapes.beam.gamma)
-        angle = self.clock.angle
-        if change:
-            angle = change.continued(angle)
-            view.choose_frame(change.rotating_share)
-        view.move(self.clock.phases, angle)
-
-
-def corresponding(first: SampledModes, second: SampledModes) -> np.ndarray:
-    """The mode of one beam (m,) for each mode of another; -1 where none corresponds."""
-    if first.solution is None or second.solution is None:
-        return np.full(len(second.modes), -1)
-    return match_modes(second.solution, first.solution).partner
-
-
-# The tab
-
-THIS = "this beam"
 INVITATION = (
     "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
     " the scene, the beam before the drag is shown as an overlay."
 )
+ALL_SHOWN = "The second beam is not drawn while all modes are shown."
 CASES = [page.button(name, data_set="comparison", data_value=key) for key, name in LABELS.items()]
-TAB = page.group("Compare with", '<span class="soft">Compare with</span>', *CASES)
-TAB += page.group(
+TOOLS = page.group("Compare with", '<span class="soft">Compare with</span>', *CASES)
+TOOLS += page.group(
     "How it is drawn",
     '<span class="soft">Drawn</span>',
     page.button("overlaid", data_set="stacked", data_value=False),
@@ -182,25 +40,50 @@ TAB += page.group(
 class ComparisonTab(Feature):
     """The choice of the second beam, and a table of the frequencies of both beams."""
 
-    def __init__(self, visitor: Visitor, comparison: Comparison):
+    tab = Tab("Compare", 4, f'{TOOLS}<div id="comparison"></div>')
+
+    def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.comparison = comparison
-        self.page.html("tab-compare", f'{TAB}<div id="comparison"></div>')
         self.page.on("keep", lambda _: visitor.change(State.keep))
 
-    def show(self) -> None:
-        """Show the frequencies of both beams, or a message why there are none."""
-        case, answer, second = self.comparison.case, self.visitor.answer, self.comparison.answer
-        if not self.redraws(case, answer, second):
-            return
-        if case.case is None:
-            self.page.html("comparison", f"<p>{escape(case.title or INVITATION)}</p>")
-        elif second and second.error:
-            self.page.html("comparison", f"<p>{escape(f'{case.title}: {second.message}')}</p>")
-        elif second and second.solution and answer and answer.solution:
-            pair = (THIS, answer.solution), (case.title, second.solution)
-            earlier = self.visitor.state.comparison == EARLIER
-            self.page.html("comparison", comparison_table(*(pair[::-1] if earlier else pair)))
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (Part(reads, table_content),)
+
+
+def reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """Both answers, the comparison, and whether a second beam cannot be drawn."""
+    state = snapshot.state
+    return (
+        snapshot.answer,
+        snapshot.second,
+        snapshot.comparison.title,
+        snapshot.comparison.case is None,
+        state.comparison == EARLIER,
+        state.view.all_modes,
+    )
+
+
+def table_content(
+    answer: SolverAnswer | None,
+    second: SolverAnswer | None,
+    title: str,
+    nothing: bool,
+    earlier: bool,
+    all_modes: bool,
+) -> Content:
+    """The frequencies of both beams, or a message why there are none."""
+    text = f"<p>{escape(title or INVITATION)}</p>" if nothing else ""
+    if second and second.error:
+        text = f"<p>{escape(f'{title}: {second.message}')}</p>"
+    elif second and second.solution and answer and answer.solution:
+        pair = (THIS, answer.solution), (title, second.solution)
+        text = comparison_table(*(pair[::-1] if earlier else pair))
+        reason = (
+            ALL_SHOWN if all_modes else f"Not drawn: {second.warning}" if second.warning else ""
+        )
+        text += page.note(reason.replace("\n", ", "))
+    return page.html("comparison", text)
 
 
 def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:

@@ -1,27 +1,34 @@
 """The tab Lessons, with a card for each lesson; the open lesson is shown beside the tabs."""
 
+import contextlib
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache, partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam
+from beamviz.beam import NUMBERS
 from beamviz.drawing.modes import rotated
-from beamviz.errors import BeamvizError
+from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.feature import Feature, Part, Tab, tab_named
 from beamviz.explorer.features.loci_chart import loci_lines
-from beamviz.explorer.jobs import SolverAnswer
-from beamviz.explorer.state import TABS
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.jobs import Job, SolverAnswer, solver_answer
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import NO_COMPARISON, Case, State
+from beamviz.explorer.view import picture_of
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import loci
 from beamviz.lessons import LESSONS, NAMES, lesson
-from beamviz.lessons.model import Lesson
+from beamviz.lessons.model import Lesson, Verdict
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
+JOB = "lesson"
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
@@ -35,46 +42,35 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 
 
 class Lessons(Feature):
-    """The lessons of one visitor; the open lesson and its step are in the state.
+    """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
-    met: names of the lessons whose challenge is met; named: keys of the controls to highlight.
-    """
+    tab = Tab("Lessons", 7)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.met: frozenset[str] = frozenset()
-        self.named: tuple[str, ...] = ()
+        self.job: Job[str, Facts] = visitor.job(JOB, Facts.of)
         self.page.on("lesson", self.open)
         self.page.on("lesson_step", self.go)
         self.page.on("lesson_turn", self.turn)
+        self.page.on("lesson_guess", self.guess)
         self.page.on("lesson_restart", lambda _: visitor.reset())
+        self.page.on("met", self.keep_met)
         for one in LESSONS:
-            if one.scene == visitor.state.scene:
-                visitor.change(partial(replace, lesson=one.name))
+            if one.scene == visitor.state.opened:
+                visitor.change(partial(begun, lesson=one))
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
 
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""
         if name in NAMES:
-            self.visitor.background.submit(partial(self.begin, name))
+            self.visitor.change(lambda state: begun(state, lesson(name)), loads=True)
         elif name == "":
-            self.visitor.change(partial(replace, lesson="", step=0))
-
-    def begin(self, name: str, scene: Scene | None = None) -> None:
-        """Show a lesson with its own scene or another one. Takes time: its numbers are computed."""
-        begun = lesson(name)
-        _ = begun.numbers, begun.answer
-        scene = (scene or begun.scene).changed(dark=self.visitor.state.view.dark)
-        keys = controls(begun.do)
-        tabs = [key for key in keys if key.startswith("tab-")]
-        self.named = tuple(key for key in keys if key not in tabs)
-        tab = tabs[0].removeprefix("tab-") if tabs else TABS[0]
-        self.visitor.load(scene, lesson=name, step=0, tab=tab)
+            self.visitor.change(partial(replace, lesson="", step=0, guess=None, rate=None))
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
         if step in range(len(STEPS)) and self.visitor.state.lesson:
-            self.visitor.change(partial(replace, step=int(step)))
+            self.visitor.change(partial(at_step, step=int(step)))
 
     def turn(self, by: Any) -> None:
         """Go to the next (1) or previous (-1) step, from the last or first step to the next or
@@ -87,40 +83,144 @@ class Lessons(Feature):
         else:
             self.open(names[(names.index(state.lesson) + by) % len(names)])
 
-    def show(self) -> None:
-        """Show the cards, and the open lesson with the verdict on its challenge."""
-        name, step, named = self.visitor.state.lesson, self.visitor.state.step, self.named
-        answer = self.visitor.answer if name and step == CHALLENGE else None
-        if not self.redraws(answer, name, step, named):
-            return
-        verdict = self.check(lesson(name), answer, answer.beam) if answer and answer.beam else ""
-        self.page.html("lesson-text", lesson_html(lesson(name), step) if name else "")
-        self.page.html("verdict", verdict)
-        self.page.props("lesson", hidden=not name)
-        self.page.html("tab-lessons", cards_html(name, self.met))
-        if name and named:
-            self.page.point(*named)
-            self.named = ()
+    def guess(self, number: Any) -> None:
+        """Choose an answer to the question, and highlight the controls of the experiment."""
+        name = self.visitor.state.lesson
+        if name and number in range(len(lesson(name).guesses)):
+            self.visitor.change(partial(replace, guess=int(number)))
+            keys = controls(lesson(name).do)
+            self.page.point(*(key for key in keys if not key.startswith("tab-")))
 
-    def check(self, lesson: Lesson, answer: SolverAnswer, beam: Beam) -> str:
-        """The verdict on a challenge with the present value of its quantity; stores its success."""
-        verdict = lesson.check(beam, answer.request.options)
-        if verdict.met:
-            self.met |= {lesson.name}
-        word = "Right!" if verdict.met else "Not yet."
-        words = f"<b>{word}</b> {escape(verdict.reason)}"
-        if answer.solution and (verdict.met or not verdict.reason):  # no obstacle
-            words += f"<br>Now: {escape(lesson.measured(answer.solution))}."
-        return f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
+    def keep_met(self, names: Any) -> None:
+        """Take the lessons whose challenge was met in the same browser before."""
+        known = {*str(names).split()} & {*NAMES}
+        state = self.visitor.state
+        self.visitor.set_state(replace(state, met=state.met | known))
+
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+        """Remember a challenge that is met."""
+        state = self.visitor.state
+        verdict = verdict_of(*verdict_reads(snapshot))
+        if verdict and verdict.met and state.lesson not in state.met:
+            self.visitor.set_state(replace(state, met=state.met | {state.lesson}))
+
+    def request(self, snapshot: Snapshot) -> None:
+        if snapshot.state.lesson:
+            self.job.request(snapshot.state.lesson)
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(lesson_reads, lesson_content),
+            Part(verdict_reads, verdict_content),
+            Part(lambda s: (s.state.lesson, s.state.met), cards_content),
+        )
+
+
+class Facts(NamedTuple):
+    """What is computed for a lesson."""
+
+    lesson: str
+    proof: str
+    answer: float
+
+    @classmethod
+    def of(cls, name: str) -> Self:
+        """The facts of a lesson, which stores them."""
+        return cls(name, lesson(name).proof, lesson(name).answer)
+
+
+def facts_of(snapshot: Snapshot) -> Facts | None:
+    """The facts of the open lesson; None before they are computed."""
+    answer = snapshot.job_answer(JOB)
+    facts = answer.result if answer else None
+    return facts if facts and facts.lesson == snapshot.state.lesson else None
+
+
+def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
+    """At the first step of a lesson, with its own scene or another one, the tab that it names, and
+    the clock locked, so that a faster vibration looks faster."""
+    scene = (scene or lesson.scene).changed(dark=state.view.dark)
+    named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
+    tab = tab_named(named[0]) if named else ""
+    state = replace(state.loaded(scene), lesson=lesson.name, step=0, tab=tab)
+    return replace(state, rate=lesson_rate(lesson.name))
+
+
+@cache
+def lesson_rate(name: str) -> float:
+    """The time [T*] per second on the screen that suits the first scene of a lesson."""
+    scene = lesson(name).scene
+    case, nothing = Case.of(scene), (NO_COMPARISON, None, False)
+    answer = solver_answer(case)
+    return picture_of(answer, None, "", scene.view, nothing, None, 0.0, 1000.0, case, False).rate
+
+
+def at_step(state: State, step: int) -> State:
+    """At another step of the open lesson; its challenge begins unsolved."""
+    open_lesson = lesson(state.lesson)
+    after = replace(state, step=step)
+    if step == CHALLENGE != state.step:
+        with contextlib.suppress(InvalidInput):
+            if open_lesson.check(state.case.beam(), state.case.options).met:
+                scene = open_lesson.scene.changed(dark=state.view.dark)
+                loaded = after.loaded(scene)
+                return replace(loaded, tab=state.tab, rate=state.rate, guess=state.guess)
+    return after
+
+
+def lesson_reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """The open lesson, its step, the guess and the facts."""
+    state = snapshot.state
+    return state.lesson, state.step, state.guess, facts_of(snapshot)
+
+
+def lesson_content(name: str, step: int, guess: int | None, facts: Facts | None) -> Content:
+    """The open lesson beside the tabs."""
+    text = lesson_html(lesson(name), step, guess, facts) if name else ""
+    return page.html("lesson-text", text) | page.props("lesson", hidden=not name)
+
+
+def verdict_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+    """The open lesson, if its challenge is shown and its facts are known, and the answer."""
+    state = snapshot.state
+    shown = state.lesson and state.step == CHALLENGE and facts_of(snapshot)
+    return (state.lesson if shown else ""), snapshot.answer
+
+
+def verdict_of(name: str, answer: SolverAnswer | None) -> Verdict | None:
+    """The verdict on the challenge of a lesson; None without one."""
+    if not (name and answer and answer.beam):
+        return None
+    return lesson(name).check(answer.beam, answer.request.options)
+
+
+def verdict_content(name: str, answer: SolverAnswer | None) -> Content:
+    """The verdict, with the present value of the quantity of the challenge."""
+    verdict = verdict_of(name, answer)
+    if verdict is None:
+        return page.html("verdict", "")
+    word = "Right!" if verdict.met else "Not yet."
+    words = f"<b>{word}</b> {escape(verdict.reason)}"
+    if answer and answer.solution and (verdict.met or not verdict.reason):  # no obstacle
+        words += f"<br>Now: {escape(lesson(name).measured(answer.solution))}."
+    text = f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
+    return page.html("verdict", text)
+
+
+def cards_content(name: str, met: frozenset[str]) -> Content:
+    return page.html("tab-lessons", cards_html(name, met)) | {("met",): sorted(met)}
 
 
 # Texts
 
 
-def draw_sketches() -> None:
-    """Compute the pictures of the cards, which are stored; this takes some time."""
+def prepare() -> None:
+    """Compute the pictures of the cards and the rates of the clock, which are stored; this takes
+    some time."""
     for name in NAMES:
         sketch(name)
+        lesson_rate(name)
 
 
 def cards_html(open_lesson: str, met: frozenset[str]) -> str:
@@ -136,8 +236,9 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     return f'<div class="row"><span>{text}</span>{begin}</div><div class="cards">{cards}</div>'
 
 
-def lesson_html(lesson: Lesson, step: int) -> str:
-    """One step of a lesson, without the verdict on its challenge."""
+def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | None) -> str:
+    """One step of a lesson, without the verdict on its challenge. The experiment follows a guess at
+    its outcome."""
     steps = ""
     for k, name in enumerate(STEPS):
         current, key = "step" if k == step else None, "b" if k == step - 1 else None
@@ -147,12 +248,10 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the lesson"}
     leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
     body = (
-        f'<p class="question">{formatted(lesson.question)}</p>'
-        + f'<p><span class="soft">Do:</span> {formatted(lesson.do)}</p>'
-        + f'<p><span class="soft">Look for:</span> {formatted(lesson.see)}</p>',
-        f"<p>{formatted(lesson.meaning)}</p>"
-        f'<p class="proof"><span class="soft">The number that proves it:</span>'
-        f" {escape(lesson.proof)}</p>",
+        prediction(lesson, guess),
+        f"<p>{formatted(lesson.meaning)}</p>{judged(lesson, guess)}"
+        '<p class="proof"><span class="soft">The number that proves it:</span>'
+        f" {escape(facts.proof if facts else '…')}</p>",
         f'<p class="question">{formatted(lesson.task)}</p><p class="soft">{FINE_STEPS}</p>',
     )[step]
     number = NAMES.index(lesson.name) + 1
@@ -160,6 +259,31 @@ def lesson_html(lesson: Lesson, step: int) -> str:
     title += page.button("↺", class_="quiet", **restart) + page.button("✕", class_="quiet", **leave)
     choices = page.group("Steps of the lesson", steps, ahead)
     return f'<div class="title">{title}</div>{choices}{body}'
+
+
+def prediction(lesson: Lesson, guess: int | None) -> str:
+    """The question with its guesses, and, once one is chosen, what to do and to look for."""
+    choices = "".join(
+        page.button(text, data_do="lesson_guess", data_value=k, aria_pressed=k == guess)
+        for k, text in enumerate(lesson.guesses)
+    )
+    text = f'<p class="question">{formatted(lesson.question)}</p>'
+    text += page.group("Your guess", choices, class_="row guesses")
+    if guess is None:
+        return text + '<p class="soft">What do you expect? Choose, then try it.</p>'
+    return (
+        f'{text}<p><span class="soft">Do:</span> {formatted(lesson.do)}</p>'
+        f'<p><span class="soft">Look for:</span> {formatted(lesson.see)}</p>'
+    )
+
+
+def judged(lesson: Lesson, guess: int | None) -> str:
+    """The guess, compared with the answer."""
+    if guess is None:
+        return ""
+    right, text = guess == lesson.right, escape(lesson.guesses[guess])
+    word = "as you expected" if right else "not what you expected"
+    return f'<p class="soft">Your guess: \u201c{text}\u201d \u2013 {word}.</p>'
 
 
 def controls(text: str) -> list[str]:

@@ -16,20 +16,23 @@ from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.features.comparison import Comparison
-from beamviz.explorer.jobs import Answer, SolverAnswer
-from beamviz.explorer.page import Data
+from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.jobs import Answer
+from beamviz.explorer.page import Content, Data
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.scene import PER_REV
 
+AT = 1e-7  # of the range: distance of a beam that is at an event
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 FAILURES = {
     "no-equilibrium": "No equilibrium",
     "unstable": "Unstable",
+    "growing": "Vibrations grow",
     "not-converged": "The calculation did not converge",
 }
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
@@ -101,6 +104,18 @@ class Chart:
         shown = (event for event in self.loci.events if event.per_rev in multiples)
         return numbered((f"{event.per_rev} {event.branches[0]}", event) for event in shown)
 
+    def event_at(self, value: float) -> str:
+        """The key of the event or resonance at a value of the axis, "" where there is none."""
+        near = AT * (self.request.stop - self.request.start)
+        places = self.events | self.resonances_at(PER_REV)
+        distance = {key: abs(one.at - value) for key, one in places.items()}
+        nearest = min(distance, key=distance.__getitem__, default="")
+        return nearest if nearest and distance[nearest] <= near else ""
+
+    def nearest_pair(self, value: float) -> Event | None:
+        """The crossing or veering nearest to a value of the axis."""
+        return min(self.pairs.values(), key=lambda event: abs(event.at - value), default=None)
+
     @cached_property
     def top(self) -> float:
         """End of the frequency axis: a round number in display units, just above all loci."""
@@ -123,11 +138,9 @@ def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
 # Data for the page
 
 
-def cursor(answer: SolverAnswer | None, over: str, along: Measure) -> Data | None:
-    """The line at the beam of an answer, which sets the number along the axis."""
-    if answer is None or answer.beam is None:
-        return None
-    return {"action": over, "x": along.factor * getattr(answer.beam, over)}
+def cursor(beam: Beam | None, over: str, along: Measure) -> Data | None:
+    """The line at a beam, which sets the number along the axis; None without one."""
+    return {"action": over, "x": float(along.factor * getattr(beam, over))} if beam else None
 
 
 def loci_lines(
@@ -180,9 +193,11 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
         "x": page.axis_data(along, (request.start, request.stop)),
         "y": page.frequency_axis(across, (0.0, 1.0)),
         "lines": lines,
+        "at": [],
         "perRev": None,
         "gaps": [],
         "marks": [],
+        "keys": page.keys(lines),
     }
 
 
@@ -191,17 +206,20 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
     data, (along, across) = axes_data(chart.request, "", second), chart.request.measures
     x = np.union1d(chart.loci.values, [event.at for event in chart.loci.events])
     if chart.request.over == "gamma":
-        per_rev = {"slope": across.factor / along.factor, "multiples": list(multiples)}
+        per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
+    lines = data["lines"] + loci_lines(chart.loci, x, across.factor)
+    own_marks = marks(chart, multiples)
     return data | {
         "y": page.frequency_axis(across, (0.0, chart.top)),
         "at": page.sent(along.factor * x),
-        "lines": data["lines"] + loci_lines(chart.loci, x, across.factor),
+        "lines": lines,
         "gaps": [
-            [along.factor * one.start, along.factor * one.stop, FAILURES[one.kind]]
+            [*(float(along.factor * x) for x in (one.start, one.stop)), FAILURES[one.kind]]
             for one in chart.loci.limits
         ],
-        "marks": marks(chart, multiples),
+        "marks": own_marks,
+        "keys": page.keys(lines, own_marks),
     }
 
 
@@ -228,87 +246,100 @@ def event_names(chart: Chart, event: Event) -> list[str]:
 
 # The tab
 
+CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
+LISTS = "loci-resonances", "loci-events"
+
+
+def tools() -> str:
+    """The controls of the tab."""
+    lines = f'<span class="name">per-rev lines{page.hint("per-rev lines", PER_REV_HELP)}</span>'
+    for k in PER_REV:
+        names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
+        lines += page.button(f"{k} ×", class_="toggle", **names)
+    lines = page.group("per-rev lines", lines, id="per-rev")
+    return page.select("over", "horizontal axis", AXES) + lines
+
 
 class LociTab(Feature):
-    """The chart and its lists. chosen: the key of the event that the beam was moved to last;
-    choice: the number of these moves, so that a second one to the same event shows it again."""
+    """The chart and its lists."""
 
-    def __init__(self, visitor: Visitor, comparison: Comparison):
+    tab = Tab("Frequencies", 1, page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False))
+
+    def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.comparison = comparison
-        self.charts = visitor.job("chart", ChartRequest.chart)
-        self.second_charts = visitor.job("chart compared with", ChartRequest.chart)
-        self.chosen, self.choice = "", 0
-        help = page.hint("per-rev lines", PER_REV_HELP)
-        lines = f'<span class="name">per-rev lines{help}</span>'
+        self.charts = visitor.job(CHART, ChartRequest.chart)
+        self.second_charts = visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
-            names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
-            lines += page.button(f"{k} ×", class_="toggle", **names)
             visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
-        lines = page.group("per-rev lines", lines, id="per-rev")
-        tools = page.select("over", "horizontal axis", AXES) + lines
-        lists = "loci-resonances", "loci-events"
-        self.page.html("tab-frequencies", page.chart_tab(tools, "loci-chart", *lists, hidden=False))
         self.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
         """Move the beam to a crossing, a veering or a resonance."""
-        if chart := self.charts.result:
+        if chart := self.charts.status.result:
             events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
             if event := events.get(key):
-                self.chosen, self.choice = key, self.choice + 1
                 self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
 
-    @property
-    def event(self) -> Event | None:
-        """The crossing or veering to magnify: the chosen one, or that nearest to the beam."""
-        chart, answer = self.charts.result, self.visitor.answer
-        if chart is None or not chart.pairs or answer is None or answer.beam is None:
-            return None
-        value = getattr(answer.beam, chart.request.over)
-        nearest = min(chart.pairs.values(), key=lambda event: abs(event.at - value))
-        return chart.pairs.get(self.chosen, nearest)
-
-    def show(self) -> None:
-        """Request the charts of the beam and the one compared with, and show the last ones."""
-        state, shown, other = self.visitor.state, self.visitor.answer, self.comparison.case.case
-        with contextlib.suppress(InvalidInput):  # shown elsewhere; the last chart stays
-            if shown:
-                highest = max(state.per_rev, default=0)
-                request = ChartRequest.around(shown.request, state.over, highest)
-                self.charts.request(request)
-                if other:
+    def request(self, snapshot: Snapshot) -> None:
+        """Request the charts of the beam and of the one compared with."""
+        state = snapshot.state
+        if snapshot.answer and snapshot.beam:
+            highest = max(state.per_rev, default=0)
+            request = ChartRequest.around(snapshot.answer.request, state.over, highest)
+            self.charts.request(request)
+            if other := snapshot.comparison.case:
+                with contextlib.suppress(InvalidInput):
                     self.second_charts.request(request.same_axis(other))
-        second = self.second_charts.answer if other else None
-        self.fade(self.charts, "loci-chart", "loci-resonances", "loci-events")
-        if (answer := self.charts.answer) is None:
-            return
-        if self.redraws(answer, second, state.per_rev):
-            self.draw(answer, second.result if second else None)
-        chosen = {"chosen": self.chosen, "choice": self.choice}
-        self.page.chart("loci-chart", {"cursor": self.cursor, **chosen})
-        self.page.value("go_to_event", self.chosen)
-
-    def draw(self, answer: Answer[ChartRequest, Chart], second: Chart | None) -> None:
-        """Show a chart, or the reason why there is none, and the loci of a second beam."""
-        chart, multiples = answer.result, self.visitor.state.per_rev
-        over_speed = answer.request.over == "gamma"
-        self.page.props("per-rev", hidden=not over_speed)
-        self.page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
-        if chart is None:
-            self.page.chart("loci-chart", axes_data(answer.request, answer.message, second))
-            self.page.html("loci-events", page.note(answer.message))
-            return
-        self.page.chart("loci-chart", chart_data(chart, multiples, second))
-        self.page.html("loci-events", event_table(chart) + notes(chart))
-        self.page.html("loci-resonances", resonance_table(chart, multiples))
 
     @property
-    def cursor(self) -> Data | None:
-        if self.charts.answer is None:
-            return None
-        request = self.charts.answer.request
-        return cursor(self.visitor.answer, request.over, request.measures[0])
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(chart_reads, chart_content),
+            Part(lambda s: (s.job_answer(CHART), s.beam), cursor_content),
+            fading(CHART, "loci-chart", *LISTS),
+        )
+
+
+def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+    """The answers with the charts, and the multiples of the speed."""
+    answer, second, case = snapshot.job_answer(CHART), None, snapshot.comparison.case
+    if answer and case:
+        found = snapshot.job_answer(SECOND_CHART)
+        with contextlib.suppress(InvalidInput):
+            second = found if found and found.request == answer.request.same_axis(case) else None
+    return answer, second, snapshot.state.per_rev
+
+
+def chart_content(
+    answer: Answer[ChartRequest, Chart] | None,
+    other: Answer[ChartRequest, Chart] | None,
+    multiples: tuple[int, ...],
+) -> Content:
+    """A chart, or the reason why there is none, the loci of a second beam, and the lists."""
+    if answer is None:
+        return {}
+    chart, over_speed = answer.result, answer.request.over == "gamma"
+    content = page.props("per-rev", hidden=not over_speed)
+    content |= page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
+    second = other.result if other else None
+    if chart is None:
+        content |= page.chart("loci-chart", axes_data(answer.request, answer.message, second))
+        content |= page.html("loci-resonances", "")
+        return content | page.html("loci-events", page.note(answer.message))
+    content |= page.chart("loci-chart", chart_data(chart, multiples, second))
+    content |= page.html("loci-events", event_table(chart) + notes(chart))
+    return content | page.html("loci-resonances", resonance_table(chart, multiples))
+
+
+def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None) -> Content:
+    """The line of the beam, and the event that it is at."""
+    if answer is None:
+        return {}
+    request, chart = answer.request, answer.result
+    line = cursor(beam, request.over, request.measures[0])
+    chosen = chart.event_at(getattr(beam, request.over)) if chart and beam else ""
+    found = page.chart("loci-chart", {"cursor": line, "chosen": chosen})
+    return found | page.value("go_to_event", chosen)
 
 
 def has_line(values: Mapping[str, Any], k: int) -> bool:

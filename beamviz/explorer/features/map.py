@@ -2,21 +2,26 @@
 five numbers; a click on the map moves the beam there."""
 
 import contextlib
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from html import escape
 from typing import Any, Self
 
 import numpy as np
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import AXES
-from beamviz.explorer.state import FIELDS, Case
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.jobs import Answer
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import FIELDS, Case, State
+from beamviz.explorer.visitor import Visitor
 from beamviz.solver import interruption
 from beamviz.sweeps.arrays import SOLVED, STATUSES, solve_in_memory
 from beamviz.sweeps.plan import Plan, make_plan
@@ -25,7 +30,6 @@ from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 SIZE = (81, 41)  # columns and rows of beams in a map
 SMALL_SIZE = (41, 21)  # where beams are solved one by one
 TOLERANCE = 1e-4  # relative: below one step of colour
-ROOM = 2.0  # axes are kept up to this multiple of their usual length, if they contain the beam
 QUANTITIES = {
     **{k: f"frequency of mode {k}" for k in FIELDS["mapped"]},
     "gap": "smallest frequency gap",
@@ -52,15 +56,17 @@ class MapRequest:
     options: dict[str, Any]
 
     @classmethod
-    def around(cls, case: Case, over: tuple[str, str], last: Self | None) -> Self:
-        """The map around a case, with the axes of the last one if they fit. Raises InvalidInput for
-        a number out of range."""
+    def around(
+        cls, case: Case, over: tuple[str, str], upper_ends: tuple[float, float] | None = None
+    ) -> Self:
+        """The map around a case, with some upper ends of the axes if it contains the beam then.
+        Raises InvalidInput for a number out of range."""
         beam = case.beam()
         ends = {name: chart_range(beam, name) for name in over}
-        if last and last.over == over and last.beam.units == beam.units:
-            for name, old in zip(over, last.ranges, strict=True):
-                if old[0] <= getattr(beam, name) <= old[1] <= ROOM * ends[name][1]:
-                    ends[name] = old
+        for name, end in zip(over, upper_ends or (), strict=False):
+            low, _ = ends[name]
+            if max(low, getattr(beam, name)) <= end <= NUMBERS[name].limits[1]:
+                ends[name] = low, end
         if "gamma" in ends and "mu" in ends:
             low, high = ends["mu"]
             ends["mu"] = max(low, ends["gamma"][1] / MAX_GAMMA_OVER_MU), high
@@ -101,49 +107,86 @@ class BeamMap:
     status: np.ndarray
 
 
+JOB = "map"
+TOOLS = page.select("mapped", "colour", QUANTITIES)
+TOOLS += page.select("over", "horizontal axis", AXES, id="map-over")
+TOOLS += page.select("across", "vertical axis", AXES)
+
+
 class MapTab(Feature):
     """The choices, the map and its legend."""
 
+    tab = Tab("Map", 2, page.chart_tab(TOOLS, "map-chart", "map-text"))
+
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job = visitor.job("map", MapRequest.solve)
-        tools = page.select("mapped", "colour", QUANTITIES)
-        tools += page.select("over", "horizontal axis", AXES, id="map-over")
-        tools += page.select("across", "vertical axis", AXES)
-        self.page.html("tab-map", page.chart_tab(tools, "map-chart", "map-text"))
+        self.job = visitor.job(JOB, MapRequest.solve)
         self.page.on("move_beam", self.move_beam)
 
     def move_beam(self, place: Any) -> None:
         """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""
         if answer := self.job.answer:
             (along, up), (first, second, _) = answer.request.over, answer.request.measures
+            ends = tuple(end for _, end in answer.request.ranges)
             with contextlib.suppress(ValueError):
                 x, y = map(float, str(place).split())
-                x, y = first.plain(x), second.plain(y)
-                self.visitor.change(lambda state: state.changed(along, x).changed(up, y))
+                numbers = {along: first.plain(x), up: second.plain(y)}
+                self.visitor.change(lambda state: moved(state, numbers, ends))
 
-    def show(self) -> None:
-        """Request the map while the tab is open, and show the last one."""
-        state, shown = self.visitor.state, self.visitor.answer
-        if state.tab != "map":
-            return
-        if shown:
+    def request(self, snapshot: Snapshot) -> None:
+        """Request the map while the tab is open."""
+        state = snapshot.state
+        if state.tab == self.tab.key and snapshot.answer:
             with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
-                over = state.over, state.across
-                self.job.request(MapRequest.around(shown.request, over, self.job.latest))
-        self.fade(self.job, "map-chart", "map-text")
-        answer = None if self.job.cancelled else self.job.answer
-        if answer and self.redraws(answer, state.mapped):
-            drawn = ShownMap(answer.result, state.mapped) if answer.result else None
-            self.page.props("map-chart", hidden=drawn is None or drawn.is_empty)
-            self.page.html("map-text", drawn.text() if drawn else page.note(answer.message))
-            self.page.chart("map-chart", drawn.data() if drawn else {})
-        if answer and shown and shown.beam:
-            x, y = (
-                one.factor * getattr(shown.beam, name)
-                for one, name in zip(answer.request.measures, answer.request.over, strict=False)
-            )
-            self.page.chart("map-chart", {"cursor": {"action": "move_beam", "x": x, "y": y}})
+                over, case = (state.over, state.across), snapshot.answer.request
+                self.job.request(MapRequest.around(case, over, state.map_ends))
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(self.reads, map_content),
+            Part(lambda s: (s.job_answer(JOB), s.beam), place_content),
+            fading(JOB, "map-chart", "map-text"),
+        )
+
+    def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
+        """Whether the tab is open, the last map, and the quantity to show of it."""
+        state = snapshot.state
+        return state.tab == self.tab.key, snapshot.job_answer(JOB), state.mapped
+
+
+def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> State:
+    """With two numbers of a point of a map, whose axes keep their upper ends."""
+    for name, number in numbers.items():
+        state = state.changed(name, number)
+    first, second = ends
+    return replace(state, map_ends=(first, second))
+
+
+def map_content(
+    is_open: bool, answer: Answer[MapRequest, BeamMap] | None, mapped: str | int
+) -> Content:
+    """The map, or the reason why there is none."""
+    if not is_open or answer is None:
+        return {}
+    if answer.result is None:
+        return page.props("map-chart", hidden=True) | page.html(
+            "map-text", page.note(answer.message)
+        )
+    drawn = ShownMap(answer.result, mapped)
+    content = page.props("map-chart", hidden=drawn.is_empty) | page.html("map-text", drawn.text())
+    return content | page.chart("map-chart", drawn.data())
+
+
+def place_content(answer: Answer[MapRequest, BeamMap] | None, beam: Beam | None) -> Content:
+    """The place of the beam in the map."""
+    if answer is None or beam is None:
+        return {}
+    x, y = (
+        float(one.factor * getattr(beam, name))
+        for one, name in zip(answer.request.measures, answer.request.over, strict=False)
+    )
+    return page.chart("map-chart", {"cursor": {"action": "move_beam", "x": x, "y": y}})
 
 
 # HTML and data for the page
@@ -177,11 +220,12 @@ class ShownMap:
             "columns": len(x),
             "values": page.sent(across.factor * shown.values.ravel()),
             "colours": colours.SEQUENTIAL,
-            "range": [across.factor * end for end in (self.low, self.high)],
+            "range": [float(across.factor * end) for end in (self.low, self.high)],
             "value": {"symbol": "gap" if self.is_gap else across.symbol, "unit": across.unit},
             "borders": borders(shown, x, y),
             "regions": [
-                {"x": x[column], "y": y[row], "text": name} for name, row, column in shown.regions
+                {"x": float(x[column]), "y": float(y[row]), "text": name}
+                for name, row, column in shown.regions
             ],
         }
 

@@ -1,7 +1,7 @@
 """The tab Methods: solve time against frequency error of every method for the beam shown."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -10,8 +10,12 @@ import numpy as np
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer import page
+from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import match_modes
 from beamviz.solver import METHODS, Solution, solve
 from beamviz.tables import plural
@@ -88,39 +92,59 @@ NOTE = (
 )
 
 
+JOB = "method timing"
+HELP = "Every method at several resolutions, while this tab is open; again for another beam"
+TOOLS = page.checkbox("time_methods", "time all methods", HELP) + '<div id="method"></div>'
+
+
 class MethodTimingTab(Feature):
-    """The method in use, and the chart of all methods if that is switched on."""
+    """The method in use, and the chart of all methods if that is switched on. They are only timed
+    while the tab is open: another one needs the processor, and would falsify them."""
+
+    tab = Tab("Methods", 6, page.chart_tab(TOOLS, "timing-chart", "timings"))
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job = visitor.job("method timing", time_methods)
-        help = "Every method at several resolutions, while this tab is open; again for another beam"
-        tools = page.checkbox("time_methods", "time all methods", help) + '<div id="method"></div>'
-        self.page.html("tab-methods", page.chart_tab(tools, "timing-chart", "timings"))
+        self.job = visitor.job(JOB, time_methods)
 
-    def show(self) -> None:
-        """Describe the method in use; request the timings and draw the last ones. They are only
-        measured while the tab is open: another one needs the processor, and would falsify them."""
-        answer, timings = self.visitor.answer, None
-        if self.visitor.state.tab != "methods":
+    def request(self, snapshot: Snapshot) -> None:
+        """Request the timings, or withdraw the request."""
+        if snapshot.state.tab != self.tab.key:
             self.job.withdraw()
-            return
-        solution = answer.solution if answer else None
-        if answer and self.visitor.state.time_methods:
-            self.job.request(answer.request.with_options(method="auto"))
-            timings = self.job.answer
-        self.fade(self.job, "timing-chart", "timings")
-        if not self.redraws(solution, timings):
-            return
-        self.page.html("method", summary(solution) if solution else "")
-        self.page.props("timing-chart", hidden=not (timings and timings.result))
-        if timings and timings.result:
-            self.page.html("timings", timing_table(timings.result) + NOTE)
-            self.page.chart("timing-chart", timing_data(timings.result, solution))
-        elif timings and answer and isinstance(timings.error, NoEquilibrium):
-            self.page.html("timings", page.note(error_summary(timings.error, answer.beam)))
-        else:
-            self.page.html("timings", page.note(timings.message) if timings else INVITATION)
+        elif snapshot.answer and snapshot.state.time_methods:
+            self.job.request(snapshot.answer.request.with_options(method="auto"))
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(self.reads, timing_content),
+            fading(JOB, "timing-chart", "timings"),
+        )
+
+    def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
+        """Whether the tab is open, the answer of the scene, and the timings if they are shown."""
+        state = snapshot.state
+        timings = snapshot.job_answer(JOB) if state.time_methods else None
+        return state.tab == self.tab.key, snapshot.answer, timings
+
+
+def timing_content(
+    is_open: bool,
+    answer: SolverAnswer | None,
+    timings: Answer[Case, tuple[Timing, ...]] | None,
+) -> Content:
+    """The method in use; the timings, the reason why there are none, or an invitation."""
+    if not is_open or answer is None:
+        return {}
+    solution = answer.solution
+    content = page.html("method", summary(solution) if solution else "")
+    content |= page.props("timing-chart", hidden=not (timings and timings.result))
+    if timings and timings.result:
+        content |= page.html("timings", timing_table(timings.result) + NOTE)
+        return content | page.chart("timing-chart", timing_data(timings.result, solution))
+    if timings and isinstance(timings.error, NoEquilibrium):
+        return content | page.html("timings", page.note(error_summary(timings.error, answer.beam)))
+    return content | page.html("timings", page.note(timings.message) if timings else INVITATION)
 
 
 def summary(solution: Solution) -> str:
@@ -171,7 +195,8 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> page.Da
         marks.append(page.mark("this scene", "here", axes, place, f"this scene: {cost(solution)}"))
     name, ends = "Time against error of every method", (span, ERRORS)
     across, up = (page.axis_data(*one, log=True) for one in zip(axes, ends, strict=True))
-    return {"name": name, "x": across, "y": up, "lines": lines, "marks": marks}
+    keys = [{"style": "mark here", "text": "this scene"}] if solution else []
+    return {"name": name, "x": across, "y": up, "lines": lines, "marks": marks, "keys": keys}
 
 
 def timing_table(timings: Sequence[Timing]) -> str:

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -12,7 +12,10 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Be
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.page import Content
+from beamviz.explorer.state import Case, Refused
+from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 
 RPM = math.pi / 30  # [rad/s]
@@ -203,6 +206,10 @@ def built(values: dict[str, float]) -> Beam:
     return Beam.from_si(**si, mass_position=values[PERCENT] * values["length"])
 
 
+def without_units(beam: Beam) -> Beam:
+    return beam.replace(units=None)
+
+
 def with_section(beam: Beam, kind: str) -> Beam:
     """The beam with another kind of section, of the same area and second moment if there is one,
     else of the same thickness."""
@@ -233,59 +240,72 @@ class RealBeamPanel(Feature):
         self.page.on("real.preset", self.choose)
         self.page.on("real.material", self.choose_material)
         self.page.on("real.section", self.choose_section)
-        self.page.on("dimensionless", lambda _: self.load(lambda beam: beam.replace(units=None)))
+        self.page.on(
+            "dimensionless", lambda _: self.load("", lambda beam: beam.replace(units=None))
+        )
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (Part(lambda s: (s.state.case, s.state.section, s.state.refused), panel_content),)
 
     def edit(self, name: str, value: Any) -> None:
-        self.load(lambda beam: edited(beam, name, value))
+        self.load(f"real.{name}", lambda beam: edited(beam, name, value), value)
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
         if real := PRESETS.get(name):
-            self.load(lambda _: real.beam, section=real.section)
+            self.load("", lambda _: real.beam, section=real.section)
 
     def choose_material(self, name: Any) -> None:
         """Set the material; "own" keeps the values."""
         if name in MATERIALS:
-            self.load(lambda beam: built(entries(beam) | MATERIALS[name]) if beam.si else beam)
+            key = "real.material"
+            self.load(key, lambda beam: built(entries(beam) | MATERIALS[name]) if beam.si else beam)
 
     def choose_section(self, kind: Any) -> None:
         if kind in SECTIONS:
-            self.load(lambda beam: with_section(beam, kind), section=kind)
+            self.load("real.section", lambda beam: with_section(beam, kind), section=kind)
 
-    def load(self, edit: Callable[[Beam], Beam], **values: Any) -> None:
-        """Show another beam, with other values of the state by field name; or its InvalidInput."""
+    def load(self, key: str, edit: Callable[[Beam], Beam], entry: Any = "", **values: Any) -> None:
+        """Show another beam, with other values of the state by field name; or refuse the entry of
+        the field with this key."""
+        visitor = self.visitor
         try:
-            scene = self.visitor.to_scene()
+            scene = visitor.to_scene()
         except InvalidInput:  # a number is out of range
             scene = Scene()
-        message = ""
         try:
             beam = edit(scene.beam)
-            if beam == scene.beam:
-                self.visitor.change(lambda state: replace(state, **values))
-            else:
-                self.visitor.load(replace(scene, beam=beam, camera=None), **values)
         except InvalidInput as error:
-            message = str(error)
-        self.page.html("real-error", escape(message))
-
-    def show(self) -> None:
-        """Show the values of the beam, unless a number is out of range."""
-        state = self.visitor.state
-        if not self.redraws(state.case, state.section):
+            refused = Refused(key, str(entry), str(error))
+            visitor.change(lambda state: replace(state, refused=refused))
             return
-        try:
-            beam = state.case.beam()
-        except InvalidInput:
-            return
-        self.page.html("real-beam", panel(state.section, beam) if beam.si else INVITATION)
-        self.page.value("real.section", state.section)
-        if beam.si:
-            self.page.value("real.material", material(beam))
-        for name, value in entries(beam).items():
-            self.page.value(f"real.{name}", float(f"{value / FIELDS[name][1]:.{DIGITS}g}"))
+        if beam == scene.beam:
+            visitor.change(lambda state: replace(state, **values))
+        else:
+            visitor.load(replace(scene, beam=beam, camera=None), **values)
 
 
+def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
+    """The values of the beam, unless a number is out of range; a refused entry with the reason."""
+    try:
+        beam = case.beam()
+    except InvalidInput:
+        return {}
+    if not beam.si:
+        return page.html("real-beam", INVITATION)
+    content = page.html("real-beam", panel(section, beam, refused))
+    content |= page.value("real.section", section) | page.value("real.material", material(beam))
+    for name, number in entries(beam).items():
+        key = f"real.{name}"
+        shown: Any = float(f"{number / FIELDS[name][1]:.{DIGITS}g}")
+        if refused and refused.key == key:
+            shown = refused.entry
+        content |= page.value(key, shown)
+    return content
+
+
+CHOSEN = ("", "real.section", "real.material")  # that are no fields
 BUTTONS = "".join(
     page.button(name, data_do="real.preset", data_value=name, title=real.source)
     for name, real in PRESETS.items()
@@ -297,14 +317,20 @@ INVITATION = (
 )
 
 
-def number_field(name: str) -> str:
-    key, label = f"real.{name}", escape(FIELDS[name][0])
-    box = f'<input type="number" step="any" id="{key}-field" data-set="{key}">'
-    return f'<div class="field"><label for="{key}-field">{label}</label>{box}</div>'
+def number_field(name: str, refused: Refused | None) -> str:
+    """A field, below it the reason why its last entry was refused."""
+    key, label, reason = f"real.{name}", escape(FIELDS[name][0]), ""
+    own: dict[str, Any] = {"step": "any", "id": f"{key}-field", "data_set": key}
+    if refused and refused.key == key:
+        own |= {"aria_invalid": True, "aria_describedby": "refused"}
+        reason = f'<p id="refused" class="note" role="alert">{escape(refused.reason)}</p>'
+    box = f'<input type="number"{page.attributes(**own)}>'
+    return f'<div class="field"><label for="{key}-field">{label}</label>{box}{reason}</div>'
 
 
-def panel(kind: str, beam: Beam) -> str:
+def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     """The fields of a real beam."""
+    field = partial(number_field, refused=refused)
     units = beam.units
     assert units
     assert units.mass
@@ -314,12 +340,12 @@ def panel(kind: str, beam: Beam) -> str:
     others = ("youngs_modulus", "density", "rotation_speed", "hub_radius", "mass", PERCENT)
     return (
         '<details class="real" open><summary>Real beam</summary>'
-        f"{number_field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
-        f"{''.join(map(number_field, SECTIONS[kind].sizes))}"
+        f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
+        f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
-        f"{''.join(map(number_field, others))}"
+        f"{''.join(map(field, others))}"
         f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
-        '<p id="real-error" role="alert"></p>'
+        f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {significant(units.mass, 4)} kg</p>"
         f'<div class="choices">{BUTTONS}'

@@ -3,23 +3,27 @@ the scene shows the steady forced response at each speed."""
 
 import contextlib
 import math
+from collections.abc import Iterable
 from dataclasses import replace
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from beamviz.beam import Beam
 from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
-from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import cursor
-from beamviz.explorer.jobs import Answer, Job
+from beamviz.explorer.jobs import Answer, Job, SolverAnswer
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
-from beamviz.scene import PER_REV, clip
+from beamviz.scene import PER_REV, ViewOptions, clip
 from beamviz.solver.solution import Solution
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
@@ -45,67 +49,42 @@ class RunUpRequest(NamedTuple):
         return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
 
 
-class RunUpPlayback:
-    """The run-up in the scene: `step` increases the speed, `drawn` is the response at that speed.
+JOB = "run-up"
 
-    field: complex displacement (n, 2) [beam lengths] drawn.
-    """
 
-    def __init__(self, visitor: Visitor):
-        self.visitor = visitor
-        self.job: Job[RunUpRequest, RunUp] = visitor.job("run-up", RunUpRequest.run_up)
-        self.field: np.ndarray = np.zeros((0, 2))
+def answer_of(snapshot: Snapshot) -> Answer[RunUpRequest, RunUp] | None:
+    """The run-up of the present beam and force; None before it is computed."""
+    answer = snapshot.job_answer(JOB)
+    return answer if answer and answer.request == RunUpRequest.of(snapshot.state) else None
 
-    @property
-    def answer(self) -> Answer[RunUpRequest, RunUp] | None:
-        """The answer for the present beam and force; None before it."""
-        answer = self.job.answer
-        return answer if answer and answer.request == RunUpRequest.of(self.visitor.state) else None
 
-    @property
-    def run(self) -> RunUp | None:
-        return self.answer.result if self.answer else None
+def run_of(snapshot: Snapshot) -> RunUp | None:
+    answer = answer_of(snapshot)
+    return answer.result if answer else None
 
-    @property
-    def running(self) -> bool:
-        return self.visitor.state.run_speed is not None and self.run is not None
 
-    def start_or_stop(self) -> None:
-        """Start from rest, or stop; nothing for a number out of range."""
-        if self.running:
-            self.show_speed(None)
-            return
-        with contextlib.suppress(InvalidInput):
-            self.visitor.state.case.beam()
-            self.visitor.change(started)
+def response_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+    """What `response_drawn` depends on; it is shown from the start until a mode is chosen."""
+    state = snapshot.state
+    shown = state.forced_response and not state.view.all_modes
+    return (run_of(snapshot) if shown else None), snapshot.answer, state.view, snapshot.scale
 
-    def step(self, elapsed: float) -> None:
-        """Request the run-up if the scene shows it; increase its speed after `elapsed` [s]."""
-        with self.visitor.lock:
-            state, run = self.visitor.state, self.run
-            if state.forced_response:
-                self.job.request(RunUpRequest.of(state))
-            if self.answer and state.run_speed is not None and not state.following:
-                self.show_speed(next_speed(run, state.run_speed, elapsed) if run else None)
 
-    def show_speed(self, speed: float | None) -> None:
-        """Show the beam at a speed of the run-up, or None: end it, at the beam's own speed."""
-        self.visitor.set_state(replace(self.visitor.state, run_speed=speed))
-
-    def drawn(self, shapes: SampledModes, scale: float) -> DrawnBeam | None:
-        """The response as the only mode of the beam, with the phase of the force; scale: [pixels
-        per beam length]. None unless the scene shows it: from the start until a mode is chosen."""
-        answer, state, run = self.visitor.answer, self.visitor.state, self.run
-        if run is None or not state.forced_response or state.view.all_modes:
-            return None
-        if answer and answer.solution:
-            self.field = scaled_response(run, answer.solution, shapes.x, state.view.amplitude)
-        if not self.field.size:
-            return None
-        size, unlimited = max(PEAK * state.view.amplitude, 1e-9), np.full(1, np.inf)
-        modes, nodes = 1j * self.field[None] / size, [np.zeros(0)]
-        moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes)
-        return DrawnBeam(moved, state.view, scale, np.full(1, size))
+def response_drawn(
+    run: RunUp | None, answer: SolverAnswer | None, view: ViewOptions, scale: float
+) -> DrawnBeam | None:
+    """The response at the speed of an answer, as the only mode of the beam, with the phase of the
+    force; scale: [pixels per beam length]. None without one."""
+    if run is None or answer is None or answer.solution is None:
+        return None
+    shapes = answer.shapes
+    field = scaled_response(run, answer.solution, shapes.x, view.amplitude)
+    if not field.size:
+        return None
+    size, unlimited = max(PEAK * view.amplitude, 1e-9), np.full(1, np.inf)
+    modes, nodes = 1j * field[None] / size, [np.zeros(0)]
+    moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes)
+    return DrawnBeam(moved, view, scale, np.full(1, size))
 
 
 def started(state: State) -> State:
@@ -140,7 +119,6 @@ def scaled_response(run: RunUp, solution: Solution, x: np.ndarray, amplitude: fl
 
 AMPLITUDE = Measure("tip amplification", "tip")
 ABOVE, BELOW = 1.5, 1e-4  # ends of the amplitude axis, over the largest amplitude
-RESPONSE = "Forced response. Click a mode to see its free vibration again."
 DAMPING_HELP = "Damping ratio of every mode; 100 % is critical damping"
 NOTE = (
     "<p>A force distributed over the beam like its weight, with k periods per revolution. The curve"
@@ -149,36 +127,83 @@ NOTE = (
     " are enlarged (square root), and the speed increases slowly near a resonance. At the end the"
     " beam has its own speed again.</p>"
 )
+DAMPING_ENDS = [100 * end for end in DAMPING]
+TOOLS = page.select("force_per_rev", "force", {k: f"{k} × per revolution" for k in PER_REV})
+TOOLS += page.slider(
+    *("damping", "damping ζ [%]", DAMPING_HELP), min=DAMPING_ENDS[0], max=DAMPING_ENDS[1], step=0.1
+)
+TOOLS += page.button("Run up from rest", id="run-up-button", class_="main", data_do="run_up")
 
 
 class RunUpTab(Feature):
-    """The force, the chart of amplitudes and the resonances."""
+    """The force, the chart of amplitudes and the resonances; the speed of the beam as it rises."""
 
-    def __init__(self, visitor: Visitor, playback: RunUpPlayback):
+    tab = Tab("Run-up", 5, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"))
+
+    def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.playback = playback
-        low, high = (100 * end for end in DAMPING)
-        tools = page.select("force_per_rev", "force", {k: f"{k} × per revolution" for k in PER_REV})
-        tools += page.slider("damping", "damping ζ [%]", DAMPING_HELP, min=low, max=high, step=0.1)
-        tools += page.button("", id="run-up-button", class_="main", data_do="run_up")
-        self.page.html("tab-run-up", page.chart_tab(tools, "run-up-chart", "run-up-list"))
+        self.job: Job[RunUpRequest, RunUp] = visitor.job(JOB, RunUpRequest.run_up)
         visitor.bind("damping", with_damping, lambda values: round(100 * values["damping"], 6))
-        self.page.on("run_up", lambda _: playback.start_or_stop())
+        self.page.on("run_up", lambda _: visitor.change(started_or_stopped))
 
-    def show(self) -> None:
-        """Show the run-up with the speed of the beam, or the reason why there is none."""
-        playback, run = self.playback, self.playback.run
-        self.page.html("run-up-button", "Stop" if playback.running else "Run up from rest")
-        self.page.props("run-up-chart", hidden=run is None)
-        if run:
-            line = cursor(self.visitor.answer, "gamma", measure("gamma", run.beam.units))
-            self.page.chart("run-up-chart", {"cursor": line})
-        if self.redraws(playback.answer) and run:
-            self.page.chart("run-up-chart", run_data(run))
-            self.page.html("run-up-list", resonance_table(run) + NOTE)
-        elif not run:
-            reason = page.note(playback.answer.message) if playback.answer else ""
-            self.page.html("run-up-list", reason or NOTE)
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+        """Increase the speed of a run-up after `elapsed` [s]."""
+        speed, answer, visitor = snapshot.state.run_speed, answer_of(snapshot), self.visitor
+        if speed is None or answer is None or snapshot.is_led:
+            return
+        with visitor.lock:
+            if visitor.state.run_speed == speed:
+                reached = next_speed(answer.result, speed, elapsed) if answer.result else None
+                visitor.set_state(replace(visitor.state, run_speed=reached))
+
+    def request(self, snapshot: Snapshot) -> None:
+        """Request the run-up while the scene shows the response, or the tab is open."""
+        state = snapshot.state
+        if state.forced_response or state.tab == self.tab.key:
+            self.job.request(RunUpRequest.of(state))
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(lambda s: (s.state.run_speed is not None,), button_content),
+            Part(lambda s: (answer_of(s),), chart_content),
+            Part(lambda s: (run_of(s), s.beam), line_content),
+            fading(JOB, "run-up-chart", "run-up-list"),
+        )
+
+
+def started_or_stopped(state: State) -> State:
+    """With a run-up from rest, or without the one under way; unchanged for a number out of range,
+    of which there is none."""
+    if state.run_speed is not None:
+        return replace(state, run_speed=None)
+    with contextlib.suppress(InvalidInput):
+        state.case.beam()
+        return started(state)
+    return state
+
+
+def button_content(running: bool) -> Content:
+    return page.html("run-up-button", "Stop" if running else "Run up from rest")
+
+
+def chart_content(answer: Answer[RunUpRequest, RunUp] | None) -> Content:
+    """The run-up, or the reason why there is none."""
+    run = answer.result if answer else None
+    content = page.props("run-up-chart", hidden=run is None)
+    if run is None:
+        reason = page.note(answer.message) if answer else ""
+        return content | page.html("run-up-list", reason or NOTE)
+    content |= page.chart("run-up-chart", run_data(run))
+    return content | page.html("run-up-list", resonance_table(run) + NOTE)
+
+
+def line_content(run: RunUp | None, beam: Beam | None) -> Content:
+    """The speed of the beam in the chart."""
+    if run is None:
+        return {}
+    line = cursor(beam, "gamma", measure("gamma", run.beam.units))
+    return page.chart("run-up-chart", {"cursor": line})
 
 
 def with_damping(state: State, percent: object) -> State:
@@ -197,7 +222,7 @@ def run_data(run: RunUp) -> page.Data:
         times = f"{run.peak(one):.3g} times the deflection at rest"
         text = f"resonance of {one.branches[0]}: {along.text(one.at, 4)}, {times}"
         key, place = f"{one.branches[0]} {one.at:.4g}", (one.at, run.peak(one))
-        action = {"action": "gamma", "value": along.factor * one.at}
+        action = {"action": "gamma", "value": float(along.factor * one.at)}
         marks.append(page.mark(key, "resonance", axes, place, text, **action))
     return {
         "name": "Response of the tip over the speed",
@@ -206,6 +231,7 @@ def run_data(run: RunUp) -> page.Data:
         "at": page.sent(along.factor * run.speeds),
         "lines": [{"label": "tip", "y": page.sent(run.amplitudes), "runs": runs}],
         "marks": marks,
+        "keys": [{"style": "mark resonance", "text": "resonance"}],
     }
 
 

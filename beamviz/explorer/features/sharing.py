@@ -5,9 +5,10 @@ A page opens with the scene of its address, and the address is updated with the 
 ?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with other KEYS.
 """
 
+import json
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
@@ -16,35 +17,90 @@ from threading import Thread
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import MAX_TOML_BYTES, check_float, check_int
+from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_float, check_int, check_keys
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
-from beamviz.explorer.features.lessons import STEPS, Lessons
-from beamviz.explorer.jobs import Job
-from beamviz.explorer.state import COMPARISONS, EARLIER, FILM_LENGTHS, TABS, History, State
+from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
+from beamviz.explorer.features.lessons import STEPS, begun
+from beamviz.explorer.features.real_beam import SECTIONS
+from beamviz.explorer.jobs import Job, JobStatus
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import (
+    CHOICES,
+    COMPARISONS,
+    EARLIER,
+    FIELDS,
+    FILM_LENGTHS,
+    TERMS,
+    Case,
+    History,
+    State,
+)
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.lessons import lesson
-from beamviz.scene import PER_REV, Scene, check_bool, check_choice, parse_query
+from beamviz.scene import PER_REV, Camera, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.solver import interruption
 
-PERIOD = 0.5  # [s] between two changes of the address
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
+RATES = (1e-6, 1e6)  # [T*] in a second on the screen
+FOLLOWS = "auto"  # the rate of a clock that is not locked
+
+
+def check_tab(key: Any) -> str:
+    return tab_named(check_choice("tab", key, tuple(tabs())))
+
+
+def check_rate(rate: Any) -> float | None:
+    return None if rate == FOLLOWS else check_float("rate", rate, *RATES)
+
+
+def check_ends(ends: Any) -> tuple[float, float]:
+    if not isinstance(ends, list) or len(ends) != 2:
+        raise InvalidInput(f"ends = {ends!r}: must be two numbers")
+    first, second = (check_float("ends", end) for end in ends)
+    return first, second
+
+
+def check_before(values: Any) -> dict[str, Any]:
+    """What the case kept for comparison has otherwise. Raises InvalidInput."""
+    values = values if isinstance(values, dict) else {"": values}
+    check_keys(values, (*NUMBERS, *CHOICES, *TERMS), "before")
+    for name, value in values.items():
+        if name in NUMBERS:
+            check_float(name, value)
+        elif name in TERMS:
+            check_bool(name, value)
+        else:
+            check_choice(name, value, CHOICES[name])
+    return values
+
+
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "lesson": ("lesson", lambda name: lesson(str(name)).name),
     "step": ("step", lambda step: check_int("step", step, 1, len(STEPS)) - 1),
-    "compare": ("comparison", lambda case: check_choice("compare", case, COMPARISONS[2:])),
+    "guess": ("guess", lambda guess: check_int("guess", guess, 1, 9) - 1),
+    "compare": ("comparison", lambda case: check_choice("compare", case, COMPARISONS[1:])),
+    "before": ("kept", check_before),
     "stacked": ("stacked", partial(check_bool, "stacked")),
+    "across": ("across", lambda name: check_choice("across", name, FIELDS["across"])),
+    "ends": ("map_ends", check_ends),
+    "map": ("mapped", lambda one: check_choice("map", one, FIELDS["mapped"])),
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
-    "tab": ("tab", lambda name: check_choice("tab", name, TABS)),
+    "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTIONS))),
+    "film": ("film_length", lambda one: check_choice("film", one, tuple(FILM_LENGTHS))),
+    "methods": ("time_methods", partial(check_bool, "methods")),
+    "rate": ("rate", check_rate),
+    "tab": ("tab", check_tab),
 }
 # Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
 PAGE_LIMITS = {"elements": 200, "terms": 100}
@@ -70,87 +126,109 @@ def parse_link(query: str) -> tuple[Scene, dict[str, Any]] | None:
     return within_limits(Scene.from_query(keys, base)), values
 
 
-class Links:
-    """The address of one visitor's page.
+def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
+    """The state that a link describes by its scene and other values."""
+    values = dict(values)
+    if name := values.pop("lesson", ""):
+        state = begun(state, lesson(name), scene)
+    else:
+        scene = scene.changed(dark=state.view.dark)
+        state = replace(state.loaded(scene), opened=scene)
+    if (kept := values.pop("kept", None)) is not None:
+        case = state.case
+        for key, value in kept.items():
+            case = case.changed(key, value)
+        state = replace(state, kept=case)
+    elif values.get("comparison") == EARLIER:
+        del values["comparison"]
+    return replace(state, **values)
 
-    start: the state without a query; reserved: the RESERVED parameters of the address, None before
-    the page has sent it; shown: the state in the address; due: time [s] of the next change at the
-    earliest; moved: the viewpoint has changed since; opened: the state has what the address says.
-    """
 
-    def __init__(self, visitor: Visitor, lessons: Lessons):
-        self.visitor, self.lessons = visitor, lessons
-        self.start = visitor.state
-        self.reserved: list[tuple[str, str]] | None = None
-        self.shown: State | None = None
-        self.due, self.moved, self.opened = 0.0, False, False
+class Links(Feature):
+    """The address of one visitor's page."""
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.start = replace(visitor.state, met=frozenset())
         visitor.page.on("link", self.open)
 
     def open(self, query: Any) -> None:
-        """Show the scene of the address, which the page sends when it starts."""
-        text = query.lstrip("?") if isinstance(query, str) else ""
-        self.reserved = [pair for pair in parse_qsl(text) if pair[0] in RESERVED]
-        self.opened = True
-        with self.visitor.reporting("The link is not valid"):
-            if link := parse_link(text):
-                self.opened = False
-                self.visitor.background.submit(partial(self.show, *link))
-        self.visitor.wake()
-
-    def show(self, scene: Scene, values: dict[str, Any]) -> None:
-        """Show the content of a link; there is nothing to undo."""
-        visitor = self.visitor
-        if "lesson" in values:
-            self.lessons.begin(values["lesson"], scene)
-        else:
-            scene = scene.changed(dark=visitor.state.view.dark)
-            visitor.load(scene, opened=scene)
+        """Show the scene of the address, which the page sends when it starts; there is nothing to
+        undo."""
+        visitor, text = self.visitor, query.lstrip("?") if isinstance(query, str) else ""
+        reserved = tuple(pair for pair in parse_qsl(text) if pair[0] in RESERVED)
         with visitor.lock:
-            visitor.change(lambda state: replace(state, **values))
-            visitor.history = History()
-        self.opened = True
+            with visitor.reporting("The link is not valid"):
+                if link := parse_link(text):
+                    visitor.change(lambda state: linked(state, *link))
+                    visitor.history = History()
+            visitor.set_state(replace(visitor.state, reserved=reserved))
 
     @property
-    def outdated(self) -> bool:
-        """Whether the state or the viewpoint differs from that of the address."""
-        changed = self.moved or self.shown is not self.visitor.state
-        return self.reserved is not None and changed
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(lambda s: (s.state, s.chosen), self.address),
+            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content),
+        )
 
-    def update(self, now: float) -> None:
-        """Update the address at the time `now` [s], at most once per PERIOD."""
-        if self.reserved is None or now < self.due or not self.outdated:
-            return
-        self.shown = self.visitor.state
-        self.due, self.moved = now + PERIOD, False
+    def address(self, state: State, chosen: Camera | None) -> Content:
+        """The address of the state, unless the page has not sent its own or a number is out of
+        range."""
+        if state.reserved is None:
+            return {}
         try:
-            query = self.query(self.visitor.state)
-        except InvalidInput:  # a number is out of range
-            return
-        pairs = urlencode(self.reserved)
-        self.visitor.page.send("&".join(filter(None, (pairs, query))), "address")
+            query = query_of(state, chosen, self.start)
+        except InvalidInput:
+            return {}
+        return {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
 
-    def query(self, state: State) -> str:
-        """The query of a link to a state; "" for that at the start, or of a presenter."""
-        scene = replace(state.to_scene(), camera=self.visitor.camera.chosen)
-        own = {name: getattr(state.view, name) for name in OWN}
-        first = replace(self.start, view=replace(self.start.view, **own))
-        pairs = extra_pairs(state)
-        if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
-            return ""
-        base = lesson(state.lesson).scene if state.lesson else Scene()
-        found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
-        return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
+
+def shown_content(is_shown: bool) -> Content:
+    """The scene, which is hidden until it is that of the address."""
+    return page.props("scene", data_ready="") if is_shown else {}
+
+
+def query_of(state: State, chosen: Camera | None, start: State) -> str:
+    """The query of a link to a state and a viewpoint; "" for those at the start, or of a presenter.
+    start: the state of a page that opens without a query."""
+    scene = replace(state.to_scene(), camera=chosen)
+    own = {name: getattr(state.view, name) for name in OWN}
+    first = replace(start, view=replace(start.view, **own))
+    pairs = extra_pairs(state)
+    if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
+        return ""
+    base = lesson(state.lesson).scene if state.lesson else Scene()
+    found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
+    return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
 def extra_pairs(state: State) -> dict[str, Any]:
     """The keys and values of a link that are not those of the scene."""
+    usual = {name: getattr(State, name) for name, _ in KEYS.values()}
+    if state.lesson:
+        first = begun(state, lesson(state.lesson))
+        usual |= {"rate": first.rate, "tab": first.tab}
     values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
-    values = {key: one for key, one in values.items() if one != getattr(State, KEYS[key][0])}
-    if "step" in values:
-        values["step"] += 1
-    if state.comparison == EARLIER:  # a link has no case that is kept
-        del values["compare"]
+    values = {key: one for key, one in values.items() if one != usual[KEYS[key][0]]}
+    for key in {"step", "guess"} & values.keys():
+        values[key] += 1
+    if "rate" in values:
+        values["rate"] = values["rate"] or FOLLOWS
+    if "tab" in values:
+        values["tab"] = values["tab"] or next(iter(tabs()))
+    if "ends" in values:
+        values["ends"] = json.dumps(state.map_ends)
+    if "before" in values:
+        values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
     return {key: "true" if one is True else one for key, one in values.items()}
+
+
+def inline_table(case: Case, other: Case) -> str:
+    """What a case has otherwise than another one, as an inline table of TOML."""
+    values, others = case.options | case.numbers, other.options | other.numbers
+    known = (*NUMBERS, *CHOICES, *TERMS)
+    changed = {k: v for k, v in values.items() if k in known and v != others[k]}
+    return f"{{{', '.join(f'{key} = {json.dumps(value)}' for key, value in changed.items())}}}"
 
 
 # Files
@@ -178,19 +256,30 @@ class File:
     film: dict[str, Any] | None
 
 
-class Files:
+JOB = "file"
+
+
+class Files(Feature):
     """Buttons that save and load a scene, and the tab Export with the progress of its files."""
 
+    tab = Tab("Export", 8)
+
     def __init__(self, visitor: Visitor):
-        self.visitor, self.page = visitor, visitor.page
-        self.job: Job[File, bytes] = Job(
-            "file", self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish
+        super().__init__(visitor)
+        self.job: Job[File, bytes] = visitor.add_job(
+            Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
         )
-        self.page.html("tab-export", export_tab())
-        visitor.page.on("save", lambda _: self.save())
-        visitor.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
-        visitor.page.on("export", self.start)
-        visitor.page.on("cancel_export", lambda _: self.job.cancel())
+        self.page.on("save", lambda _: self.save())
+        self.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
+        self.page.on("export", self.start)
+        self.page.on("cancel_export", lambda _: self.job.cancel())
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(lambda s: (), lambda: page.html("tab-export", export_tab())),
+            Part(progress_reads, progress_content),
+        )
 
     def save(self) -> None:
         with self.visitor.reporting("This scene cannot be saved"):
@@ -204,7 +293,7 @@ class Files:
         name, _, content = str(file).partition("\n")
         with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
-            self.visitor.background.submit(partial(self.visitor.load, scene, opened=scene))
+            self.visitor.load(scene, opened=scene)
 
     def start(self, suffix: Any) -> None:
         """Export the scene, in place of the visitor's running export."""
@@ -217,6 +306,7 @@ class Files:
             file = File(self.visitor.to_scene(), f"beam{suffix}", film)
             self.job.withdraw()
             self.job.request(file)
+            self.visitor.wake()
 
     def write(self, file: File) -> bytes:
         """The content of a file, written after those before it."""
@@ -224,9 +314,9 @@ class Files:
         queue.append(file)
         try:
             while ahead := queue.index(file):
-                self.show(file, f"waits for {ahead} other{'s' if ahead > 1 else ''}")
+                self.report(f"{file.name}: waits for {ahead} other{'s' if ahead > 1 else ''}")
                 time.sleep(POLL)
-            self.show(file, "working")
+            self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
                 if file.film is None:
@@ -239,24 +329,24 @@ class Files:
             queue.remove(file)
 
     def frames(self, file: File, count: int) -> Iterator[int]:
-        """The numbers of the frames of a film, showing the progress. Raises Cancelled."""
+        """The numbers of the frames of a film, reporting the progress. Raises Cancelled."""
         start = time.monotonic()
         for k in range(count):
             if k:
                 left = (time.monotonic() - start) * (count - k) / k
-                self.show(file, f"{100 * k / count:.0f} %, {left:.0f} s left", k / count)
+                self.report(f"{file.name}: {100 * k / count:.0f} %, {left:.0f} s left", k / count)
             yield k
 
-    def show(self, file: File, progress: str, done: float = 0.0) -> None:
-        """Show the progress of a file. Raises Cancelled."""
+    def report(self, progress: str, done: float = 0.0) -> None:
+        """Report the progress of a file. Raises Cancelled."""
         interruption.get()(done)
-        self.page.html("export-state", escape(f"{file.name}: {progress}"))
-        self.page.props("export-progress", value=done or None)
-        self.page.props("export-work", hidden=False)
+        if progress != self.job.note:
+            self.job.note = progress
+            self.visitor.wake()
 
     def finish(self) -> None:
         """Send the file that is complete, or say why there is none."""
-        self.page.props("export-work", hidden=True)
+        self.visitor.wake()
         if (answer := self.job.answer) is None:
             return
         file, error, reason = answer.request, answer.error, answer.message
@@ -269,6 +359,19 @@ class Files:
             reason = error_summary(error, file.scene.beam)
         known = isinstance(error, InvalidInput | NoEquilibrium)
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
+
+
+def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """The progress of the file that is being written."""
+    job: JobStatus = snapshot.jobs[JOB]
+    return job.busy, job.note, job.done
+
+
+def progress_content(busy: bool, note: str, done: float) -> Content:
+    """The progress, and a button that cancels it, while a file is being written."""
+    content = page.props("export-work", hidden=not busy)
+    content |= page.props("export-progress", value=done or None)
+    return content | page.html("export-state", escape(note))
 
 
 def export_tab() -> str:

@@ -2,18 +2,29 @@
 forces, and the mode shapes before, at and after it."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.features.loci_chart import ChartRequest, LociTab, event_buttons, loci_lines
+from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.features.loci_chart import (
+    CHART,
+    Chart,
+    ChartRequest,
+    cursor,
+    event_buttons,
+    loci_lines,
+)
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.visitor import Feature, Visitor
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import BENDING, STRETCHING
@@ -143,6 +154,7 @@ def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeSh
 
 # The tab
 
+JOB = "veering"
 WIDTH, TALL = 96, 24  # [px] of the drawing of a shape
 INVITATION = "No crossing or veering in the range of the chart Frequencies."
 KEY = (
@@ -156,39 +168,69 @@ SKELETON = (
 
 
 class VeeringTab(Feature):
-    """A crossing or veering, magnified: that chosen in the tab Frequencies, else the nearest."""
+    """The crossing or veering nearest to the beam along the axis of the chart, magnified."""
 
-    def __init__(self, visitor: Visitor, loci_tab: LociTab):
+    tab = Tab("Veering", 3, SKELETON)
+
+    def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.loci_tab, self.job = loci_tab, visitor.job("veering", VeeringRequest.pairs)
-        self.page.html("tab-veering", SKELETON)
+        self.job = visitor.job(JOB, VeeringRequest.pairs)
 
-    def show(self) -> None:
-        """Request the loci around the event while the tab is open, and show the last ones."""
-        if self.visitor.state.tab != "veering":
-            return
-        charts, event = self.loci_tab.charts, self.loci_tab.event
-        if charts.result and event and not charts.busy:
-            self.job.request(VeeringRequest(charts.result.request, event))
-        self.fade(self.job, "veering-chart", "veering-shapes")
-        answer = self.job.answer if event else None
-        if charts.answer and self.redraws(charts.answer, answer):
-            self.draw(answer)
-        self.page.chart("veering-chart", {"cursor": self.loci_tab.cursor})
+    def request(self, snapshot: Snapshot) -> None:
+        """Request the loci around the event while the tab is open."""
+        chart, event = nearest_event(snapshot)
+        if chart and event and snapshot.state.tab == self.tab.key:
+            self.job.request(VeeringRequest(chart.request, event))
 
-    def draw(self, answer: Answer[VeeringRequest, Pairs] | None) -> None:
-        """Show the last event, or the reason why there is none, and buttons for all events."""
-        chart, pairs = self.loci_tab.charts.result, answer.result if answer else None
-        text = event_buttons(chart) if chart and chart.pairs else f"<p>{INVITATION}</p>"
-        self.page.props("veering-chart", hidden=not pairs)
-        if answer and pairs:
-            request = answer.request.chart
-            captions = (sentence(pair, *request.measures) for pair in pairs)
-            self.page.chart("veering-chart", pairs_data(pairs, request))
-            text = "".join(map(shape_table, pairs, captions)) + text + KEY
-        elif answer:
-            text = page.note(answer.message) + text
-        self.page.html("veering-shapes", text)
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(self.reads, event_content),
+            Part(lambda s: (s.job_answer(JOB), s.beam), line_content),
+            fading(JOB, "veering-chart", "veering-shapes"),
+        )
+
+    def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
+        """Whether the tab is open, the chart, and the answer if there is an event to show."""
+        chart, event = nearest_event(snapshot)
+        answer = snapshot.job_answer(JOB) if event else None
+        return snapshot.state.tab == self.tab.key, chart, answer
+
+
+def nearest_event(snapshot: Snapshot) -> tuple[Chart | None, Event | None]:
+    """The chart, and its crossing or veering nearest to the beam."""
+    chart: Chart | None = snapshot.jobs[CHART].result
+    beam = snapshot.beam
+    near = chart.nearest_pair(getattr(beam, chart.request.over)) if chart and beam else None
+    return chart, near
+
+
+def event_content(
+    is_open: bool, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None
+) -> Content:
+    """The event, or the reason why there is none, and buttons for all events."""
+    if not is_open or chart is None:
+        return {}
+    pairs = answer.result if answer else None
+    text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
+    content = page.props("veering-chart", hidden=not pairs)
+    if answer and pairs:
+        request = answer.request.chart
+        captions = (sentence(pair, *request.measures) for pair in pairs)
+        content |= page.chart("veering-chart", pairs_data(pairs, request))
+        text = "".join(map(shape_table, pairs, captions)) + text + KEY
+    elif answer:
+        text = page.note(answer.message) + text
+    return content | page.html("veering-shapes", text)
+
+
+def line_content(answer: Answer[VeeringRequest, Pairs] | None, beam: Beam | None) -> Content:
+    """The line of the beam."""
+    if answer is None:
+        return {}
+    request = answer.request.chart
+    line = cursor(beam, request.over, request.measures[0])
+    return page.chart("veering-chart", {"cursor": line})
 
 
 def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
@@ -217,7 +259,8 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
         "y": page.frequency_axis(across, (low - margin, high + margin)),
         "at": page.sent(along.factor * values),
     }
-    return {"name": "Veering, magnified", **axes, "lines": lines + gap, "marks": marks}
+    content = {"lines": lines + gap, "marks": marks, "keys": page.keys(lines, marks)}
+    return {"name": "Veering, magnified", **axes, **content}
 
 
 def sentence(pair: LociPair, along: Measure, across: Measure) -> str:

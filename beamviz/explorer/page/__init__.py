@@ -1,8 +1,8 @@
 """The page of one visitor: updates to it, actions from it, and the HTML of its controls and tables.
 
 The page is HTML of our own around viser's scene (page.html, page.css, page.js). The server sends
-scripts `beamviz.apply({...})` with the changes; the page sends actions as JSON [number, action,
-value] through one hidden text control of viser, the bridge.
+scripts `beamviz.apply({...})` with the changes, and the page sends actions through one hidden text
+control of viser, the bridge; both are declared in messages.py.
 """
 
 import json
@@ -12,12 +12,13 @@ from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from typing import Any
 
+import msgspec
 import numpy as np
 from viser import ClientHandle, GuiEvent, ViserServer
 
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure
-from beamviz.explorer.state import TABS
+from beamviz.explorer.page.messages import decode_action, encode_update
 from beamviz.files import package_text
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
@@ -25,7 +26,6 @@ from beamviz.server.viser_private import private_control, run_script
 ROOT = '<div id="root"></div>'  # of viser's page
 STYLES = tuple(f"explorer/page/{name}.css" for name in ("page", "chart"))
 SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map"))
-MAX_DIGITS = 15  # of an integer; one with more becomes a float
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
 
@@ -34,22 +34,25 @@ Data = dict[str, Any]  # of a chart, as chart.js takes it
 Axes = tuple[Measure, Measure]
 Choices = Iterable[str] | Mapping[Any, str]  # the values of a select element, or labels by value
 Cells = Iterable[str]  # HTML
+Path = tuple[str, ...]  # of a part of the page: its keys in an update
+Content = dict[Path, Any]  # of the page, by path
 
 log = RateLimitedLog(__name__)
 
 
-def insert_page(viser_page: str) -> str:
-    """viser's page with our elements around its scene, our style and our scripts."""
+def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
+    """viser's page with our elements around its scene, our style and our scripts. tabs: names and
+    contents (HTML) by key, in their order."""
     style = package_text(*STYLES, "drawing/captions.css")
     script = package_text(*SCRIPTS, "drawing/captions.js")
-    tabs = panels = ""
-    for name in TABS:
-        tab, panel, is_open = f"to-{name}", f"tab-{name}", name == TABS[0]
-        own = {"id": tab, "aria_controls": panel, "tabindex": None if is_open else -1}
-        tabs += button(name.capitalize(), role="tab", aria_selected=is_open, **own)
-        own = {"id": panel, "aria_labelledby": tab, "hidden": not is_open}
-        panels += f'<div role="tabpanel" tabindex="0"{attributes(**own)}></div>'
-    markup = package_text("explorer/page/page.html").format(tabs=tabs, panels=panels)
+    heads = panels = ""
+    for k, (key, (name, content)) in enumerate(tabs.items()):
+        tab, panel = f"to-{key}", f"tab-{key}"
+        own = {"id": tab, "aria_controls": panel, "tabindex": -1 if k else None}
+        heads += button(name, role="tab", aria_selected=k == 0, **own)
+        own = {"id": panel, "aria_labelledby": tab, "hidden": k > 0}
+        panels += f'<div role="tabpanel" tabindex="0"{attributes(**own)}>{content}</div>'
+    markup = package_text("explorer/page/page.html").format(tabs=heads, panels=panels)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
 
@@ -59,61 +62,80 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
     side.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
 
 
+# Contents of the page
+
+
+def html(id: str, content: str) -> Content:
+    """HTML of the element with this id. Text in it must be escaped."""
+    return {("html", id): content}
+
+
+def value(key: str, shown: Any) -> Content:
+    """A value shown by all controls with data-set="key"."""
+    return {("values", key): shown}
+
+
+def props(key: str, **changes: Any) -> Content:
+    """Attributes (aria_label= for aria-label) of the elements with data-set="key" and of the
+    element with the id `key`; False or None removes an attribute."""
+    named = {name.strip("_").replace("_", "-"): one for name, one in changes.items()}
+    return {("props", key, name): one for name, one in named.items()}
+
+
+def faded(late: bool, *ids: str) -> Content:
+    """Mark elements, by their ids, as late: they show an earlier result."""
+    marks = (props(id, data_outdated="" if late else None) for id in ids)
+    return {path: one for mark in marks for path, one in mark.items()}
+
+
+def chart(id: str, data: Data) -> Content:
+    """A chart or a map in the element with this id (chart.js, map.js)."""
+    return {("charts", id, name): one for name, one in data.items()}
+
+
 class Page:
-    """Sends changes to the page, those between two messages at once, and handles its actions."""
+    """Sends changes to the page, those between two messages at once, and handles its actions.
+
+    sent: the content of the page, by path; waiting: what the next message will change; touched:
+    paths of what the visitor has set in the page, which may not be what the state has.
+    """
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
         self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
-        # Content of the page, by part and name.
-        self.sent: dict[tuple[str, ...], Any] = {("open",): TABS[0]}
-        self.waiting: dict[tuple[str, ...], Any] = {}
+        self.sent: Content = {}
+        self.waiting: Content = {}
+        self.touched: set[Path] = set()
         self.bridge = client.gui.add_text("bridge", "", visible=False)
         self.bridge.on_update(self.received)
         self.send(private_control(self.bridge), "bridge")
 
     # To the page
 
-    def html(self, id: str, content: str) -> None:
-        """Show HTML in the element with this id. Text in it must be escaped."""
-        self.send_changed(content, "html", id)
+    def show(self, content: Content) -> None:
+        """Show contents: send those that differ from what was sent."""
+        for path, one in content.items():
+            if self.sent.get(path, self) != one:
+                self.sent[path] = one
+                if path == ("dark",):
+                    choose_theme(self.client, dark=one)
+                self.send(one, *path)
 
-    def value(self, key: str, value: Any) -> None:
-        """Show a value in all controls with data-set="key"."""
-        self.send_changed(value, "values", key)
-
-    def props(self, key: str, **attributes: Any) -> None:
-        """Set attributes (aria_label= for aria-label) of the elements with data-set="key" and of
-        the element with the id `key`; False or None removes an attribute."""
-        for name, value in attributes.items():
-            self.send_changed(value, "props", key, name.strip("_").replace("_", "-"))
-
-    def chart(self, id: str, data: dict[str, Any]) -> None:
-        """Draw a chart in the element with this id (chart.js)."""
-        for name, value in data.items():
-            self.send_changed(value, "charts", id, name)
+    def show_again(self) -> None:
+        """Send what the visitor has set once more, so that an invalid choice is corrected."""
+        for path in self.touched & self.sent.keys():
+            self.send(self.sent[path], *path)
+        self.touched.clear()
 
     def point(self, *keys: str) -> None:
         """Highlight controls, by their keys or ids, and open the sections that contain them."""
         self.send(keys, "point")
-
-    def theme(self, *, dark: bool) -> None:
-        """Choose dark or light colours for the page and for viser's scene."""
-        if self.sent.get(("dark",)) is not dark:
-            choose_theme(self.client, dark=dark)
-        self.send_changed(dark, "dark")
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
         with self.lock:
             said = [*self.waiting.get(("say",), ()), {"text": text, "error": error}]
         self.send(said, "say")
-
-    def send_changed(self, content: Any, *path: str) -> None:
-        """Send a part of the page (see `send`) if it differs from the last one sent."""
-        if self.sent.get(path, self) != content:
-            self.sent[path] = content
-            self.send(content, *path)
 
     def send(self, content: Any, *path: str) -> None:
         """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
@@ -133,7 +155,11 @@ class Page:
             for key in parents:
                 inside = inside.setdefault(key, {})
             inside[name] = content
-        return f"beamviz.apply({json.dumps(update)})"
+        try:
+            return f"beamviz.apply({encode_update(update)})"
+        except msgspec.ValidationError as error:
+            log.error("message", list(waiting), error)
+            raise
 
     # From the page
 
@@ -145,21 +171,18 @@ class Page:
     async def received(self, event: GuiEvent) -> None:
         """Call the handler of an action; ignore an invalid one."""
         try:
-            _, action, value = ACTIONS.decode(self.bridge.value)
+            _, action, chosen = decode_action(self.bridge.value)
             handler, max_text = self.handlers[action]
-            if isinstance(value, list | dict) or len(str(value)) > max_text:
-                raise ValueError(f"{action} with {str(value)[:40]}")
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            if len(str(chosen)) > max_text:
+                raise ValueError(f"{action} with {str(chosen)[:40]}")
+        except (ValueError, KeyError, msgspec.MsgspecError) as error:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
             return
-        self.sent.pop(("values", action), None)  # the page shows what the visitor chose
-        handler(value)
-
-
-ACTIONS = json.JSONDecoder(
-    parse_int=lambda digits: int(digits) if len(digits) <= MAX_DIGITS else float(digits)
-)
+        if action == "tab":
+            self.sent["open",] = chosen  # the page has opened it
+        self.touched.add(("values", action))
+        handler(chosen)
 
 
 # Data of charts
@@ -172,7 +195,7 @@ def sent(values: np.ndarray) -> list[float | None]:
 
 def axis_data(measure: Measure, ends: tuple[float, float], *, log: bool = False) -> Data:
     names = {"label": measure.label, "symbol": measure.symbol, "unit": measure.unit}
-    return {**names, "range": [measure.factor * end for end in ends], "log": log}
+    return {**names, "range": [float(measure.factor * end) for end in ends], "log": log}
 
 
 def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
@@ -182,8 +205,19 @@ def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
 
 def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **to: Any) -> Data:
     """A mark of a chart at a point; action=, value=: what a click on it sends."""
-    x, y = (measure.factor * place for measure, place in zip(axes, at, strict=True))
+    x, y = (float(measure.factor * place) for measure, place in zip(axes, at, strict=True))
     return {"key": key, "kind": kind, "text": text, "x": x, "y": y, **to}
+
+
+def keys(lines: Iterable[Data], marks: Iterable[Data] = ()) -> list[Data]:
+    """The key of a chart: the styles of its lines, by their first word, and the kinds of marks."""
+    own = [line for line in lines if line["label"] and not line.get("second")]
+    styles = dict.fromkeys(run[2].split()[0] for line in own for run in line["runs"])
+    found = [(f"line {style}", style) for style in styles]
+    if any(line.get("second") for line in lines):
+        found.append(("line second", "compared with"))
+    found += [(f"mark {kind}", kind) for kind in dict.fromkeys(one["kind"] for one in marks)]
+    return [{"style": style, "text": text} for style, text in found]
 
 
 # HTML of controls
@@ -249,8 +283,8 @@ def select(key: str, label: str, choices: Choices, help: str = "", id: str = "")
 
 def group(name: str, *parts: str, **values: str) -> str:
     """A row of controls (HTML) with the accessible name `name`."""
-    own = attributes(aria_label=name, **values)
-    return f'<div class="row" role="group"{own}>{"".join(parts)}</div>'
+    own = attributes(aria_label=name, **{"class_": "row", **values})
+    return f'<div role="group"{own}>{"".join(parts)}</div>'
 
 
 # HTML of texts

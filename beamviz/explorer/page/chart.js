@@ -9,11 +9,12 @@ of the page.
   at       x of the lines
   lines    [{label, y: [number or null], at: its own x, second, dots,
              runs: [[first, last, style, name] ...]}]: in runs of one style and one name
+  keys     [{style, text}]: the key: styles of lines and marks
   perRev   {slope, multiples}: lines y = k slope x; the y axis ends where the last of them ends
   gaps     [[from, to, text] ...]: parts of the x axis without lines
   marks    [{key, kind, x, y, text, action, value}]: those with an action are buttons
   cursor   {action, x}: the line of the beam shown, and the action that sets x
-  chosen   key of a mark; choice: another number each time that it is chosen            */
+  chosen   key of the mark at the beam                                                 */
 const BeamvizChart = (() => {
   "use strict";
   const { Figure, LEFT, TOP, clamp, make, px, valueAt } = beamvizFigure;
@@ -24,13 +25,13 @@ const BeamvizChart = (() => {
 
   return class Chart extends Figure {
     constructor(host) {
-      super(host, { lines: [], marks: [], gaps: [] }, 1, "operating");
+      super(host, { lines: [], marks: [], gaps: [], keys: [] }, 1, "operating");
       this.view = null; // the part of the x axis that is shown, null for all of it
       this.buttons = new Map(); // of the marks, by key
       this.places = []; // of the marks
       const head = make(host, "div", { class: "chart-head" });
       host.prepend(head);
-      this.keys = make(head, "ul", { class: "key-list", "aria-label": "key" });
+      this.keyList = make(head, "ul", { class: "key-list", "aria-label": "key" });
       this.zoom = make(head, "div", { class: "zoom", role: "group", "aria-label": "zoom" });
       for (const [text, label, act] of [
         ["−", "Zoom out", () => this.zoomBy(2)],
@@ -49,7 +50,7 @@ const BeamvizChart = (() => {
         const same = this.data.x.label === before.x?.label;
         this.view = this.drag && same ? this.view ?? before.x.range : null; // a drag keeps the axis
       }
-      if (data.chosen && data.choice !== before.choice) this.reveal(data.chosen);
+      if (data.chosen && data.chosen !== before.chosen && !this.drag) this.reveal(data.chosen);
       this.render();
     }
 
@@ -110,15 +111,8 @@ const BeamvizChart = (() => {
     }
 
     drawKeys() {
-      const shown = this.lines.filter((line) => !line.second && !line.dots && line.label !== "tip");
-      const styles = new Set(shown.flatMap((line) => line.runs.map((run) => run[2].split(" ")[0])));
-      styles.delete("measure");
-      const keys = [...styles].map((style) => [`line ${style}`, style]);
-      if (this.lines.some((line) => line.second)) keys.push(["line second", "compared with"]);
-      for (const kind of new Set(this.data.marks.map((mark) => mark.kind)))
-        if (kind !== "point") keys.push([`mark ${kind}`, kind === "here" ? "this scene" : kind]);
-      const markup = keys.map(([style, text]) => `<li><i class="key ${style}"></i>${text}</li>`).join("");
-      if (this.keys.innerHTML !== markup) this.keys.innerHTML = markup;
+      const markup = this.data.keys.map(({ style, text }) => `<li><i class="key ${style}"></i>${text}</li>`).join("");
+      if (this.keyList.innerHTML !== markup) this.keyList.innerHTML = markup;
     }
 
     drawMarks() {

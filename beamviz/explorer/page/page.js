@@ -3,11 +3,12 @@
 "use strict";
 const beamviz = (() => {
   const PERIOD = 33; // [ms] between two messages of the same action
+  const PAUSE = 500; // [ms] between two changes of the address
   const REST = 300; // [ms] after an edit in which a control keeps the visitor's value
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
-  const values = {}, props = {}, drawn = {}, waiting = {}, used = {};
-  let bridge = null, count = 0, held = null;
+  const values = {}, props = {}, drawn = {}, texts = {}, waiting = {}, used = {};
+  let bridge = null, count = 0, held = null, address = null;
 
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const byId = (id) => document.getElementById(id);
@@ -48,9 +49,12 @@ const beamviz = (() => {
   function apply(update) {
     if (update.bridge) {
       bridge = update.bridge;
-      for (const store of [values, props, drawn]) for (const key in store) delete store[key];
+      for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
     }
-    for (const [id, html] of Object.entries(update.html ?? {})) fill(byId(id), html);
+    for (const [id, html] of Object.entries(update.html ?? {})) {
+      texts[id] = html;
+      fill(byId(id), html);
+    }
     for (const [key, value] of Object.entries(update.values ?? {})) {
       values[key] = value;
       controls(key).forEach((e) => showValue(e, value));
@@ -63,16 +67,28 @@ const beamviz = (() => {
     if (update.captions) beamvizCaptions.show(update.captions);
     if (update.ready) {
       sendPreferences();
+      send("met", localStorage.getItem("beamviz-met") ?? "");
       send("link", location.search.slice(0, 900));
     }
     if (update.open) openTab(byId(`tab-${update.open}`), false);
     for (const key of update.point ?? []) point(key);
     if (update.point) byId("lesson").scrollIntoView({ block: "nearest" }); // it names the controls
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
-    if (update.address !== undefined) {
-      history.replaceState(null, "", location.pathname + (update.address && `?${update.address}`));
-    }
+    if (update.address !== undefined) setAddress(update.address);
+    if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
     for (const one of update.say ?? []) say(one.text, one.error);
+  }
+
+  /* Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE. */
+  function setAddress(query) {
+    if (address !== null) return void (address = query);
+    address = query;
+    history.replaceState(null, "", location.pathname + (query && `?${query}`));
+    setTimeout(() => {
+      const latest = address;
+      address = null;
+      if (latest !== query) setAddress(latest);
+    }, PAUSE);
   }
 
   function controls(key, named = false) {
@@ -133,6 +149,7 @@ const beamviz = (() => {
     }
     for (const one of all("[id]", e)) {
       if (props[one.id]) setProps(one, props[one.id]);
+      if (one.id in texts) fill(one, texts[one.id]);
       if (one.id in drawn) draw(one.id, drawn[one.id]);
     }
   }
@@ -176,6 +193,7 @@ const beamviz = (() => {
   function press(e) {
     if (e.dataset.set) {
       const pressed = e.getAttribute("aria-pressed") === "true";
+      for (const host of all("[data-chart]")) host.figure?.reveal?.(json(e.dataset.value));
       send(e.dataset.set, e.dataset.value === undefined ? !pressed : json(e.dataset.value));
     } else send(e.dataset.do, json(e.dataset.value));
   }

@@ -1,20 +1,22 @@
 """The answer around the scene: state of the equilibrium, table of modes, legend, running jobs."""
 
 import math
-import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache
 from html import escape
 
 import numpy as np
 
-from beamviz.beam import Units
+from beamviz.beam import PARAMETERS, Units
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, frequencies, mode_value, significant
 from beamviz.explorer import page
-from beamviz.explorer.jobs import Job, SolverAnswer
-from beamviz.explorer.state import Case
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.jobs import JobStatus, SolverAnswer
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver import Solution
@@ -23,37 +25,107 @@ STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
+RESPONSE = "Forced response. Click a mode to see its free vibration again."
 RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
-def show_answer(visitor: Visitor, solved: SampledModes | None, shown: list[int]) -> None:
-    """Show the answer; if it has no solution, the faded modes of the last one."""
-    own, answer = visitor.page, visitor.answer
-    if answer:
-        own.html("equilibrium", equilibrium_state(answer))
-        solution = solved.solution if solved else None
-        rows = mode_table(solution, solved, shown) if solved and solution else NO_MODES
-        own.html("mode-rows", rows)
-        own.props("mode-rows", class_="faded" if solution and not answer.solution else None)
+class AnswerPanel(Feature):
+    """What the page says of the beam shown, around the scene. first: the case as the server has
+    it, with which the page invites to drag something."""
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.first = visitor.state.case
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(lambda s: (s.answer, s.picture), answer_content),
+            Part(lambda s: (s.picture, s.answer), scene_content),
+            Part(pace_reads, pace_content),
+            Part(self.caption_reads, caption_content),
+            Part(lambda s: (work(s.jobs, settled=s.settled),), work_content),
+        )
+
+    def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
+        """What the picture leaves out, whether a force drives the beam, whether the first case is
+        shown, and whether it has a mass."""
+        state = snapshot.state
+        first = state.case == self.first
+        driven, alpha = snapshot.picture.force is not None, state.case.numbers["alpha"]
+        return picture_note(snapshot), driven, first, bool(alpha)
 
 
-def work(jobs: Sequence[Job]) -> str:
+def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
+    """The state of the equilibrium and the table of modes."""
+    if answer is None:
+        return {}
+    solved = answer.result
+    rows = NO_MODES
+    if solved and solved.solution:
+        rows = mode_table(solved.solution, solved, picture.shown)
+    stopped = page.props("playing", disabled=solved is None)
+    return stopped | page.html("mode-rows", rows) | page.html("equilibrium", status(answer))
+
+
+def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
+    """The legend; the colours have no scale where the beam is grey."""
+    drawn, units = picture.drawn, picture.modes.beam.units
+    text = legend(drawn.view.colouring, drawn.largest, units)
+    return page.html("legend", "" if drawn.warning or answer is None else text)
+
+
+def work_content(text: str) -> Content:
+    return page.html("work", text)
+
+
+def pace_reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """The time [T*] that passes in a second, and the units."""
+    return snapshot.rate * snapshot.state.view.pace, snapshot.picture.modes.beam.units
+
+
+def pace_content(rate: float, units: Units | None) -> Content:
+    return page.html("pace-text", pace(rate, units))
+
+
+def work(jobs: Mapping[str, JobStatus], *, settled: bool = True) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
-    cancelled, with one that restarts them."""
-    slow = [job for job in jobs if job.slow]
-    names = ", ".join(job.name for job in slow or [job for job in jobs if job.cancelled])
+    cancelled, with one that restarts them. settled: the picture is that of the numbers shown."""
+    slow = [job for job in jobs.values() if job.slow]
+    names = ", ".join(one.name for one in slow or [job for job in jobs.values() if job.cancelled])
     if slow:
-        seconds = int(time.monotonic() - min(job.started for job in slow))
-        percent = f" {100 * slow[0].done:.0f} %" if slow[0].done else ""
+        done = max(job.done for job in slow)
+        percent = f" {100 * done:.0f} %" if done else ""
+        seconds = max(job.seconds for job in slow)
         state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
-        return state + page.button("Cancel", data_do="cancel_jobs")
+        late = "" if settled else " The picture is that of the numbers before."
+        return state + page.button("Cancel", data_do="cancel_jobs") + late
     return f"cancelled: {names}{RETRY}" if names else ""
 
 
-def invitation(case: Case) -> str:
-    """What can be dragged: the mass if there is one, and the speed."""
-    mass = "the mass along the beam, or " if case.numbers["alpha"] else ""
+def picture_note(snapshot: Snapshot) -> str:
+    """What the picture does not show of the numbers beside it, "" if it shows all."""
+    answer, picture = snapshot.answer, snapshot.picture
+    if answer is None:
+        return ""
+    if answer.beam is None:
+        nearest = escape(picture.modes.beam.described(PARAMETERS))
+        return f"Drawn with the nearest values in range: {nearest}."
+    if answer.result is None:
+        return "Drawn unloaded, as it is before it rotates."
+    return "The modes shown do not grow; another one does." if picture.hides_growth else ""
+
+
+def caption_content(note: str, driven: bool, first: bool, has_mass: bool) -> Content:
+    """The caption: what the picture leaves out, or until the first edit an invitation to drag the
+    mass, if any, and the speed."""
+    text = RESPONSE if driven else note or (invitation(has_mass=has_mass) if first else "")
+    return page.html("scene-caption", text)
+
+
+def invitation(*, has_mass: bool) -> str:
+    mass = "the mass along the beam, or " if has_mass else ""
     return f"Drag {mass}the line of the speed in the chart below."
 
 
@@ -83,7 +155,7 @@ def pace(rate: float, units: Units | None) -> str:
 # The equilibrium
 
 
-def equilibrium_state(answer: SolverAnswer) -> str:
+def status(answer: SolverAnswer) -> str:
     """The state of the equilibrium: stable, with any caution, or the warning; up to three lines."""
     if answer.result and not answer.warning:
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"

@@ -1,0 +1,159 @@
+"""The camera of a page: where it should be, and the one place that compares with where it is."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, replace
+from typing import Self
+
+import numpy as np
+from viser import CameraHandle
+
+from beamviz.drawing.camera import fitted, place, scale
+from beamviz.drawing.modes import SampledModes
+from beamviz.scene import Camera
+
+STEP = 1.15  # ratio of the distances from which the camera looks, so that it moves rarely
+ZOOM_STEP = 1.25  # ratio of the scales that the beam is subdivided for
+TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
+DEFAULT = Camera((3.0, 3.0, 3.0))  # of viser's page before it has another one
+CHANGE_TIME = 0.9  # [s] of an eased change of view
+
+
+def viewpoint(
+    shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float]
+) -> Camera:
+    """The viewpoint from which beams at `heights` fit into a page of this aspect ratio, at the next
+    larger distance of those in steps."""
+    fit = fitted(shapes, rotating_frame, aspect, heights)
+    farther = stepped(distance := math.dist(fit.position, fit.look_at), STEP, up=True) / distance
+    points = (tuple(round(farther * x, 9) for x in point) for point in (fit.position, fit.look_at))
+    return Camera(*points)  # type: ignore[arg-type]
+
+
+def stepped(value: float, step: float, *, up: bool = False) -> float:
+    """The power of `step` nearest to a value, or the next larger one."""
+    exponent = math.log(value) / math.log(step)
+    return step ** (math.ceil(exponent - 1e-9) if up else round(exponent))
+
+
+@dataclass(frozen=True)
+class Transition:
+    """An eased change of the view, also between the stationary and the rotating frame.
+
+    start, end: the cameras; shares: of the rotating frame at the start and the end, 0 .. 1; angle:
+    of the hub [rad], at most half a turn at the start and continuous after it, so that the floor
+    turns back the shorter way; elapsed: time [s] since the start.
+    """
+
+    start: Camera
+    end: Camera
+    shares: tuple[float, float]
+    angle: float = 0.0
+    elapsed: float = 0.0
+
+    def advanced(self, elapsed: float, angle: float) -> Self | None:
+        """After `elapsed` [s], with the hub at an angle [rad]; None at its end."""
+        if self.part == 1:
+            return None
+        after = self.elapsed + elapsed
+        return replace(self, elapsed=after, angle=self.continued(angle))
+
+    def continued(self, angle: float) -> float:
+        """The angle [rad], plus whole turns, nearest to that of the hub."""
+        return self.angle + math.remainder(angle - self.angle, 2 * math.pi)
+
+    @property
+    def part(self) -> float:
+        """The completed fraction of the change, with speed zero at both ends."""
+        time = min(self.elapsed / CHANGE_TIME, 1.0)
+        return time**2 * (3 - 2 * time)
+
+    @property
+    def rotating_share(self) -> float:
+        start, end = self.shares
+        return start + self.part * (end - start)
+
+    @property
+    def camera(self) -> Camera:
+        pairs = zip(astuple(self.start), astuple(self.end), strict=True)
+        return Camera(*(np.add(a, self.part * np.subtract(b, a)).tolist() for a, b in pairs))
+
+
+class PageCamera:
+    """The camera of a page, which the visitor moves too: the server only moves it where another
+    viewpoint is wanted than the last one.
+
+    initial: set in every page that opens; placed, before: the last two that the server set; wanted:
+    for which request and frame; eased: changes of the frame take time.
+    """
+
+    def __init__(self, view: CameraHandle, initial: Camera):
+        self.view, self.initial = view, initial
+        self.placed = self.before = initial
+        self.wanted: tuple[object, ...] = ()
+        self.eased = False
+
+    def look(
+        self, camera: Camera, fit: int, rotating_frame: bool, transition: Transition | None
+    ) -> Transition | None:
+        """Look from a viewpoint, unless that was wanted already. Returns the transition to it: a
+        new one where the frame changes, None where the page is there at once."""
+        wanted = fit, rotating_frame
+        if wanted == self.wanted and camera == self.placed:
+            return transition
+        turned = self.wanted and self.wanted[1] != rotating_frame
+        self.wanted, self.before, self.placed = wanted, self.placed, camera
+        if turned and self.eased:
+            return self.transition(camera, rotating_frame, transition)
+        if transition:
+            return replace(transition, end=camera)
+        place(self.view, camera)
+        return None
+
+    def transition(self, end: Camera, rotating_frame: bool, last: Transition | None) -> Transition:
+        """A change of view that starts at the present camera, also during another one."""
+        share = float(rotating_frame)
+        if last:
+            return Transition(last.camera, end, (last.rotating_share, share), last.angle)
+        return Transition(self.present, end, (1 - share, share))
+
+    def followed(self, moved: np.ndarray, share: float) -> Transition | None:
+        """Ease the view after the scene was moved by `moved` (3,); share: of the rotating frame."""
+        if not (self.eased and moved.any()):
+            return None
+        now = np.array([self.view.position, self.view.look_at])
+        return Transition(Camera(*(now + moved).tolist()), self.present, (share, share))
+
+    @property
+    def present(self) -> Camera:
+        return Camera(self.view.position.tolist(), self.view.look_at.tolist())
+
+    def chosen(self, given: Camera | None, transition: Transition | None) -> Camera | None:
+        """The visitor's viewpoint; `given`, None to fit the beam, where they have not moved."""
+        if transition or self.outdated or self.is_at(self.placed):
+            return given
+        return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
+
+    def is_at(self, *cameras: Camera) -> bool:
+        """Whether the page has the position of one of these cameras, and the target of one."""
+        known = np.array([(camera.position, camera.look_at) for camera in cameras])
+        away = np.linalg.norm(known - [self.view.position, self.view.look_at], axis=2)
+        return bool((away.min(axis=0) < TOLERANCE).all())
+
+    @property
+    def scale(self) -> float:
+        """The scale [pixels per beam length] that the beam is subdivided for."""
+        distance = math.dist(self.view.position, self.view.look_at)
+        return stepped(scale(distance, self.view.image_height), ZOOM_STEP)
+
+    @property
+    def outdated(self) -> bool:
+        """Whether the page has an earlier camera that no visitor chose: its message crossed the
+        last one, which viser does not send again, or a busy page has set the initial one after
+        that; or it has parts of two, as position and target arrive one after the other."""
+        crossed = self.is_at(DEFAULT, self.initial, self.before, self.placed)
+        return crossed and not self.is_at(self.placed)
+
+    def place_again(self) -> None:
+        """Set the last viewpoint again in the next frame."""
+        self.wanted = ()

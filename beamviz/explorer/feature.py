@@ -1,0 +1,97 @@
+"""What a feature is: a part of the page that is a function of a snapshot.
+
+A feature is one file in `features`. It declares its tab, binds its controls and makes its jobs when
+a visitor comes; `request` asks the jobs for what a snapshot needs; its parts say what the page
+shows. Nothing else keeps a list of features, of tabs or of charts.
+"""
+
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar, NamedTuple
+
+from beamviz.explorer.page import Content, faded
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.visitor import Visitor
+
+
+class Tab(NamedTuple):
+    """A tab: its name, its place among the others, in ascending order, and its content (HTML),
+    which a feature may replace by `html("tab-<key>", ...)`."""
+
+    name: str
+    place: int
+    content: str = ""
+
+    @property
+    def key(self) -> str:
+        """The key of the tab in links and in the ids of its elements."""
+        return self.name.lower()
+
+
+def tabs() -> dict[str, Tab]:
+    """The tabs of all features by key, in their order."""
+    found = (kind.tab for kind in Feature.__subclasses__() if kind.tab)
+    return {tab.key: tab for tab in sorted(found, key=lambda tab: tab.place)}
+
+
+def tab_named(key: str) -> str:
+    """The tab of a key as the state has it: "" for the first."""
+    return "" if key == next(iter(tabs())) else key
+
+
+class Part(NamedTuple):
+    """A part of the page. reads: returns what the part depends on, of a snapshot; shows: returns
+    the contents of the page for these, and depends on nothing else. It is called again when one of
+    them is another object, or, of the plain types, has another value."""
+
+    reads: Callable[[Snapshot], tuple[Any, ...]]
+    shows: Callable[..., Content]
+
+
+class Feature:
+    """A part of the page and what belongs to it. `tab`: None for one around the scene."""
+
+    tab: ClassVar[Tab | None] = None
+
+    def __init__(self, visitor: Visitor):
+        self.visitor, self.page = visitor, visitor.page
+
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+        """Edit the state as an answer or time, `elapsed` [s] since the last frame, demands."""
+
+    def request(self, snapshot: Snapshot) -> None:
+        """Request what the page needs for a snapshot; a job ignores its latest request."""
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        """The parts of the page."""
+        return ()
+
+
+def fading(job: str, *ids: str) -> Part:
+    """The part that marks elements, by their ids, while a job has not answered its latest request
+    for long."""
+    return Part(lambda s: (s.is_late(job),), lambda late: faded(late, *ids))
+
+
+PLAIN = (str, int, float, bool, tuple, frozenset, type(None))
+
+
+def same(before: tuple[Any, ...] | None, after: tuple[Any, ...]) -> bool:
+    """Whether two readings of a part are the same."""
+    return before is not None and all(
+        a is b or (isinstance(a, PLAIN) and a == b) for a, b in zip(before, after, strict=True)
+    )
+
+
+class Memo:
+    """The last value of a function and what it was computed from."""
+
+    def __init__(self) -> None:
+        self.reading: tuple[Any, ...] | None = None
+        self.value: Any = None
+
+    def __call__(self, function: Callable[..., Any], *reading: Any) -> Any:
+        """`function(*reading)`, computed again only for another reading."""
+        if not same(self.reading, reading):
+            self.value, self.reading = function(*reading), reading
+        return self.value

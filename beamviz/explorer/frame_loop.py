@@ -1,0 +1,178 @@
+"""The frame loop, which draws the pages of all visitors of a process, on the event loop.
+
+In each round it draws one frame for every visitor whose scene moves, at a constant rate, and for
+those who were woken, which they are by everything that changes their page.
+"""
+
+import asyncio
+import time
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+
+from viser import ClientHandle, ViserServer
+
+from beamviz.explorer.features.lessons import prepare
+from beamviz.explorer.jobs import PATIENCE, Workers
+from beamviz.explorer.session import Session
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
+from beamviz.scene import Scene
+from beamviz.server.access import Access
+from beamviz.server.log import RateLimitedLog
+from beamviz.server.viser_private import OwnLoop, disconnect, handshake_request
+
+FRAMES = 25  # frames per second of one visitor
+ALL_FRAMES = 800  # frames per second of all visitors of all processes together
+GROUP = 4  # frames between two exchanges of messages
+LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
+STOP_TIMEOUT = 5.0  # [s] for the last frame
+
+log = RateLimitedLog(__name__)
+
+
+async def exchange_messages() -> None:
+    """Let the event loop receive and send."""
+    for _ in range(LOOP_TURNS):
+        await asyncio.sleep(0)
+
+
+class FrameLoop:
+    """Draws for all visitors; it sleeps while nothing moves.
+
+    sessions: by client id; woken: ids of visitors whose page may be outdated; presenter: None while
+    there is none.
+    """
+
+    def __init__(self, server: ViserServer, scene: Scene, access: Access):
+        self.server, self.scene, self.access = server, scene, access
+        self.loop, self.changed = server.get_event_loop(), asyncio.Event()
+        self.own_loop = OwnLoop(self.loop)
+        self.workers = Workers()
+        self.opener = ThreadPoolExecutor(1, "opener")
+        self.opener.submit(prepare)  # before the first session, which shows the cards of lessons
+        self.presenter: Session | None = None
+        self.sessions: dict[int, Session] = {}
+        self.woken: dict[int, None] = {}
+        self.stopped = False
+        self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
+        server.on_client_connect(self.join)
+        server.on_client_disconnect(self.left)
+
+    async def join(self, client: ClientHandle) -> None:
+        """Open a session for a new visitor on a thread of its own, while the others are drawn."""
+        visitor = client.client_id
+        presents = self.access.presents(handshake_request(self.server, visitor))
+        follows = bool(self.access.presenter_key) and not presents
+        with suppress(RuntimeError):  # stopped meanwhile
+            opened = self.loop.run_in_executor(self.opener, self.session, client, follows)
+            self.sessions[visitor] = session = await opened
+            self.presenter = session if presents else self.presenter
+            if self.stopped or visitor not in self.server.get_clients():
+                self.leave(visitor)  # who has left while the session was built
+            self.wake(visitor)
+
+    def session(self, client: ClientHandle, follows: bool) -> Session:
+        """A session for a new visitor, who may follow the presenter."""
+        state = replace(State.of(self.scene), following=follows)
+        wake = partial(self.wake, client.client_id)
+        presenter = self.presented if follows else None
+        return Session(Visitor(client, state, self.workers, wake, presenter))
+
+    def presented(self) -> Snapshot | None:
+        """The last snapshot of the presenter."""
+        return self.presenter.snapshot if self.presenter else None
+
+    async def left(self, client: ClientHandle) -> None:
+        self.leave(client.client_id)
+
+    def leave(self, visitor: int) -> None:
+        """Close the session of a visitor, by client id."""
+        if session := self.sessions.pop(visitor, None):
+            session.close()
+            if session is self.presenter:
+                self.presenter = None
+                self.wake_followers()
+
+    def wake(self, visitor: int) -> None:
+        """Draw for a visitor soon; from any thread."""
+        self.woken[visitor] = None
+        self.resume()
+
+    def wake_followers(self) -> None:
+        """Draw for the visitors who follow the presenter."""
+        for session in list(self.sessions.values()):
+            if session.visitor.state.following:
+                session.visitor.wake()
+
+    def resume(self) -> None:
+        """Wake the frame loop, from any thread."""
+        with suppress(RuntimeError):  # the event loop is closed
+            self.own_loop.call_soon_threadsafe(self.changed.set)
+
+    def stop(self) -> None:
+        self.stopped = True
+        self.resume()
+        wait([self.running], STOP_TIMEOUT)
+        self.workers.close()
+        self.opener.shutdown(cancel_futures=True)
+        for visitor in list(self.sessions):
+            self.leave(visitor)
+
+    async def run(self) -> None:
+        """Draw round after round."""
+        due = time.monotonic()
+        while not self.stopped:
+            await self.sleep(due)
+            now = time.monotonic()
+            await self.draw(all_moving=now >= due)
+            if now >= due:
+                due = max(due + self.step, time.monotonic() + self.step / 5)
+            await exchange_messages()
+
+    @property
+    def step(self) -> float:
+        """Time [s] from one frame of a moving scene to the next."""
+        return max(1 / FRAMES, self.access.visitor_count.total / ALL_FRAMES)
+
+    async def sleep(self, due: float) -> None:
+        """Wait until `due` [s] while a scene moves, else until a visitor is woken; while a job
+        runs, at most PATIENCE, as the page shows its time."""
+        if self.woken or self.stopped:
+            return
+        self.changed.clear()
+        sessions = self.sessions.values()
+        wait_time = PATIENCE if any(session.is_busy for session in sessions) else None
+        if any(session.is_moving for session in sessions):
+            wait_time = due - time.monotonic()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(wait_time):
+                await self.changed.wait()
+
+    async def draw(self, *, all_moving: bool) -> None:
+        """Draw a frame for each woken visitor, and for each whose scene moves if `all_moving`, and
+        for those whose page shows the time of a job. The presenter comes first: others follow."""
+        woken, self.woken = self.woken, {}
+        now = time.monotonic()
+        sessions = sorted(self.sessions.items(), key=lambda one: one[1] is not self.presenter)
+        for k, (visitor, session) in enumerate(sessions):
+            is_late = session.is_busy and now > session.last_tick + PATIENCE
+            if visitor in woken or is_late or (all_moving and session.is_moving):
+                self.tick(visitor, session)
+                if session is self.presenter:
+                    self.wake_followers()
+            if k % GROUP == GROUP - 1:
+                await asyncio.sleep(0)
+
+    def tick(self, visitor: int, session: Session) -> None:
+        """Draw for one visitor. An error ends only this session; the page connects to a new one."""
+        try:
+            session.tick(time.monotonic())
+            if session.is_moving:  # what this frame has changed is drawn by the next one
+                self.woken.pop(visitor, None)
+        except Exception as error:
+            log.error("drawing", f"visitor {visitor}, who is disconnected", error)
+            self.leave(visitor)
+            disconnect(self.server, visitor)

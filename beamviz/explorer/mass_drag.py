@@ -1,0 +1,99 @@
+"""The mass in the scene, which the visitor drags along the beam."""
+
+from dataclasses import replace
+
+import numpy as np
+from viser import BatchedMeshHandle, SceneNodeDragEvent
+from viser.transforms import SO3
+
+from beamviz.drawing import BeamView
+from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.modes import SampledModes
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import Grip, Ray, State
+from beamviz.explorer.visitor import Visitor
+
+BETA_DIGITS = 3  # of beta: finer than a pointer
+COORDINATES = np.linspace(0.0, 1.0, 2001)  # of points of the beam that may be under the pointer
+SETTLED = 0.002  # change of beta below which the mass is under the pointer
+PARALLEL = 0.03  # sine of the angle between view and beam below which no position is defined
+
+
+class MassDrag:
+    """Sets beta while the mass is dragged; meanwhile the clock stops and the scene keeps its place.
+    What is known of the drag is the `grip` of the state."""
+
+    def __init__(self, visitor: Visitor, view: BeamView):
+        self.visitor, self.view = visitor, view
+        view.mass.on_drag(self.dragged)
+        view.mass.on_click(self.clicked)
+
+    async def clicked(self, event: object) -> None:
+        """Do nothing; with a handler, viser outlines the mass under the pointer."""
+
+    async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
+        """Handle a step of a drag, on the event loop, so that steps are handled in order."""
+        visitor, grip = self.visitor, self.visitor.state.grip
+        if event.phase == "end":
+            if grip:
+                visitor.set_state(replace(visitor.state, grip=replace(grip, held=False)))
+            return
+        sight = self.line_of_sight(np.asarray(event.end_position, float))
+        x = nearest_coordinate(self.view.shapes, sight)
+        if x is None:
+            return
+        if grip is None or not grip.held:
+            visitor.change(State.keep_for_comparison)
+            grip = Grip(sight, x - self.view.shapes.beam.beta)
+        grip = replace(grip, sight=sight)
+        visitor.change(lambda state: moved(replace(state, grip=grip), x))
+
+    def react(self, snapshot: Snapshot) -> None:
+        """Move the mass under the pointer again if the shape of the beam has changed since; after
+        the drag, let go of it."""
+        visitor, grip = self.visitor, snapshot.state.grip
+        if grip is None or not snapshot.settled or visitor.state is not snapshot.state:
+            return
+        x = nearest_coordinate(snapshot.picture.modes, grip.sight)
+        beta = snapshot.state.case.numbers["beta"]
+        if x is not None and abs(x - grip.offset - beta) > SETTLED:
+            visitor.change(lambda state: moved(state, x))
+        elif not grip.held:
+            visitor.set_state(replace(visitor.state, grip=None))
+
+    def line_of_sight(self, point: np.ndarray) -> Ray:
+        """The present line of sight through a point (3,) of the scene."""
+        turn_back = SO3(np.array(self.view.rotor.wxyz)).inverse()
+        eye, middle = np.array(self.visitor.client.camera.position), self.view.frame.position
+        return turn_back.apply(eye - middle), turn_back.apply(point - middle)
+
+
+def moved(state: State, x: float) -> State:
+    """With the mass moved so that the point where it was picked up is at the coordinate x."""
+    if state.grip is None:
+        return state
+    beta = min(max(round(x - state.grip.offset, BETA_DIGITS), 0.0), 1.0)
+    return state.changed("beta", beta)
+
+
+def nearest_coordinate(shapes: SampledModes, sight: Ray) -> float | None:
+    """The reference coordinate of the point of the beam, straight or bent, that is nearest to a
+    line of sight; None where that is not defined."""
+    points, _ = to_hub_frame(shapes, shapes.centreline)
+    return nearest(points, shapes.x, *sight)
+
+
+def nearest(points: np.ndarray, x: np.ndarray, eye: np.ndarray, at: np.ndarray) -> float | None:
+    """The coordinate, x (n,) at `points` (n, 3), of the point of a line that is nearest to the line
+    of sight from `eye` through `at`; None for a line seen end on and for non-finite numbers."""
+    sight = at - eye
+    length = float(np.linalg.norm(sight))
+    if not (np.isfinite(length) and length > 0):
+        return None
+    sight = sight / length
+    line = np.column_stack([np.interp(COORDINATES, x, column) for column in points.T]) - eye
+    seen = line - np.outer(line @ sight, sight)  # projected along the line of sight
+    size, seen_size = (np.linalg.norm(np.diff(one, axis=0), axis=1).sum() for one in (line, seen))
+    if seen_size < PARALLEL * size:
+        return None
+    return float(COORDINATES[np.linalg.norm(seen, axis=1).argmin()])

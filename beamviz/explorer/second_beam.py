@@ -1,0 +1,48 @@
+"""The second beam, which the first is compared with: what it is, for each choice."""
+
+from typing import NamedTuple
+
+from beamviz.explorer.state import EARLIER, TERMS, Case, State
+
+
+class ComparisonCase(NamedTuple):
+    """A case to compare the beam with, and its title; without one the title is the reason."""
+
+    title: str = ""
+    case: Case | None = None
+
+
+LABELS = {
+    "nothing": "nothing",
+    "earlier": "the beam before",
+    "ancf": "20 ANCF elements (paper)",
+    "coriolis": "Coriolis on / off",
+    "mass": "twice the mass",
+    "effects": "all effects on",
+}
+REASONS = {  # why there is no second beam
+    "earlier": "No beam is kept yet: press the button below, then change the beam.",
+    "coriolis": "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
+    "mass": "There is no mass to double: give the beam one first.",
+    "effects": "All effects are on already.",
+}
+
+
+def comparison_case(state: State, case: Case) -> ComparisonCase:
+    """The case that `case` is compared with."""
+    options, alpha = case.options, case.numbers["alpha"]
+    choice, title, other = state.comparison, LABELS[state.comparison], None
+    if choice == EARLIER:
+        title, other = "before", state.kept
+    elif choice == "ancf" and options["method"] == "ancf":
+        title, other = "auto", case.with_options(method="auto")
+    elif choice == "ancf":
+        title, other = "20 ANCF elements", case.with_options(method="ancf")
+    elif choice == "coriolis" and options["plane"] == "chordwise":
+        on = not options["coriolis"]
+        title, other = f"Coriolis {'on' if on else 'off'}", case.with_options(coriolis=on)
+    elif choice == "mass" and isinstance(alpha, int | float) and alpha:
+        other = case.changed("alpha", 2 * alpha)
+    elif choice == "effects" and not all(options[term] for term in TERMS):
+        title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
+    return ComparisonCase(title, other) if other else ComparisonCase(REASONS.get(choice, ""))

@@ -1,0 +1,77 @@
+"""The snapshot of one frame: everything that a page shows is a function of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from beamviz.beam import Beam
+from beamviz.drawing.modes import SampledModes
+from beamviz.explorer.clock import Clock
+from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
+from beamviz.explorer.second_beam import ComparisonCase
+from beamviz.explorer.state import State
+from beamviz.explorer.view import Picture
+from beamviz.scene import Camera
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """One moment of a visitor's session.
+
+    answer: to the latest case solved, None before the first; second: to the case that it is
+    compared with, which is `comparison`; jobs: the status of each background job, by its name;
+    clock: the moment of the motion; aspect: width over height of the scene in the page; scale:
+    [pixels per beam length] of its picture; chosen: the viewpoint that the visitor turned the view
+    to, None while the beam is fitted into the page; undo, redo: whether there is a step; is_led: it
+    is that of a presenter; picture: what the scene shows of it, None while it is taken.
+    """
+
+    state: State
+    answer: SolverAnswer | None
+    second: SolverAnswer | None
+    comparison: ComparisonCase
+    jobs: Mapping[str, JobStatus]
+    clock: Clock
+    aspect: float
+    scale: float
+    chosen: Camera | None
+    undo: bool
+    redo: bool
+    is_led: bool = False
+    picture: Picture = None  # type: ignore[assignment]
+
+    @property
+    def beam(self) -> Beam | None:
+        """The beam of the answer; None before the first, and where a number is out of range."""
+        return self.answer.beam if self.answer else None
+
+    @property
+    def solved(self) -> SampledModes | None:
+        """The modes of the answer; None where it has no solution."""
+        return self.answer.result if self.answer else None
+
+    @property
+    def settled(self) -> bool:
+        """Whether the answer is that to the case of the state."""
+        return self.answer is not None and self.answer.request == self.state.shown_case
+
+    def job_answer(self, name: str) -> Answer[Any, Any] | None:
+        """The last answer of a job."""
+        return self.jobs[name].answer
+
+    def is_late(self, name: str) -> bool:
+        """Whether a job has taken long without an answer to its latest request."""
+        return self.jobs[name].slow or self.jobs[name].cancelled
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the clock goes on: there are modes, and the mass is in no hand."""
+        view, grip = self.state.view, self.state.grip
+        plays = (view.playing and view.pace > 0) or self.state.run_speed is not None
+        return plays and self.solved is not None and not (grip and grip.held)
+
+    @cached_property
+    def rate(self) -> float:
+        """The time [T*] per second on the screen, before the visitor's own factor."""
+        return self.state.rate or self.picture.rate

@@ -1,0 +1,201 @@
+"""The 3D view of a visitor: the beam, or all its modes in rows, and the beam compared with.
+
+`picture_of` says what the scene shows of a snapshot, and `SceneView` draws it: `show` the picture,
+`move` a moment of its motion.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from beamviz.drawing import OVERLAY, BeamScene, BeamView, stacked_heights
+from beamviz.drawing.beam_mesh import DrawnBeam
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.objects import Caption
+from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
+from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.state import NO_COMPARISON, Case, State
+from beamviz.frequency_loci.identity import match_modes
+from beamviz.scene import ViewOptions
+
+SPACING = 0.5  # of the two scenes, in beam lengths
+THIS = "this beam"
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What the scene shows, but for the moment of its motion.
+
+    modes: of the beam; drawn: how it moves in them; force: frequency [1/T*] of a force that drives
+    it, None if it vibrates freely; second: the beam compared with, None if none is drawn; partner:
+    the mode of the first for each of its modes, -1 where none corresponds; compared: the choices by
+    which it was chosen; stacked:
+    it is above the first; held: the beam's frame stays at its place.
+    """
+
+    modes: SampledModes
+    drawn: DrawnBeam
+    force: float | None = None
+    second: DrawnBeam | None = None
+    partner: np.ndarray | None = None
+    compared: tuple[object, ...] = ()
+    stacked: bool = False
+    held: bool = False
+
+    @property
+    def shown(self) -> list[int]:
+        """The modes (from 0) that it shows; none while a force drives it."""
+        if self.force is not None:
+            return []
+        return list(range(len(self.modes.modes))) if self.drawn.in_rows else self.drawn.shown
+
+    @property
+    def heights(self) -> list[float]:
+        """Heights [beam lengths] of the beams one above the other."""
+        if self.drawn.in_rows:
+            return stacked_heights(len(self.modes.modes))
+        return [-SPACING / 2, SPACING / 2] if self.second and self.stacked else [0.0]
+
+    @property
+    def rate(self) -> float:
+        """The time [T*] per second on the screen that suits its motion."""
+        shapes, units = self.modes, self.modes.beam.units
+        if self.force is not None:
+            return suitable_rate([self.force], shapes.beam.gamma, units)
+        rates = np.hypot(np.nan_to_num(shapes.frequencies), np.maximum(growth_rates(shapes), 0.0))
+        return suitable_rate(rates[self.shown], shapes.beam.gamma, units)
+
+    @property
+    def hides_growth(self) -> bool:
+        """Whether a mode grows, and none of those shown does."""
+        growing = growth_rates(self.modes) > 0
+        return self.force is None and bool(growing.any()) and not growing[self.shown].any()
+
+
+def picture_of(
+    answer: SolverAnswer | None,
+    second: SolverAnswer | None,
+    title: str,
+    state_view: ViewOptions,
+    compared: tuple[object, ...],
+    response: DrawnBeam | None,
+    force: float,
+    scale: float,
+    first: Case,
+    held: bool,
+) -> Picture:
+    """The picture of an answer and the one compared with, of a title. Without an equilibrium the
+    beam is drawn unloaded and grey. first: the case drawn before the first answer; response: to a
+    force of this frequency [1/T*], if that drives the beam."""
+    *_, stacked = compared
+    answer = answer or SolverAnswer(first)
+    drawn = response or DrawnBeam(answer.shapes, state_view, scale)
+    if answer.result is None:
+        drawn = replace(drawn, warning=answer.warning)
+    other = second.result if second and not (second.warning or state_view.all_modes) else None
+    driven = force if response else None
+    picture = Picture(answer.shapes, drawn, driven, stacked=bool(stacked), held=held)
+    if other is None:
+        return picture
+    partner = corresponding(answer.shapes, other)
+    sizes = 0.0 * partner if response else np.append(drawn.amplitudes, 0.0)[partner]
+    return replace(
+        picture,
+        drawn=replace(drawn, title=THIS if stacked else ""),
+        second=DrawnBeam(other, state_view, scale, sizes, title=title),
+        partner=partner,
+        compared=compared,
+    )
+
+
+def reads(snapshot: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
+    """What `picture_of` depends on, of a snapshot; response: of the beam to a force, if any."""
+    state: State = snapshot.state
+    compared = state.comparison, state.kept, state.stacked
+    if state.comparison == NO_COMPARISON:
+        compared = NO_COMPARISON, None, False
+    beam = snapshot.beam
+    return (
+        snapshot.answer,
+        snapshot.second,
+        snapshot.comparison.title,
+        state.view,
+        compared,
+        response,
+        state.force_per_rev * beam.gamma if beam else 0.0,
+        snapshot.scale,
+        None if snapshot.answer else state.case,
+        state.grip is not None,
+    )
+
+
+def corresponding(first: SampledModes, second: SampledModes) -> np.ndarray:
+    """The mode of one beam (m,) for each mode of another; -1 where none corresponds."""
+    if first.solution is None or second.solution is None:
+        return np.full(len(second.modes), -1)
+    return match_modes(second.solution, first.solution).partner
+
+
+class SceneView:
+    """The objects of the scene. beam: the single one; others: those of the second beam, by whether
+    it is above the first, made when needed."""
+
+    def __init__(self, scene: DrawnScene):
+        self.scene, self.drawn_scene = BeamScene(scene), scene
+        self.beam = self.scene.view(0)
+        self.others: dict[bool, BeamView] = {}
+
+    def show(self, picture: Picture) -> np.ndarray:
+        """Draw a picture. Returns how far the beam's frame was moved (3,) as it was released."""
+        before, released = np.array(self.beam.frame.position), self.beam.fixed and not picture.held
+        self.beam.fixed = picture.held
+        self.beam.height = 0.0 if picture.drawn.in_rows else picture.heights[0]
+        for view in self.others.values():
+            view.hide()
+        self.scene.show(picture.drawn)
+        if picture.second:
+            other = self.other(stacked=picture.stacked)
+            other.height = picture.heights[-1]
+            other.show(picture.second)
+        return self.beam.frame.position - before if released else np.zeros(3)
+
+    def other(self, *, stacked: bool) -> BeamView:
+        """The objects of the second beam."""
+        if stacked not in self.others:
+            root, overlay = ("/other", False) if stacked else (OVERLAY, True)
+            self.others[stacked] = BeamView(self.drawn_scene, root, alone=False, overlay=overlay)
+        return self.others[stacked]
+
+    def move(self, picture: Picture, clock: Clock) -> None:
+        """Draw a moment."""
+        angle, change = clock.angle, clock.transition
+        other = self.other(stacked=picture.stacked) if picture.second else None
+        if change:
+            angle = change.continued(angle)
+            for view in (self.scene, other):
+                if view:
+                    view.choose_frame(change.rotating_share)
+        phases = clock.drawn_phases(picture.modes)
+        if picture.force is not None:  # a whole multiple of the speed
+            multiple = picture.force / max(picture.modes.beam.gamma, 1e-300)
+            phases = np.array([multiple * clock.angle])
+        self.scene.move(phases, angle)
+        if other and picture.second:
+            other.move(clock.other_phases, angle)
+
+    @property
+    def captions(self) -> list[Caption]:
+        """The texts that the page writes over the scene; the warning is above it."""
+        others = [caption for view in self.others.values() for caption in view.captions]
+        warning = self.beam.warning
+        return [one for one in (*self.scene.captions, *others) if one is not warning]
+
+
+def fitted_clock(clock: Clock, picture: Picture) -> Clock:
+    """The clock with phases for the modes of a picture."""
+    clock = clock.for_modes(len(picture.modes.modes))
+    if picture.partner is not None:
+        clock = clock.with_second(picture.compared, picture.partner)
+    return clock
