@@ -1,6 +1,7 @@
-"""Modes about bent states, to a tolerance: meshes, refinement, error estimates.
+"""Modes about deflected equilibria, to a tolerance: first states, refinement, error estimates.
 
-Imported when a bent state is asked for, or a beam has a spin-up: a straight beam needs none of it.
+Imported when a deflected equilibrium is asked for, or a beam has a spin-up: a straight beam needs
+none of it.
 """
 
 import math
@@ -66,8 +67,8 @@ def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_mode
 def solve_bent(
     beam: Beam, problem: Problem, near: State | None = None, extra_modes: int = 0
 ) -> Solution:
-    """The lowest modes about the stable bent state of lowest energy, or about the state of a beam
-    that spins up.
+    """The lowest modes about the stable deflected equilibrium of lowest energy, or about the state
+    of a beam that spins up.
 
     near: a state of a neighbouring beam, to start from. Raises NoEquilibrium where the stable
     states are straight, NotConverged where refinement does not reach the tolerance.
@@ -92,8 +93,9 @@ def solve_bent(
 
 
 def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
-    """The other stable bent states found of the beam of a solution, with their modes, without
-    mirror images. Ordered by energy, or to match the states `near` of a neighbouring beam."""
+    """The other stable deflected equilibria of the beam of a solution that are found, with their
+    modes and without mirror images, ordered by energy, or to match the states `near` of a
+    neighbouring beam."""
     beam, problem = solution.beam, solution.problem
     seen = bent_states([solution])
     found = []
@@ -118,9 +120,9 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
 
 
 def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
-    """The limit point of a bent state: the value of the parameter `over`, between that of the beam
-    and `stop`, beyond which the state does not exist; None where it exists up to `stop`. Located
-    again on the mesh that resolves the state there."""
+    """The limit point of a deflected equilibrium: the value of the parameter `over`, between that
+    of the beam and `stop`, beyond which the state does not exist; None where it exists up to
+    `stop`. It is located again on the mesh that resolves the state there."""
     (state,) = bent_states([solution])
     end = paths.follow(state, over, stop).limit
     if end is None:

@@ -263,7 +263,7 @@ def bent_modes(state: State, count: int) -> BentModes:
         return modes._replace(V=scale[:, None] * modes.V)
     L, info = lapack.dpotrf(K, lower=1, clean=1)
     if info:
-        raise NotConverged("the stiffness of a bent state is not positive definite")
+        raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
     if C is not None:
         s, V = _steady_gyroscopic(L, F, C, count)
     else:
