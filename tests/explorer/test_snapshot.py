@@ -196,9 +196,6 @@ def test_a_page_equals_a_fresh_one_on_its_address(start, frame_loops, seed):
             done = [edit(chance) for _ in range(25)]
             done += [("real.length", chance.uniform(200, 900)), ("tab", chance.choice(TABS))]
             done += [(name, one) for name, one in VALID.items() if chance.random() < 0.5]
-            for name, number in session.visitor.state.case.numbers.items():
-                if not isinstance(number, float):
-                    done.append((name, 1.0))
             for action, value in done:
                 guest.do(action, value)
             settled(guest, session)

@@ -42,7 +42,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.lessons import lesson
-from beamviz.scene import PER_REV, Camera, Scene, check_bool, check_choice, parse_query
+from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.solver import interruption
 
@@ -66,6 +66,10 @@ def check_ends(ends: Any) -> tuple[float, float]:
         raise InvalidInput(f"ends = {ends!r}: must be two numbers")
     first, second = (check_float("ends", end) for end in ends)
     return first, second
+
+
+def check_mapped(one: Any) -> str | int:
+    return one if one == "gap" else check_int("map", one, 1, MODES)
 
 
 def check_before(values: Any) -> dict[str, Any]:
@@ -92,7 +96,7 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "stacked": ("stacked", partial(check_bool, "stacked")),
     "across": ("across", lambda name: check_choice("across", name, FIELDS["across"])),
     "ends": ("map_ends", check_ends),
-    "map": ("mapped", lambda one: check_choice("map", one, FIELDS["mapped"])),
+    "map": ("mapped", check_mapped),
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),

@@ -179,9 +179,7 @@ class Page:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
             return
-        if action == "tab":
-            self.sent["open",] = chosen  # the page has opened it
-        self.touched.add(("values", action))
+        self.touched.add(("open",) if action == "tab" else ("values", action))
         handler(chosen)
 
 

@@ -8,7 +8,7 @@ const beamviz = (() => {
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
   const values = {}, props = {}, drawn = {}, texts = {}, waiting = {}, used = {};
-  let bridge = null, count = 0, held = null, address = null;
+  let bridge = null, count = 0, held = null, address = null, opening = 0;
 
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const byId = (id) => document.getElementById(id);
@@ -70,7 +70,7 @@ const beamviz = (() => {
       send("met", localStorage.getItem("beamviz-met") ?? "");
       send("link", location.search.slice(0, 900));
     }
-    if (update.open) openTab(byId(`tab-${update.open}`), false);
+    if (update.open) showTab(update.open);
     for (const key of update.point ?? []) point(key);
     if (update.point) byId("lesson").scrollIntoView({ block: "nearest" }); // it names the controls
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
@@ -198,6 +198,14 @@ const beamviz = (() => {
     } else send(e.dataset.do, json(e.dataset.value));
   }
 
+  /* Opens the tab that the server says, once the visitor has left the tabs alone for a moment. */
+  function showTab(name) {
+    clearTimeout(opening);
+    const left = (used.tab ?? -Infinity) + REST - performance.now();
+    if (left > 0) opening = setTimeout(() => showTab(name), left + 1);
+    else if (byId(`tab-${name}`)?.hidden) openTab(byId(`tab-${name}`), false);
+  }
+
   function openTab(panel, tell = true) {
     const tab = panel && document.querySelector(`[aria-controls="${panel.id}"]`);
     if (!tab) return;
@@ -209,6 +217,7 @@ const beamviz = (() => {
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
     if (!tell) return;
+    used.tab = performance.now();
     send("tab", panel.id.slice(4));
     if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
   }
