@@ -13,7 +13,7 @@ from live.visitor import Visitor, final_text, visitor
 
 from beamviz.beam import NUMBERS
 from beamviz.explorer import explorer
-from beamviz.explorer.feature import Tab, tabs
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.features.real_beam import PRESETS
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import COMPARISONS
