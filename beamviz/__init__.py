@@ -11,6 +11,8 @@ from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverg
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
+    from beamviz.dynamics import Motion, motion
+    from beamviz.dynamics.drives import Hub, Ramp
     from beamviz.frequency_loci import Event, Loci, loci, resonances
     from beamviz.frequency_loci.forced_response import RunUp, run_up
     from beamviz.scene import Scene
@@ -21,10 +23,13 @@ __all__ = [
     "Beam",
     "BeamvizError",
     "Event",
+    "Hub",
     "InvalidInput",
     "Loci",
+    "Motion",
     "NoEquilibrium",
     "NotConverged",
+    "Ramp",
     "RunUp",
     "Scene",
     "Solution",
@@ -34,6 +39,7 @@ __all__ = [
     "animate",
     "export",
     "loci",
+    "motion",
     "resonances",
     "run_up",
     "screenshot",
@@ -43,6 +49,8 @@ __all__ = [
 ]
 
 ON_FIRST_USE = {
+    "beamviz.dynamics": ("Motion", "motion"),
+    "beamviz.dynamics.drives": ("Hub", "Ramp"),
     "beamviz.exports": ("animate", "export", "screenshot"),
     "beamviz.frequency_loci": ("Event", "Loci", "loci", "resonances"),
     "beamviz.frequency_loci.forced_response": ("RunUp", "run_up"),

@@ -148,9 +148,9 @@ class Beam:
             if not valid or (value == 0 and math.copysign(1.0, value) < 0):
                 object.__setattr__(self, name, check_float(name, value, low, high))
         if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
-            gamma, mu = exact_text(self.gamma), exact_text(self.mu)
+            gamma, mu = full_text(self.gamma), full_text(self.mu)
             raise InvalidInput(
-                f"gamma / mu = {exact_text(self.gamma / self.mu)}: must be at most"
+                f"gamma / mu = {full_text(self.gamma / self.mu)}: must be at most"
                 f" {MAX_GAMMA_OVER_MU:g} (gamma = {gamma}, mu = {mu})"
             )
 
@@ -313,7 +313,7 @@ def check_float(name: str, value: object, low: float = -math.inf, high: float = 
     except OverflowError:
         number = math.inf
     if not (math.isfinite(number) and low <= number <= high):
-        raise InvalidInput(f"{name} = {exact_text(number)}: must {range_text(low, high)}")
+        raise InvalidInput(f"{name} = {full_text(number)}: must {range_text(low, high)}")
     return number + 0.0  # -0.0 becomes 0.0
 
 
@@ -340,7 +340,7 @@ def check_int(name: str, value: object, low: int, high: int) -> int:
     except InvalidInput as error:
         raise InvalidInput(f"{str(error).split(': must')[0]}: {rule}") from None
     if number != int(number):
-        raise InvalidInput(f"{name} = {exact_text(number)}: {rule}")
+        raise InvalidInput(f"{name} = {full_text(number)}: {rule}")
     return int(number)
 
 
@@ -358,6 +358,6 @@ def number_text(low: float, high: float) -> str:
     return "number, 0 or more" if low == 0 else "finite number"
 
 
-def exact_text(number: float) -> str:
-    """The shortest text of exactly this number: outside a limit it never reads like the limit."""
+def full_text(number: float) -> str:
+    """A number with all its digits: just outside a limit it does not read like the limit."""
     return repr(number).removesuffix(".0")

@@ -68,3 +68,22 @@ def loci_dataset(
         {over: values, "branch": [branch.label for branch in branches]},
         fixed,
     )
+
+
+def motion_dataset(
+    columns: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
+) -> "xarray.Dataset":
+    """The Dataset of a motion in time, of `Motion.columns`."""
+    with requires("xarray"):
+        import xarray
+    tip = np.column_stack((columns["tip_x"], columns["tip_y"]))
+    return xarray.Dataset(
+        {
+            "gamma": ("t", columns["gamma"], PER_TIME),
+            "angle": ("t", columns["angle"], {"units": "rad"}),
+            "tip": (("t", "component"), tip, {"units": "L"}),
+            "energy": ("t", columns["energy"], {"units": "E I / L"}),
+        },
+        {"t": ("t", columns["t"], {"units": "T*"}), "component": ["along", "across"]},
+        attributes,
+    )

@@ -135,10 +135,10 @@ def check_per_rev(value: Any) -> tuple[int, ...]:
     """Multiples of the speed in ascending order, all of PER_REV for true. Raises InvalidInput."""
     if isinstance(value, bool):
         return PER_REV if value else ()
-    if not isinstance(value, list | tuple) or any(one not in PER_REV for one in value):
+    if not isinstance(value, list | tuple) or any(multiple not in PER_REV for multiple in value):
         listed = ", ".join(map(str, PER_REV))
         raise InvalidInput(f"per_rev = {value!r}: must be true, false or a list of {listed}")
-    return tuple(sorted({int(one) for one in value}))
+    return tuple(sorted({int(multiple) for multiple in value}))
 
 
 def clip(value: Any, upper: float, old: float) -> float:
@@ -193,14 +193,16 @@ class Scene:
     def changed(self, **values: Any) -> Self:
         """With other values of some keys; `mode` (1-based) shows that mode alone."""
         check_keys(values, KEYS, "a scene")
-        own = {table: {k: values[k] for k in keys if k in values} for table, keys in LINKED.items()}
+        by_table = {
+            table: {k: values[k] for k in keys if k in values} for table, keys in LINKED.items()
+        }
         return replace(
             self,
-            beam=self.beam.replace(**own["beam"]),
-            options={**self.options, **own["model"]},
-            view=change_view(self.view, **own["view"]),
-            camera=change_camera(self.camera, own["camera"]),
-            **own["chart"],
+            beam=self.beam.replace(**by_table["beam"]),
+            options={**self.options, **by_table["model"]},
+            view=change_view(self.view, **by_table["view"]),
+            camera=change_camera(self.camera, by_table["camera"]),
+            **by_table["chart"],
         )
 
     @property

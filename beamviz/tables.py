@@ -97,8 +97,9 @@ def event_columns(over: str, units: Units | None, events: Sequence[Event]) -> Co
         columns["rpm"] = [f"{units.rpm(event.at):.6g}" for event in events]
     columns["frequency [1/T*]"] = [f"{event.frequency:.5f}" for event in events]
     if any(event.kind == "veering" for event in events):
-        veers = [event.kind == "veering" for event in events]
-        pairs = [*zip(events, veers, strict=True)]
-        columns["gap [1/T*]"] = [f"{event.gap:.3g}" if own else "-" for event, own in pairs]
-        columns["veering index"] = [f"{event.index:.3f}" if own else "-" for event, own in pairs]
+        pairs = [(event, event.kind == "veering") for event in events]
+        columns["gap [1/T*]"] = [f"{event.gap:.3g}" if veers else "-" for event, veers in pairs]
+        columns["veering index"] = [
+            f"{event.index:.3f}" if veers else "-" for event, veers in pairs
+        ]
     return columns

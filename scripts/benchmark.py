@@ -13,6 +13,7 @@ peers     201 speeds against the closest peer, Exudyn (`pip install exudyn`, not
           else): the same planar cubic elements, with the engineering strain and the material
           curvature; its error is against `auto` with these. Nothing but equilibrium and frequencies
           is timed: error bars and the tracking of a chart come on top
+motions   motions in time, to 1e-4 L with error bars: Kane's manoeuvre and a beam that is let go
 pictures  a picture and films as whole processes, from a cold start, and frames within one process:
           elapsed time, on a machine that does nothing else
 
@@ -36,7 +37,7 @@ import _script
 import numpy as np
 from scipy.linalg import eigh
 
-from beamviz import Beam, NotConverged, Scene, loci
+from beamviz import Beam, Motion, NotConverged, Ramp, Scene, loci, motion
 from beamviz.benchmark.external import PEERS
 from beamviz.benchmark.work_precision import least_time
 from beamviz.exports import PNG_LEVEL, Renderer, SolvedScene
@@ -179,6 +180,22 @@ def peers() -> None:
             print(f"{name}: {failure}")
 
 
+def motions() -> None:
+    _script.print_row("motion in time", "ms", "error bar", "steps", "unknowns")
+    released = Beam(alpha=1, beta=0.5, gamma=5)
+    cases: dict[str, Callable[[], Motion]] = {
+        "Kane's manoeuvre": partial(
+            motion, Beam(mu=447.2136), 21.6, speed=Ramp(5.554921, 16.20185)
+        ),
+        "20 T* in B1": partial(motion, released, 20, start={"B1": 0.1}),
+        "20 T* after a release": partial(motion, released, 20, release=0.3),
+    }
+    for name, work in cases.items():
+        done = work()
+        seconds = least_time(work, 3)
+        _script.print_row(name, 1e3 * seconds, done.error, done.stats.steps, done.stats.dof)
+
+
 def elapsed(work: Callable[[], object]) -> float:
     """The shortest time [s] of several."""
     return min(timeit.repeat(work, number=1, repeat=3))
@@ -209,7 +226,8 @@ def pictures() -> None:
 
 
 SECTIONS = {
-    section.__name__: section for section in (solves, sweeps, bent, charts, peers, pictures)
+    section.__name__: section
+    for section in (solves, sweeps, bent, charts, motions, peers, pictures)
 }
 
 if __name__ == "__main__":

@@ -16,6 +16,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("protocols",),
     ("tables", "datasets", "plotting"),  # of columns and records, for the methods of results
     ("solver",),
+    ("dynamics",),
     ("scene",),
     ("frequency_loci",),
     ("sweeps",),
@@ -37,6 +38,7 @@ INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the folder that 
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
         *("solver.families", "solver.hp", "solver.bent"),
     },
+    "dynamics": {"solver.constitutive", "solver.fem.elements"},  # strain laws, cubic elements
     "failure_maps": {"solver.bent"},  # other stable states
 }
 VIEWERS = {"viser", "matplotlib", "trimesh"}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 from beamviz.beam import Beam, check_float, check_int
+from beamviz.cli.motion import motion
 from beamviz.cli.options import (
     AT,
     MODES,
@@ -32,7 +33,7 @@ from beamviz.solver.problem import Problem
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
-    from beamviz.sweeps import Progress
+    from beamviz.sweeps.run import Progress
 
 Format = Annotated[Literal["table", "json", "csv"], option("Output format.")]
 Folder = Annotated[Path, option("Folder to write to.", metavar="DIR")]
@@ -133,10 +134,13 @@ def loci(
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
-    found = loci(beam, over, values, modes, per_rev, **options)
+    tracked = loci(beam, over, values, modes, per_rev, **options)
     if plot:
-        save_figure(plot, draw_chart(found, range(1, per_rev + 1)))
-    print(LOCI_FORMATS[format](found).rstrip("\n"))
+        save_figure(plot, draw_chart(tracked, range(1, per_rev + 1)))
+    print(LOCI_FORMATS[format](tracked).rstrip("\n"))
+
+
+app.command()(takes_beam(motion))
 
 
 @app.command()
@@ -163,7 +167,9 @@ def sweep(
     ] = "",
 ) -> None:
     """Every combination of parameters, in parallel; interrupted, the same command resumes."""
-    from beamviz.sweeps import count_statuses, dask_client, sweep
+    from beamviz.sweeps import sweep
+    from beamviz.sweeps.run import dask_client
+    from beamviz.sweeps.store import count_statuses
 
     axes = sweep_axes(over)
     note_unused(beam, axes)
@@ -322,7 +328,7 @@ def lessons(
     """Lists the lessons of the explorer."""
     from beamviz.lessons import LESSONS, lessons_table
 
-    records = {"lessons": [one.record for one in LESSONS]}
+    records = {"lessons": [lesson.record for lesson in LESSONS]}
     print(json_text(records) if format == "json" else lessons_table())
 
 

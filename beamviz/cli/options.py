@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import NUMBERS, Beam, check_float, check_int, exact_text
+from beamviz.beam import NUMBERS, Beam, check_float, check_int, full_text
 from beamviz.errors import InvalidInput
 from beamviz.solver.problem import OPTIONS
 
@@ -65,23 +65,26 @@ def keyword(name: str, kind: Any, settings: Any, default: Any) -> inspect.Parame
 
 def beam_keyword(name: str) -> inspect.Parameter:
     """One of the numbers of a beam."""
-    one = NUMBERS[name]
-    formula, (low, high) = one.formula.translate(ASCII), one.limits
+    parameter = NUMBERS[name]
+    formula, (low, high) = parameter.formula.translate(ASCII), parameter.limits
     limits = f"{low:g} .. {high:g} (default {getattr(Beam, name):g})"
-    help = f"{one.label.capitalize()} {formula}, {limits}."
+    help = f"{parameter.label.capitalize()} {formula}, {limits}."
     return keyword(name, float | None, number(help, panel="Beam"), None)
 
 
 def solver_keyword(name: str, panel: str | None = "Model") -> inspect.Parameter:
     """One of the options of `solve`."""
-    one = OPTIONS[name]
-    if one.choices:
+    declared = OPTIONS[name]
+    if declared.choices:
         return keyword(
-            name, Literal[tuple(one.choices)], option(one.text, panel=panel), one.default
+            name,
+            Literal[tuple(declared.choices)],
+            option(declared.text, panel=panel),
+            declared.default,
         )
-    if one.kind is bool:
-        return keyword(name, bool, option(one.text, panel=panel), one.default)
-    return keyword(name, one.kind, number(one.text, panel=panel), one.default)
+    if declared.kind is bool:
+        return keyword(name, bool, option(declared.text, panel=panel), declared.default)
+    return keyword(name, declared.kind, number(declared.text, panel=panel), declared.default)
 
 
 # The number of modes of a command that takes a beam; a scene has its own.
@@ -206,7 +209,7 @@ def sweep_values(
             raise InvalidInput(f"{option}: {error}") from None
     first, last = ends
     if last <= first:
-        texts = f"{prefix}start {exact_text(first)} {prefix}stop {exact_text(last)}"
+        texts = f"{prefix}start {full_text(first)} {prefix}stop {full_text(last)}"
         raise InvalidInput(f"{texts}: stop must be above start")
     steps = check_int(f"{prefix}points", points, 2, MAX_POINTS) - 1
     return [first + (last - first) * i / steps for i in range(steps)] + [last]
@@ -261,7 +264,7 @@ def note_unused(beam: Beam, axes: Iterable[str]) -> None:
     for name in axes if not beam.units else ():
         given = getattr(beam, name)
         if given != getattr(Beam, name):
-            option = f"--{name.replace('_', '-')} {exact_text(given)}"
+            option = f"--{name.replace('_', '-')} {full_text(given)}"
             print(f"beamviz: {option} is not used: --over {name} varies it", file=sys.stderr)
 
 

@@ -72,8 +72,8 @@ class BeamView:
             self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
         if self.reference:
             self.reference.show(shapes, self.section, visible=view.ghosts)
-        one = len(drawn.shown) == 1 and not drawn.warning
-        marked = drawn.shown if view.nodes and one else []
+        alone = len(drawn.shown) == 1 and not drawn.warning
+        marked = drawn.shown if view.nodes and alone else []
         labels = not (view.all_modes or self.overlay)
         self.nodes.show(shapes, self.section, marked, labels=labels)
         length, radius = (inset * size for size in mass_size(beam, view.thicken))

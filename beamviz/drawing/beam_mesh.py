@@ -129,14 +129,17 @@ class DrawnBeam:
         return self.view.all_modes and len(self.shapes.modes) > 0 and not self.warning
 
 
-def subdivide(drawn: DrawnBeam, *, one_colour: bool = False) -> SampledModes:
+def subdivide(
+    drawn: DrawnBeam, *, one_colour: bool = False, most: int = MAX_PIECES
+) -> SampledModes:
     """The shapes sampled at the ends of the pieces that the beam is drawn in, of which one is at
-    the mass, with the mean strain of each piece. one_colour: the pieces do not differ in colour."""
+    the mass, with the mean strain of each piece. one_colour: the pieces do not differ in colour;
+    most: number of pieces."""
     shapes, x = drawn.shapes, drawn.shapes.x
     pieces = required_density(drawn, one_colour=one_colour) * np.diff(x)
     need = np.append(0.0, np.cumsum(pieces))  # from the clamp
     mass, whole = need[shapes.mass], need[-1]
-    scale = min(1.0, (MAX_PIECES - 1) / whole)
+    scale = min(1.0, (most - 1) / whole)
     inner, outer = math.ceil(scale * mass), math.ceil(scale * (whole - mass))
     beyond = np.linspace(mass, whole, outer + 1)
     ends = np.append(np.linspace(0.0, mass, inner, endpoint=False), beyond)

@@ -44,9 +44,12 @@ class SampledModes:
     solution: Solution | None = None
 
     @classmethod
-    def sampled(cls, solution: Solution, previous: Self | None = None) -> Self:
-        """The modes of a solution, with the signs of `previous`."""
-        x, labels = stations(solution.beam.beta), identify_modes(solution).labels
+    def sampled(
+        cls, solution: Solution, previous: Self | None = None, x: np.ndarray | None = None
+    ) -> Self:
+        """The modes of a solution, with the signs of `previous`; x: other stations than usual."""
+        x = stations(solution.beam.beta) if x is None else x
+        labels = identify_modes(solution).labels
         equilibrium = solution.equilibrium
         local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
         local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
@@ -113,7 +116,7 @@ def rotated(local: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 def node_positions(x: np.ndarray, components: np.ndarray) -> list[np.ndarray]:
     """Nodes (j,) of each mode: the zeros of its larger component (m, n), given at x (n,). Linear
-    interpolation, accurate to 1e-4; `Solution.nodes` is exact, but slower."""
+    interpolation, accurate to 1e-4; `Solution.nodes` is converged, but slower."""
     far = components[np.arange(len(components)), np.abs(components).argmax(axis=1)]
     v = ((np.conj(far) / np.abs(far))[:, None] * components).real  # complex with Coriolis forces
     k, i = np.nonzero(v[:, 1:-1] * v[:, 2:] < 0)

@@ -144,7 +144,7 @@ def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarra
     weights = np.cos(phases[:, [k for k, *_ in targets]] - [at for _, at, _ in targets]).clip(0.0)
     if targets:
         moved = [surface((np.exp(1j * at) * fields[k]).imag)[0] for k, at, _ in targets]
-        primitive["targets"] = [{"POSITION": gltf.array(one - still)} for one in moved]
+        primitive["targets"] = [{"POSITION": gltf.array(place - still)} for place in moved]
         mesh["weights"] = weights[0].tolist()
         mesh["extras"] = {"targetNames": [shapes.labels[k] + mark for k, _, mark in targets]}
     return node, "weights", weights.ravel()

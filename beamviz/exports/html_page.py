@@ -121,13 +121,13 @@ def chart(scene: Scene) -> str:
     try:
         values = np.linspace(*chart_range(beam, over), CHART_POINTS)
         most = max(multiples, default=0)
-        found = loci(beam, over, values, per_rev=most, **scene.solver_options)
+        tracked = loci(beam, over, values, per_rev=most, **scene.solver_options)
     except BeamvizError as error:
         return f'<p class="wrong">{escape(str(error))}</p>'
     with rc_context(STYLE):
         figure = new_figure(*CHART_SIZE, layout="constrained")
         axes = figure.add_subplot()
-        drawn = Chart(found, axes, multiples)
+        drawn = Chart(tracked, axes, multiples)
         drawn.annotate(multiples)
         axes.axvline(drawn.x(getattr(beam, over)), color="0.5", lw=0.8, zorder=0, gid="marker")
         svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
@@ -146,19 +146,19 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
     options = {**solved.scene.solver_options, "state": solved.solution.equilibrium.shape}
     options["modes"] = min(options["modes"] + EXTRA_MODES, MAX_MODES)
 
-    def usable(one: Any) -> bool:
-        stable = isinstance(one, Solution) and one.equilibrium.status != "unstable"
-        return stable and wanted <= set(one.labels)
+    def usable(answer: Any) -> bool:
+        vibrates = isinstance(answer, Solution) and answer.equilibrium.status != "unstable"
+        return vibrates and wanted <= set(answer.labels)
 
-    found: list[Any] = []
-    while len(found) < SPEEDS and low < high:  # again where a part of the range has no solution
+    answers: list[Any] = []
+    while len(answers) < SPEEDS and low < high:  # again where a part of the range has no solution
         speeds = np.union1d(np.linspace(low, high, SPEEDS), [beam.gamma])
-        found = solve_many([beam.replace(gamma=float(speed)) for speed in speeds], **options)
+        answers = solve_many([beam.replace(gamma=float(speed)) for speed in speeds], **options)
         here = int(np.searchsorted(speeds, beam.gamma))
-        slower, faster = takewhile(usable, found[:here][::-1]), takewhile(usable, found[here:])
-        found = [*[*slower][::-1], *faster]
-        low, high = found[0].beam.gamma, found[-1].beam.gamma
-    return found
+        slower, faster = takewhile(usable, answers[:here][::-1]), takewhile(usable, answers[here:])
+        answers = [*[*slower][::-1], *faster]
+        low, high = answers[0].beam.gamma, answers[-1].beam.gamma
+    return answers
 
 
 def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
@@ -170,23 +170,22 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     beam, view = solved.scene.beam, solved.scene.view
     solutions = solved_speeds(solved)
     shapes: list[SampledModes] = []
-    for one in solutions:
-        shapes.append(SampledModes.sampled(one, shapes[-1] if shapes else None))
+    for solution in solutions:
+        shapes.append(SampledModes.sampled(solution, shapes[-1] if shapes else None))
     labels = [solved.solution.labels[k] for k in solved.shown]
     speed = measure("gamma", beam.units)
     stations, section = beams.rows[0].shapes.x, beams.rows[0].section
     bodies = [equilibrium_body(resampled(shape, stations), section) for shape in shapes]
     places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
-    gammas = [one.beam.gamma for one in solutions]
+    gammas = [solution.beam.gamma for solution in solutions]
     return {
         "gammas": gammas,
         "start": gammas.index(beam.gamma),
         "speeds": [speed.text(gamma, 4) for gamma in gammas],
         "factor": speed.factor,
-        "numbers": [numbers(solved, one) for one in solutions],
+        "numbers": [numbers(solved, solution) for solution in solutions],
         "frequencies": {
-            label: [np.nan_to_num(one.frequencies[one.labels.index(label)]) for one in solutions]
-            for label in labels
+            label: [frequency_of(solution, label) for solution in solutions] for label in labels
         },
         "resolution": RESOLUTION,
         "body": steps([vertices.ravel() for vertices, _ in bodies]),
@@ -203,29 +202,41 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     }
 
 
+def frequency_of(solution: Solution, label: str) -> float:
+    """The frequency of a mode; 0 where it does not vibrate."""
+    return float(np.nan_to_num(solution.frequencies[solution.labels.index(label)]))
+
+
 def captions(
     solved: SolvedScene, beams: BeamScene, solutions: list[Solution]
 ) -> list[list[dict[str, str]]]:
-    """The captions at each speed: those of the scene at its own; at others the name and frequency
-    of each row, the speed, and a warning, as nodes of the beam are elsewhere."""
-    own, every = [one.data for one in beams.captions], []
-    factor, titles = frequencies(solved.scene.beam.units), [row.title for row in beams.rows]
-    for solution in solutions:
-        if solution.beam.gamma == solved.scene.beam.gamma:
-            every.append(own)
-            continue
-        shown = [
-            {**title.data, "text": row_title(label, solution.frequencies[k], factor)}
-            for title in titles
-            for label in title.text.split()[:1]
-            for k in [solution.labels.index(label)]
-        ]
-        if (around := beams.rows[0].surroundings) and around.alone and solution.beam.gamma > 0:
-            shown.append({**around.speed.data, "text": around.speed_text(solution.beam)})
-        if warning := stability_warning(solution):
-            shown.append({**beams.rows[0].warning.data, "text": warning})
-        every.append(shown)
-    return every
+    """The captions at each speed. At that of the scene they are those of the scene; at others the
+    titles of rows, the speed and a warning, since nodes of the modes are elsewhere."""
+    at_scene = [caption.data for caption in beams.captions]
+    return [
+        at_scene
+        if solution.beam.gamma == solved.scene.beam.gamma
+        else captions_elsewhere(solved, beams, solution)
+        for solution in solutions
+    ]
+
+
+def captions_elsewhere(
+    solved: SolvedScene, beams: BeamScene, solution: Solution
+) -> list[dict[str, str]]:
+    """The captions at another speed than that of the scene."""
+    first, shown = beams.rows[0], []
+    if solved.drawn.in_rows:
+        measure = frequencies(solution.beam.units)
+        for row, label in zip(beams.rows, solved.solution.labels, strict=True):
+            text = row_title(label, frequency_of(solution, label), measure)
+            shown.append({**row.title.data, "text": text})
+    if first.surroundings and first.surroundings.alone and solution.beam.gamma > 0:
+        text = first.surroundings.speed_text(solution.beam)
+        shown.append({**first.surroundings.speed.data, "text": text})
+    if warning := stability_warning(solution):
+        shown.append({**first.warning.data, "text": warning})
+    return shown
 
 
 def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) -> dict[str, Any]:
@@ -239,11 +250,11 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
     labels = [solved.shapes.labels[k] for k in shown]
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
     states = []
-    for one in (resampled(shape, row.shapes.x) for shape in shapes):
-        at = [one.labels.index(label) for label in labels]
-        fields = np.minimum(sizes[shown], one.limits[at])[:, None, None] * one.modes[at]
-        parts = np.stack([fields.real, fields.imag], 1).reshape(-1, len(one.x), 2)
-        still, *moved = (state(one, part) for part in (np.zeros_like(one.centreline), *parts))
+    for shape in (resampled(shape, row.shapes.x) for shape in shapes):
+        at = [shape.labels.index(label) for label in labels]
+        fields = np.minimum(sizes[shown], shape.limits[at])[:, None, None] * shape.modes[at]
+        parts = np.stack([fields.real, fields.imag], 1).reshape(-1, len(shape.x), 2)
+        still, *moved = (state(shape, part) for part in (np.zeros_like(shape.centreline), *parts))
         states.append(np.concatenate([still, *(part - still for part in moved)]).ravel())
     return {
         "root": row.frame.name,

@@ -17,7 +17,7 @@ from beamviz.drawing import camera, colours
 from beamviz.drawing.colours import linear
 from beamviz.drawing.scene_graph import Node, PlacedNode, SceneGraph, rotations
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
-from beamviz.exports.solved_scene import Moment, SolvedScene
+from beamviz.exports.solved_scene import DrawableScene, Moment
 
 SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
@@ -103,7 +103,7 @@ def instances(node: Node) -> tuple[np.ndarray, np.ndarray]:
 class Renderer:
     """Pictures of a solved scene of `width` by `height` pixels, in any thread."""
 
-    def __init__(self, solved: SolvedScene, width: int, height: int):
+    def __init__(self, solved: DrawableScene, width: int, height: int):
         self.width, self.height = self.size = width, height
         view = solved.camera(width / height)
         self.eye = np.array(view.position)

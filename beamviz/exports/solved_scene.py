@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -31,6 +31,15 @@ class Moment(NamedTuple):
 
     phases: np.ndarray
     angle: float
+
+
+class DrawableScene(Protocol):
+    """What pictures are made of: a solved scene, or a motion in time."""
+
+    @property
+    def scene(self) -> Scene: ...
+    def camera(self, aspect: float) -> Camera: ...
+    def draw(self, scene: DrawnScene, scale: float = ...) -> BeamScene: ...
 
 
 class SolvedScene:
@@ -88,7 +97,7 @@ class SolvedScene:
 class Loop:
     """A film in which every motion completes whole cycles: the shortest one of whole periods of the
     first mode shown (or of `periods` of them) in which every other motion nearly does so. Their
-    rates are changed to do so exactly.
+    rates are changed so that they do.
 
     film: with the ground, which rotates in the rotating frame, and played within FILM_SECONDS;
     else a model without ground, within LOOP_SECONDS. With `periods` it may be longer. Raises
@@ -109,9 +118,9 @@ class Loop:
         period = 2 * math.pi / rates[0]
         most = max(1, int(LOOP_SECONDS * rate / period))
         tried = np.array([periods]) if periods else np.arange(1, most + 1)
-        exact = tried[:, None] * rates / rates[0]  # cycles of each motion
-        cycles = np.rint(exact)
-        changes = cycles / exact - 1
+        cycles_run = tried[:, None] * rates / rates[0]  # cycles of each motion
+        cycles = np.rint(cycles_run)
+        changes = cycles / cycles_run - 1
         # The first film whose rates change by at most MAX_CHANGE, else the one with least change.
         best = int(np.maximum(np.abs(changes).max(axis=1), MAX_CHANGE).argmin())
         self.periods = int(tried[best])

@@ -25,7 +25,7 @@ FINEST = 1e-6  # of the bracket: the same
 ROUGH = 1e-3  # of the bracket: shift below which one that no longer shrinks is rounding error
 SAME = 1e-3  # relative change of the gap below which a search ends
 DIFFERENCE_STEP = 0.01  # of the width: step of central differences
-REACH = 10.0  # widths beyond which the shapes hardly rotate
+REACH = 10.0  # widths of a veering beyond which its shapes hardly rotate
 
 
 class Candidate(NamedTuple):
@@ -55,7 +55,7 @@ def avoided_crossings(track: Track) -> list[AvoidedCrossing]:
     searches = [Search(track, candidate) for candidate in candidates(track)]
     locate(searches, track.path)
     found = [search for search in searches if search.is_wanted(track.path.problem.modes)]
-    return _measured(track.path, found)
+    return _measured(track, found)
 
 
 def candidates(track: Track) -> list[Candidate]:
@@ -150,19 +150,20 @@ def locate(searches: list[Search], path: Path) -> None:
             searches[k].add(points.among(np.array([value])))
 
 
-def _measured(path: Path, searches: list[Search]) -> list[AvoidedCrossing]:
-    """The located gaps with their coupling, veering index and rotation of the shapes, from solves
-    beside each: close to it, and so far away that the shapes are those of before and after."""
+def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
+    """The located gaps with their coupling and veering index, from solves close to each, and the
+    rotation of the shapes between values of the grid before and after it."""
     if not searches:
         return []
+    path = track.path
     at = np.array([search.least.at for search in searches])
     width = np.array([search.least.width for search in searches])
     before, after = np.array([search.candidate[4:] for search in searches]).T
     step = np.minimum(DIFFERENCE_STEP * width, np.minimum(at - before, after - at))
     near = at[:, None] + np.column_stack((-step, step))
-    ends = np.column_stack(
-        (np.maximum(at - REACH * width, before), np.minimum(at + REACH * width, after))
-    )
+    first = _nearest(track.values, at - REACH * width, before, at)
+    last = _nearest(track.values, at + REACH * width, at, after)
+    ends = np.column_stack((first, last))
     values = np.unique(np.concatenate((near, ends)))
     points, modes = path.points(values), path.modes(values)
     family, k = np.array([search.candidate[:2] for search in searches]).T
@@ -182,6 +183,14 @@ def _measured(path: Path, searches: list[Search]) -> list[AvoidedCrossing]:
             searches, coupling.tolist(), index.tolist(), rotation.tolist(), strict=True
         )
     ]
+
+
+def _nearest(grid: NDArray, wanted: NDArray, low: NDArray, high: NDArray) -> NDArray:
+    """Of the grid (n,) the values (k,) nearest to those wanted (k,), between two others (k,) of
+    which one is a value of the grid."""
+    apart = abs(grid - wanted[:, None])
+    apart[(grid < low[:, None]) | (grid > high[:, None])] = np.inf
+    return grid[apart.argmin(axis=1)]
 
 
 def _places(points: Points, values: NDArray) -> tuple[NDArray, NDArray]:

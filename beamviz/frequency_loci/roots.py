@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import barycentric_interpolate
 from scipy.optimize import elementwise
 
 REACH = 2.0  # a parabola through three samples may reach zero this many times as easily
 NEAREST = 5  # most values from which a root is interpolated
-PRECISION = 1e-7  # last step, relative to the first bracket: the error is far smaller
+LAST_STEP = 1e-4  # relative to the first bracket: the next step would be its square, or smaller
+SMALL = 1e-3  # value of the function before the last step, relative to that at the ends
 MAX_STEPS = 60
 
 # Values of the parameter (k,) and channels (k,) -> values (k,) of the functions; nan where unknown.
@@ -38,8 +38,9 @@ def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
     A sample that is zero belongs to the interval before it.
     """
     sides = np.sign(samples)
-    for i in range(1, len(sides)):
-        sides[i] = np.where(sides[i] == 0, sides[i - 1], sides[i])
+    for i in np.flatnonzero((sides == 0).any(axis=1)).tolist():
+        if i:
+            sides[i] = np.where(sides[i] == 0, sides[i - 1], sides[i])
     brackets = []
     for i, channel in np.argwhere(sides[:-1] * sides[1:] < 0).tolist():
         near = slice(max(i - 2, 0), i + 4)
@@ -64,32 +65,36 @@ class Bracket:
         self.x, self.y = list(x[np.isfinite(y)]), list(y[np.isfinite(y)])
         self.low, self.high = float(low), float(high)
         self.rises = bool(self.y[self.x.index(high)] > 0)
-        self.precision = PRECISION * (self.high - self.low)
-        self.root = math.nan
+        self.last_step = LAST_STEP * (self.high - self.low)
+        self.small = SMALL * max(abs(self.y[self.x.index(end)]) for end in (low, high))
         self.is_located = self.is_lost = False
+        self.root = self._estimate()
 
-    def next_value(self) -> float:
+    def _estimate(self) -> float:
         """Where the function, inverted, is interpolated to vanish; the middle of the bracket where
         that lies outside it."""
         order = np.argsort(np.abs(self.y))[:NEAREST]
         x, y = np.array(self.x)[order], np.array(self.y)[order]
-        if len(np.unique(y)) == len(y):
-            value = float(barycentric_interpolate(y, x, 0.0))
-            if self.low < value < self.high:
-                return value
-        return (self.low + self.high) / 2
+        apart = y - y[:, None] + np.eye(len(y))
+        with np.errstate(divide="ignore", invalid="ignore"):  # where two values are equal
+            value = x @ ((y + np.diag(1 - y)) / apart).prod(axis=1)  # Lagrange's form, at y = 0
+        return float(value) if self.low < value < self.high else (self.low + self.high) / 2
 
-    def add(self, value: float, y: float) -> None:
-        """Take in a value of the function."""
+    def add(self, y: float) -> None:
+        """Take in the value of the function at the estimated root, and estimate it again."""
         self.is_lost = not math.isfinite(y)
-        self.is_located = abs(value - self.root) <= self.precision or y == 0
-        self.root = value
+        self.is_located = y == 0
+        if self.is_lost or self.is_located:
+            return
+        value = self.root
         if (y > 0) == self.rises:
             self.high = value
         else:
             self.low = value
         self.x.append(value)
         self.y.append(y)
+        self.root = self._estimate()
+        self.is_located = abs(self.root - value) <= self.last_step and abs(y) <= self.small
 
 
 def _locate(brackets: list[Bracket], function: Function) -> None:
@@ -98,12 +103,10 @@ def _locate(brackets: list[Bracket], function: Function) -> None:
         active = [one for one in brackets if not (one.is_located or one.is_lost)]
         if not active:
             break
-        values = np.array([bracket.next_value() for bracket in active])
+        roots = np.array([bracket.root for bracket in active])
         channels = np.array([bracket.channel for bracket in active])
-        for bracket, value, y in zip(
-            active, values.tolist(), function(values, channels).tolist(), strict=True
-        ):
-            bracket.add(value, y)
+        for bracket, y in zip(active, function(roots, channels).tolist(), strict=True):
+            bracket.add(y)
 
 
 def _touching(at: NDArray, samples: NDArray, sides: NDArray, function: Function) -> list[Bracket]:

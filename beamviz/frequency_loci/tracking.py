@@ -17,7 +17,7 @@ from beamviz.solver.solution import Solution
 
 INTERVALS = 160  # of the grid: the 81 points of a page are every second value
 HALVINGS = 6  # most of an interval
-RECOGNISED = 0.5  # least share of a shape that its neighbours at the next value have
+RECOGNISED = 0.8  # least share of a shape that it and one neighbour have at the next value
 TOWARDS_LIMIT = np.array([0.75, 0.5, 0.25, 0.1, 0.03])  # roots of the relative distances from it
 
 
@@ -110,6 +110,9 @@ def continuity(modes: Modes, points: Points, count: int) -> Continuity:
     stays, rises, falls = share(0), share(1), share(-1)
     kept = stays[..., :-1] + stays[..., 1:]
     exchanged = rises[..., :-1] + falls[..., 1:] > kept
-    requested = known[:-1] & known[1:] & (rank[:-1] < count) & (rank[1:] < count)
-    recognised = stays + rises + falls >= RECOGNISED
-    return Continuity(exchanged, (recognised | ~requested).all(axis=(1, 2)))
+    requested = known & (rank < count)
+    on_both_sides = requested[:-1] & requested[1:]
+    has_left = (requested[:-1] & ~known[1:]) | (requested[1:] & ~known[:-1])
+    recognised = stays + np.maximum(rises, falls) >= RECOGNISED
+    is_known = (recognised | ~on_both_sides) & ~has_left
+    return Continuity(exchanged, is_known.all(axis=(1, 2)))

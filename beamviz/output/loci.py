@@ -73,7 +73,7 @@ def frequency_lines(loci: Loci) -> list[str]:
     count = len(loci.values)
     step = math.ceil((count - 1) / (MAX_ROWS - 1))
     rows = [*range(0, count - 1, step), count - 1]
-    columns = {f"{one.label}  ": [*branch_cells(one, rows)] for one in loci.branches}
+    columns = {f"{branch.label}  ": [*branch_cells(branch, rows)] for branch in loci.branches}
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
     table = aligned_table({loci.over: [f"{loci.values[i]:.7g}" for i in rows], **columns})
     lines = [f"Frequencies [1/T*]{thinned}", *table]

@@ -130,10 +130,14 @@ class Chart:
             return
         labels = {branch.label for branch in loci.branches}
         met = (event for event in self.events if labels.issuperset(event.branches))
-        own = [event for event in met if branch.label in event.branches]
-        sides = [0.5 if one.gap and branch.label == _upper(loci, one) else -0.5 for one in own]
-        heights = [one.frequency + side * one.gap for one, side in zip(own, sides, strict=True)]
-        x = np.concatenate((loci.values, [event.at for event in own]))
+        events = [event for event in met if branch.label in event.branches]
+        sides = [
+            0.5 if event.gap and branch.label == _upper(loci, event) else -0.5 for event in events
+        ]
+        heights = [
+            event.frequency + side * event.gap for event, side in zip(events, sides, strict=True)
+        ]
+        x = np.concatenate((loci.values, [event.at for event in events]))
         y = np.concatenate((branch.frequency, heights))
         order = x.argsort(kind="stable")
         x, y = x[order], y[order]
@@ -187,9 +191,14 @@ class Chart:
     def label_ends(self, others: Sequence[EndLabel] = ()) -> None:
         """Labels of the branches, and of other lines, that reach the right end."""
         branches = [
-            (self.y(one.frequency[-1]), one.label, FAMILIES(one.bending_fraction[-1]), "bold")
-            for one in self.loci.branches
-            if math.isfinite(one.frequency[-1])
+            (
+                self.y(branch.frequency[-1]),
+                branch.label,
+                FAMILIES(branch.bending_fraction[-1]),
+                "bold",
+            )
+            for branch in self.loci.branches
+            if math.isfinite(branch.frequency[-1])
         ]
         label_line_ends(self.axes, [*branches, *others])
 

@@ -15,18 +15,22 @@ from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
 from beamviz.solver.problem import OPTIONS, Problem
+from beamviz.sweeps.arrays import SOLVED, STATUSES
+from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
-from beamviz.sweeps.store import STATUSES, chunks_read, find_place
+from beamviz.sweeps.store import chunks_read, damaged_chunk
 
 if TYPE_CHECKING:
     import xarray
 
 SIZE = (7.0, 5.0)  # [in]
-EMPTY = {  # by status: colour and hatch of beams without a number
-    "not computed": ("#FFFFFF", "...."),
-    "unstable": ("#E4E4E4", "\\\\\\"),
-    "no equilibrium": ("#C8C8C8", "////"),
-    "not converged": ("#A0A0A0", "xxxx"),
+NOT_STABLE = {  # by status: hatch of beams, and their colour where they have no number
+    "not computed": ("....", "#FFFFFF"),
+    "unstable": ("\\\\\\", "#E4E4E4"),
+    "no equilibrium": ("////", "#C8C8C8"),
+    "not converged": ("xxxx", "#A0A0A0"),
+    "vibrations grow": ("||||", "#E4E4E4"),
+    "buckled chordwise": ("----", "#E4E4E4"),
 }
 DECADES = 1e-4  # of the largest gap: colours end there
 HALO = [patheffects.withStroke(linewidth=3.0, foreground="white")]
@@ -58,8 +62,9 @@ def draw_map(
     ax: where to draw, by default the current axes.
 
     Parts where the family of the mode, or the modes of the gap, change are separated by lines and
-    named. Beams without a number are grey, by their status. Frequencies are in Hz and speeds in rpm
-    for a sweep of a beam in SI. Raises InvalidInput, and Unavailable for a damaged store.
+    named. Beams that are not stable are hatched by their status, and grey where they have no
+    number. Frequencies are in Hz and speeds in rpm for a sweep of a beam in SI. Raises
+    InvalidInput, and Unavailable for a damaged store.
     """
     if (mode is None) != gap:
         raise InvalidInput("a map is either of one mode or, with gap, of the smallest gap")
@@ -71,13 +76,15 @@ def draw_map(
             f"over {','.join(over) or '(nothing)'}: must be two axes of the sweep, which is over"
             f" {', '.join(axes)}, with a comma between"
         )
-    place = find_place(axes, over, at or {})
-    with chunks_read(dataset.encoding.get("source", "the sweep")):
+    place, source = find_place(axes, over, at or {}), dataset.encoding.get("source", "the sweep")
+    with chunks_read(source):
         part = dataset.isel(place).transpose(over[1], over[0], "mode").load()
-    spectra = part["frequency"].values, part["family"].values
-    shown = smallest_gap(*spectra) if mode is None else frequency_of(mode, *spectra)
+    frequency, family, status = (part[name].values for name in ("frequency", "family", "status"))
+    if ((np.isnan(frequency[..., 0]) | (family[..., 0] < 0)) & (status == SOLVED)).any():
+        raise damaged_chunk(source, "a stable beam has no frequency")
+    found = frequency, family, status
+    shown = smallest_gap(*found) if mode is None else frequency_of(mode, *found)
     what, values = shown.name, shown.values
-    status = part["status"].values
     if not np.isfinite(values).any():
         met = ", ".join(STATUSES[code] for code in np.unique(status))
         raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
@@ -87,8 +94,8 @@ def draw_map(
     (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
     x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
     values = units.hertz(values) if units else values
-    draw_empty(ax, x, y, np.where(np.isfinite(values), -1, status))
     draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
+    draw_statuses(ax, x, y, status, np.isfinite(values))
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
     ax.set_title(title(what, over, held), loc="left", fontsize=8)
     ax.set(xlabel=xlabel, ylabel=ylabel, xlim=x[[0, -1]], ylim=y[[0, -1]])
@@ -96,18 +103,23 @@ def draw_map(
     return ax
 
 
-def draw_empty(ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray) -> None:
-    """Fill the beams without a number (status >= 0) in grey, hatched by status, with a legend."""
+def draw_statuses(
+    ax: Axes, x: np.ndarray, y: np.ndarray, status: np.ndarray, known: np.ndarray
+) -> None:
+    """Hatch the beams that are not stable by status, with a legend; grey where none is known."""
     handles = []
-    for name, (colour, hatch) in EMPTY.items():
+    for name, (hatch, colour) in NOT_STABLE.items():
         here = status == STATUSES.index(name)
         if not here.any():
             continue
-        one = ListedColormap([colour])
-        ax.pcolormesh(x, y, np.ma.masked_where(~here, here), cmap=one, rasterized=True)
+        empty = here & ~known
+        if empty.any():
+            grey = np.ma.masked_where(~empty, empty)
+            ax.pcolormesh(x, y, grey, cmap=ListedColormap([colour]), rasterized=True)
         stripes = ax.contourf(x, y, here, levels=[0.5, 1.5], colors="none", hatches=[hatch])
         stripes.set(edgecolor=STRIPES, linewidth=0)
-        handles.append(Patch(facecolor=colour, edgecolor=STRIPES, hatch=hatch, lw=0.5, label=name))
+        fill = colour if empty.any() else "none"
+        handles.append(Patch(facecolor=fill, edgecolor=STRIPES, hatch=hatch, lw=0.5, label=name))
     if handles:
         ax.legend(
             handles=handles,

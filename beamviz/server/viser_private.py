@@ -47,6 +47,8 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     "viser:ViserServer": "request_share_url",
     "viser.infra._async_message_buffer:AsyncMessageBuffer": "event_loop window_duration_sec",
     "viser.infra:WebsockServer": "get_message_buffer queue_message",
+    "viser.infra:WebsockMessageHandler": "get_message_serializer",
+    "viser.infra:StateSerializer": "as_html",
     "viser._assignable_props_api": "get_type_hints",
     "viser._gui_handles:_GuiHandleState": "gui_api props sync_cb uuid value",
     "viser._scene_api:SceneApi": "_queue_scene_message",
@@ -160,6 +162,7 @@ class RecordedServer(viser.ViserServer):
     """A scene that is recorded as a page of its own: no port, no thread and no visitor."""
 
     def __init__(self) -> None:
+        check_attributes()
         self._websock_server: Any = Recorder()
         self._scene_lifecycle_lock = threading.RLock()
         self._recording = self._websock_server.get_message_serializer(

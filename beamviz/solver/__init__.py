@@ -72,28 +72,20 @@ def solve(
 
 
 @documents_options
-def solve_many(
-    beams: Iterable[Beam],
-    extra_modes: int = 0,
-    common_mesh: Any = None,
-    **options: Any,
-) -> list[Answer]:
+def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> list[Answer]:
     """`solve` for many beams with the same options, in batches where the method allows it.
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
     extra_modes: number of modes beyond those asked for, 0 to 20, whose errors may exceed the
-    tolerance. common_mesh: of a line in parameter space that contains `beams`: those with their
-    mass at the same position then share a mesh, in this call and in others with the same argument.
+    tolerance.
     Raises InvalidInput for wrong options.
     """
     problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    return _solve(list(beams), problem, extra_modes, common_mesh)
+    return _solve(list(beams), problem, extra_modes)
 
 
-def _solve(
-    beams: list[Beam], problem: Problem, extra_modes: int = 0, common_mesh: Any = None
-) -> list[Answer]:
+def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
     """Dispatch to the state and the method."""
     start = time.perf_counter()
     answers: list[Answer]
@@ -103,7 +95,7 @@ def _solve(
         from beamviz.solver.hp import solve_hp
 
         interruption.get()()
-        answers = solve_hp(beams, problem, extra_modes, common_mesh)
+        answers = solve_hp(beams, problem, extra_modes)
     else:
         solve_one = _solver_of_one_beam(problem.method)
         more = replace(problem, modes=problem.modes + extra_modes)
@@ -148,8 +140,8 @@ def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list
     if problem.state == "stable":
         where = [k for k, beam in enumerate(beams) if not beam.spin_up]
         first = replace(problem, state="straight")
-        found = _solve([beams[k] for k in where], first, extra_modes)
-        straight = dict(zip(where, found, strict=True))
+        straight_answers = _solve([beams[k] for k in where], first, extra_modes)
+        straight = dict(zip(where, straight_answers, strict=True))
     answers: list[Answer] = []
     near: Any = None  # the last bent state
     for k, beam in enumerate(beams):

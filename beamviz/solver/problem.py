@@ -175,8 +175,8 @@ class Problem:
     state: str = option(
         "straight",
         "Equilibrium to vibrate about. straight: with status unstable where it is not stable; bent:"
-        " the stable bent state of lowest energy; stable: the straight one where that is stable,"
-        " else the bent one. A beam with a spin-up has no straight state.",
+        " the stable deflected equilibrium of lowest energy; stable: the straight one where that"
+        " is stable, else the deflected one. A beam with a spin-up has no straight state.",
         choices=("straight", "bent", "stable"),
     )
 

@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from beamviz.beam import check_int
 from beamviz.errors import InvalidInput
-from beamviz.sweeps.store import FAMILIES
+from beamviz.sweeps.arrays import FAMILIES, SOLVED, STATUSES
 
 LEAST_REGION = 0.03  # of the map: the smallest region that is named
 SMOOTH = 0.7  # [columns and rows] by which borders are smoothed
@@ -16,8 +16,8 @@ SMOOTH = 0.7  # [columns and rows] by which borders are smoothed
 
 class Quantity(NamedTuple):
     """A quantity over two parameters: values (rows, columns), nan where there is none; kinds (rows,
-    columns): the family of the mode, or the modes of the gap and their families, as a code, -1
-    where there is none; names: of the kinds, in lines."""
+    columns): the family of the mode, or the modes of the gap and their families, and the status of
+    the beam, as a code, -1 where there is none; names: of the kinds, in lines."""
 
     name: str
     values: np.ndarray
@@ -54,32 +54,58 @@ def connected(mask: np.ndarray, size: tuple[float, float]) -> Iterator[tuple[flo
         yield float(part.mean()), int(row), int(column)
 
 
-def frequency_of(mode: int, frequency: np.ndarray, family: np.ndarray) -> Quantity:
-    """The frequency of a mode (1 is the lowest); frequency, family: (rows, columns, modes)."""
+def frequency_of(
+    mode: int, frequency: np.ndarray, family: np.ndarray, status: np.ndarray
+) -> Quantity:
+    """The frequency of a mode (1 is the lowest); frequency, family: (rows, columns, modes);
+    status: (rows, columns)."""
     check_int("mode", mode, 1, frequency.shape[-1])
-    values, kinds = frequency[..., mode - 1], family[..., mode - 1].astype(int)
-    kinds = np.where(np.isfinite(values), kinds, -1)
-    return Quantity(f"frequency of mode {mode}", values, kinds, dict(enumerate(FAMILIES)))
+    values = frequency[..., mode - 1]
+    kinds, names = classify(np.isfinite(values), status, family[..., mode - 1])
+    named = {code: with_status(FAMILIES[found], of) for code, (of, found) in names.items()}
+    return Quantity(f"frequency of mode {mode}", values, kinds, named)
 
 
-def smallest_gap(frequency: np.ndarray, family: np.ndarray, families: bool = True) -> Quantity:
+def smallest_gap(
+    frequency: np.ndarray, family: np.ndarray, status: np.ndarray, families: bool = True
+) -> Quantity:
     """The smallest gap between neighbouring frequencies (rows, columns, modes); its kinds are the
-    two modes and, with `families`, theirs."""
+    two modes and, with `families`, theirs. status: (rows, columns)."""
     if frequency.shape[-1] < 2:
         raise InvalidInput("the sweep has one mode: a gap needs two, as with modes=5")
     gaps = np.diff(frequency, axis=-1)
     gaps[~np.isfinite(gaps)] = np.inf
-    lower = gaps.argmin(axis=-1)[..., None]
-    smallest = np.take_along_axis(gaps, lower, -1)[..., 0]
+    lower = gaps.argmin(axis=-1)
+    smallest = gaps.min(axis=-1)
     known = np.isfinite(smallest)
-    pair = (np.take_along_axis(family.astype(int), lower + side, -1)[..., 0] for side in (0, 1))
-    first, second = np.sort(np.stack(list(pair)), axis=0) if families else (0, 0)
-    base = len(FAMILIES)
-    codes = np.where(known, (lower[..., 0] * base + first) * base + second, -1)
+    pair = (np.take_along_axis(family, (lower + side)[..., None], -1)[..., 0] for side in (0, 1))
+    first, second = np.sort(np.stack(list(pair)), axis=0)
+    if families:
+        kinds, found = classify(known, status, lower, first, second)
+    else:
+        kinds, found = classify(known, status, lower)
     names = {}
-    for code in np.unique(codes[known]).tolist():
-        k, a, b = code // base**2, FAMILIES[code // base % base], FAMILIES[code % base]
+    for code, (of, k, *pure) in found.items():
+        a, b = (FAMILIES[one] for one in pure) if pure else ("", "")
         both = f"both\n{a}" if a == b else f"{a},\n{b}"
-        names[code] = f"modes {k + 1}, {k + 2}" + (f":\n{both}" if families else "")
+        names[code] = with_status(f"modes {k + 1}, {k + 2}" + f":\n{both}" * families, of)
     values = np.where(known, smallest, np.nan)
-    return Quantity("smallest gap between frequencies", values, codes, names)
+    return Quantity("smallest gap between frequencies", values, kinds, names)
+
+
+def classify(
+    known: np.ndarray, *labels: np.ndarray
+) -> tuple[np.ndarray, dict[int, tuple[int, ...]]]:
+    """Codes (rows, columns) of the different combinations of labels (rows, columns), -1 where the
+    quantity is not known, and the labels of each code."""
+    kinds = np.full(known.shape, -1)
+    if not known.any():
+        return kinds, {}
+    rows = np.stack([label[known].astype(int) for label in labels], axis=1)
+    different, kinds[known] = np.unique(rows, axis=0, return_inverse=True)
+    return kinds, {code: tuple(row) for code, row in enumerate(different.tolist())}
+
+
+def with_status(name: str, status: int) -> str:
+    """The name of a kind, with the status of its beams unless they are stable."""
+    return name if status == SOLVED else f"{name}\n({STATUSES[status]})"

@@ -16,27 +16,21 @@ from beamviz.beam import NUMBERS
 from beamviz.lessons import NAMES
 from beamviz.solver.problem import CHOICES, MAX_MODES
 
-WHOLE = f"must be a whole number in 1 .. {MAX_MODES}"
-NO_ELEMENTS = "takes no number of elements; methods that do: ancf, ancf-planar, linear"
 LOCI, OVER = "loci --over gamma --start 0 --stop 5", "sweep a.zarr --over gamma=0,1 --over"
 LINE, AT = "loci --over gamma --sweep $STORE --at", "alpha=1,beta=0.5"
 MAP = "--over gamma,alpha --at beta=0.5 --sweep $STORE"
 ALL_AXES = "alpha=0,1 --over beta=0,1 --over delta=0,1 --over mu=50,70 --over spin_up=0,1"
-EXACT = {  # the whole message
-    "modes --alpha -1": "alpha = -1: must lie in 0 .. 100",
-    "modes --beta half": "beta = 'half': must be a number in 0 .. 1",
-    "modes --modes 2.5": f"modes = 2.5: {WHOLE}",
-    "modes --modes many": f"modes = 'many': {WHOLE}",
-    "modes --elements 8": f"elements = 8: method auto {NO_ELEMENTS}",
-    "modes --si none.toml": "none.toml: No such file or directory",
-    "modes --si größe.toml": "größe.toml: No such file or directory",
-    "modes --si none.toml --gamma 0": "--gamma 0 and --si none.toml exclude each other: the file"
-    " gives all numbers",
-    "screenshot a.png --scene $SCENE": "$SCENE [beam]: unknown key 'gama'; known: "
-    + ", ".join(NUMBERS),
-    "screenshot a.png --lesson magic": f"lesson = 'magic': must be one of {', '.join(NAMES)}",
-}
-NAMED = {  # parts of the message, separated by |
+NAMED = {  # what a message names, separated by |: the option, the value, the values allowed
+    "modes --alpha -1": "alpha = -1|0 .. 100",
+    "modes --beta half": "beta = 'half'|0 .. 1",
+    "modes --modes 2.5": f"modes = 2.5|1 .. {MAX_MODES}",
+    "modes --modes many": f"modes = 'many'|1 .. {MAX_MODES}",
+    "modes --elements 8": "elements = 8|auto|ancf, ancf-planar, linear",
+    "modes --si none.toml": "none.toml",
+    "modes --si größe.toml": "größe.toml",
+    "modes --si none.toml --gamma 0": "--gamma 0|--si none.toml",
+    "screenshot a.png --scene $SCENE": "$SCENE|[beam]|'gama'|" + "|".join(NUMBERS),
+    "screenshot a.png --lesson magic": "lesson = 'magic'|" + "|".join(NAMES),
     "modes --alhpa 1": "--alhpa|--alpha",
     "modes --alpha": "--alpha",
     **{  # exactly what solve() knows
@@ -51,57 +45,56 @@ NAMED = {  # parts of the message, separated by |
     "screenshot a.png --height tall": "height = 'tall'|64 .. 4096",
     "screenshot a.png --mode 0": f"mode = 0|1 .. {MAX_MODES}",
     "screenshot a.png --phase nan": "phase = nan|0 .. 1",
-    "screenshot a.png --from 1,2": "--from|1,2|three numbers",
+    "screenshot a.png --from 1,2": "--from|1,2|0,-1,0.5",
     "screenshot a.jpg": "a.jpg|.png",
-    "screenshot a.png --lesson nodes --scene $SCENE": "--scene $SCENE and --lesson nodes exclude",
+    "screenshot a.png --lesson nodes --scene $SCENE": "--scene $SCENE and --lesson nodes",
     "serve --port 70000": "port = 70000|1 .. 65535",
-    "loci --over gamma --start 0 --stop 0": "--start 0 --stop 0: stop must be above start",
-    "loci --over gamma --start 0 --stop nan": "--stop: gamma = nan: must lie in 0 .. 200",
-    "loci --over gamma --start -1 --stop 5": "--start: gamma = -1: must lie in 0 .. 200",
-    "loci --over gamma --start 0 --stop fast": "--stop: gamma = 'fast': must be a number",
-    f"{LOCI} --points 1": "--points = 1: must be a whole number in 2 .. 10000",
+    "loci --over gamma --start 0 --stop 0": "--start 0 --stop 0",
+    "loci --over gamma --start 0 --stop nan": "--stop: gamma = nan|0 .. 200",
+    "loci --over gamma --start -1 --stop 5": "--start: gamma = -1|0 .. 200",
+    "loci --over gamma --start 0 --stop fast": "--stop: gamma = 'fast'",
+    f"{LOCI} --points 1": "--points = 1|2 .. 10000",
     "loci --over gamma --start 0 --stop 90 --mu 10": "gamma / mu = ",
-    f"{LOCI} --plot x.gif": "x.gif: must end in .png, .svg or .pdf",
-    f"{LOCI} --per-rev -1": "per-rev = -1: must be a whole number in 0 .. 100",
+    f"{LOCI} --plot x.gif": "x.gif|.png|.svg|.pdf",
+    f"{LOCI} --per-rev -1": "per-rev = -1|0 .. 100",
     "loci --over gamma --start 0": "Missing option '--stop'",
     "loci --over speed --start 0 --stop 1": ", ".join(map(repr, NUMBERS)),
-    "loci --over mu --start 10 --stop 100 --gamma 150": "must be at most 5 (gamma = 150, mu = 10)",
-    "loci --over beta --start 0 --stop 1 --per-rev 2": "per-rev lines need loci over gamma, not"
-    " over beta",
+    "loci --over mu --start 10 --stop 100 --gamma 150": "5|gamma = 150|mu = 10",
+    "loci --over beta --start 0 --stop 1 --per-rev 2": "per-rev|gamma|beta",
     "sweep a.zarr": "Missing option '--over'",
-    "sweep a.zarr --over gamma": "--over gamma: must be NAME=START:STOP:POINTS or",
-    "sweep a.zarr --over gamma=0:5": "--over gamma=0:5: must be",
-    "sweep a.zarr --over gamma=1,,2": "--over gamma=1,,2: must be",
-    "sweep a.zarr --over speed=0:5:3": "NAME one of alpha, beta, gamma",
-    "sweep a.zarr --over gamma=5:0:3": ": start 5 stop 0: stop must be above start",
-    "sweep a.zarr --over gamma=0:5:1": ": points = 1: must be a whole number in 2 ..",
-    "sweep a.zarr --over gamma=3,2": "values of gamma: must ascend",
-    f"{OVER} gamma=2,3": "--over gamma=2,3: gamma is given twice",
-    f"{OVER} {ALL_AXES}": "6 axes, gamma, alpha, beta, delta, mu, spin_up: must be at most 5",
-    "sweep a.zarr --over gamma=0,1 --workers 0": "workers = 0: must be",
-    "sweep a.zarr --over gamma=0,1 --scheduler nowhere": "no Dask scheduler at nowhere",
-    "sweep file.zarr --over gamma=0,1": "file.zarr: is no sweep of this program",
-    "loci --over mu --sweep $STORE": "over mu: mu is no axis of this sweep",
-    "loci --over gamma --sweep $STORE": "alpha is missing, one of its 4 values 0 .. 2",
-    f"{LINE} alpha=1,beta=0.6": "beta=0.6: not in this sweep; the nearest is",
-    f"{LINE} alpha=x": "--at alpha=x: must be NAME=VALUE",
-    f"{LINE} alpha=1:2": "--at alpha=1:2: must be NAME=VALUE",
-    f"{LINE} gamma=1": "at gamma=1: gamma varies",
-    f"{LINE} {AT} --start 1": "--start and --sweep",
-    f"{LINE} {AT} --coriolis": "--coriolis and --sweep",
-    f"export a.png --gap --mode 1 {MAP}": "either of one mode or, with gap",
+    "sweep a.zarr --over gamma": "--over gamma|NAME=START:STOP:POINTS",
+    "sweep a.zarr --over gamma=0:5": "--over gamma=0:5",
+    "sweep a.zarr --over gamma=1,,2": "--over gamma=1,,2",
+    "sweep a.zarr --over speed=0:5:3": "speed|alpha, beta, gamma",
+    "sweep a.zarr --over gamma=5:0:3": ": start 5 stop 0",
+    "sweep a.zarr --over gamma=0:5:1": "points = 1|2 ..",
+    "sweep a.zarr --over gamma=3,2": "gamma|3|2",
+    f"{OVER} gamma=2,3": "--over gamma=2,3|gamma",
+    f"{OVER} {ALL_AXES}": "6 axes|gamma, alpha, beta, delta, mu, spin_up|5",
+    "sweep a.zarr --over gamma=0,1 --workers 0": "workers = 0",
+    "sweep a.zarr --over gamma=0,1 --scheduler nowhere": "nowhere",
+    "sweep file.zarr --over gamma=0,1": "file.zarr",
+    "loci --over mu --sweep $STORE": "mu",
+    "loci --over gamma --sweep $STORE": "alpha|0 .. 2",
+    f"{LINE} alpha=1,beta=0.6": "beta=0.6|0.5",
+    f"{LINE} alpha=x": "--at alpha=x|NAME=VALUE",
+    f"{LINE} alpha=1:2": "--at alpha=1:2|NAME=VALUE",
+    f"{LINE} gamma=1": "gamma=1",
+    f"{LINE} {AT} --start 1": "--start|--sweep",
+    f"{LINE} {AT} --coriolis": "--coriolis|--sweep",
+    f"export a.png --gap --mode 1 {MAP}": "mode|gap",
     f"export a.png --mode 4 {MAP}": "mode = 4",
-    f"export a.glb {MAP}": "a.glb: must end in .png, .svg or .pdf",
-    "export a.png --over gamma --sweep $STORE": "must be two axes",
-    f"export a.png --alpha 1 {MAP}": "--alpha and --sweep",
-    "export a.png --sweep $STORE": "must be two axes",
-    "export a.html --gap": "--gap: needs --sweep",
-    "export a.html --over gamma,alpha": "--over: needs --sweep",
-    "loci --over gamma --start 0 --stop 1 --at alpha=1": "--at: needs --sweep",
+    f"export a.glb {MAP}": "a.glb|.png|.svg|.pdf",
+    "export a.png --over gamma --sweep $STORE": "gamma",
+    f"export a.png --alpha 1 {MAP}": "--alpha|--sweep",
+    "export a.png --sweep $STORE": "gamma",
+    "export a.html --gap": "--gap|--sweep",
+    "export a.html --over gamma,alpha": "--over|--sweep",
+    "loci --over gamma --start 0 --stop 1 --at alpha=1": "--at|--sweep",
     "loci --over gamma --stop 1": "--start",
-    "loci --over gamma --sweep no.zarr": "no.zarr: is no sweep",
-    "export a.png --sweep no.zarr --over gamma,alpha": "no.zarr: is no sweep",
-    "export a.png --sweep file.zarr --over gamma,alpha": "file.zarr: is no sweep",
+    "loci --over gamma --sweep no.zarr": "no.zarr",
+    "export a.png --sweep no.zarr --over gamma,alpha": "no.zarr",
+    "export a.png --sweep file.zarr --over gamma,alpha": "file.zarr",
 }
 
 
@@ -115,20 +108,18 @@ def files(tmp_path_factory):
     return {"STORE": str(folder / "a.zarr"), "SCENE": str(folder / "scene.toml")}
 
 
-@pytest.mark.parametrize("line", [*EXACT, *NAMED])
+@pytest.mark.parametrize("line", NAMED)
 def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
     """stdout is empty, or with --format json the error as JSON, in ASCII: a terminal may lack the
     letters of a path."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file.zarr").write_text("kept")
     command, *options = Template(line).substitute(files).split()
-    expected = Template((EXACT | NAMED)[line]).substitute(files)
+    expected = Template(NAMED[line]).substitute(files)
     code, out, err = run(command, *options)
     assert (code, out, err.count("\n")) == (1 if "scheduler" in line else 2, "", 1)
     assert err.startswith("beamviz: ")
     message = err.removeprefix("beamviz: ").removesuffix("\n")
-    if line in EXACT:
-        assert message == expected
     assert [part for part in expected.split("|") if part not in message] == []
     if command in ("modes", "loci"):
         for json_option in (["--format", "json"], ["--format=json"]):

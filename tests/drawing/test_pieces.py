@@ -2,7 +2,6 @@
 
 import math
 from typing import Any
-from unittest import mock
 
 import numpy as np
 import pytest
@@ -16,7 +15,7 @@ from viser.transforms import SO3
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView, beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam, segments, subdivide, to_hub_frame
-from beamviz.drawing.modes import CLOSE, LAYER, STATIONS, SampledModes, displacement
+from beamviz.drawing.modes import CLOSE, LAYER, SampledModes, displacement
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.scene import COLOURINGS, ViewOptions
 from beamviz.solver import solve
@@ -50,8 +49,7 @@ class Drawn:
         """How far the solver's own curve gets from the pieces, relative to the bound."""
         count = len(self.pieces.strain)
         x = np.interp(np.arange(FINER * count + 1) / FINER, np.arange(count + 1), self.pieces.x)
-        with mock.patch("beamviz.drawing.modes.stations", return_value=x):
-            exact = SampledModes.sampled(self.solution, self.shapes)
+        exact = SampledModes.sampled(self.solution, self.shapes, x)
         distances = []
         for phase in PHASES:
             ends, curve = (one.centreline + self.moved(one, phase) for one in (self.pieces, exact))
@@ -86,7 +84,7 @@ def test_pieces_deviate_little_from_the_curve(options, beam, shares, amplitude, 
         assert drawn.steps() <= 1.1
 
 
-def test_half_as_many_pieces_are_not_enough(monkeypatch):
+def test_half_as_many_pieces_are_not_enough():
     """For one mode at a time, one of the two bounds would not hold, apart from rounding up to whole
     pieces on both sides of the mass."""
     halved = []
@@ -98,9 +96,7 @@ def test_half_as_many_pieces_are_not_enough(monkeypatch):
         half = len(drawn.pieces.strain) // 2
         if half < 8:
             continue
-        with monkeypatch.context() as patch:
-            patch.setattr(beam_mesh, "MAX_PIECES", half)
-            drawn.pieces = subdivide(drawn.seen)
+        drawn.pieces = subdivide(drawn.seen, most=half)
         assert half - 1 <= len(drawn.pieces.strain) <= half
         halved.append(max(drawn.deviation(), drawn.steps()))
     assert len(halved) > 40
@@ -114,11 +110,12 @@ def count(beam: Beam, mode: int, amplitude: float = 0.15, scale: float = DEFAULT
     return len(subdivide(DrawnBeam(sampled(beam), ViewOptions(), scale, sizes)).strain)
 
 
-def test_the_count_is_small():
-    """A straight beam has 4 pieces, its first modes some dozens; there are more at a larger scale,
-    at most 256."""
-    assert [count(PAPER, mode) for mode in range(3)] == pytest.approx([4, 60, 90], rel=0.2)
-    assert 250 < count(PAPER, 5, 0.4) <= 256
+def test_pieces_are_as_many_as_the_picture_needs():
+    """More for a higher mode and at a larger scale, but never above the bound that keeps a page
+    fast."""
+    counts = [count(PAPER, mode) for mode in (0, 1, 2, 4)]  # none, B1, B2, B3
+    assert counts == sorted(counts)
+    assert count(PAPER, 5, 0.4) <= beam_mesh.MAX_PIECES
     assert count(Beam(), 2, scale=20 * DEFAULT_SCALE) > count(Beam(), 2)
 
 
@@ -135,8 +132,7 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
         assert places.x[[0, -1]].tolist() == [0.0, 1.0]
         assert (np.diff(places.x) > 0).all()
         assert places.x[places.mass] == pytest.approx(beam.beta, abs=CLOSE)
-    assert len(shapes.x) == STATIONS
-    assert (shapes.x < LAYER).sum() > 1.2 * LAYER * STATIONS
+    assert (shapes.x < LAYER).mean() > 1.2 * LAYER
     assert not shapes.centreline[:, 1].any()
     longer = np.diff(pieces.centreline[:, 0]) / np.diff(pieces.x) - 1
     assert pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))

@@ -89,12 +89,17 @@ def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest
 
 @pytest.mark.slow
 def test_beams_without_a_frequency_are_explained(guest):
-    """An inward beam buckles: no colour there, and a sentence with the percentage."""
+    """An inward beam buckles: no colour there, and a sentence with the percentage. Its higher modes
+    have a frequency, and a beam that has buckled in the other plane all: these are named too."""
     guest.do("tab", "map")
     guest.set(mapped="1", delta=-1.0)
     guest.says("Grey: unstable")
     *_, values = grid(map_shown(guest, name="mode 1"))
     assert 0 < np.isnan(values).mean() < 1
+    guest.set(mapped="2")
+    guest.says("In colour, but: unstable")
+    guest.set(plane="flapwise")
+    guest.says("In colour, but: buckled chordwise")
 
 
 def test_a_slow_map_is_cancelled_and_restarted(guest):

@@ -5,6 +5,7 @@ import random
 import re
 from collections.abc import Iterator
 from typing import Any
+from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
@@ -126,7 +127,19 @@ def page_of(guest: Visitor) -> dict[str, Any]:
         for key, one in content.items()
         if is_shown(key, tab) and (kind == "props" or key in there)
     }
-    return seen | {key: guest.parts.get(key) for key in ("open", "captions", "address", "met")}
+    address = {key: numbers(one) for key, one in parse_qsl(guest.parts.get("address", ""))}
+    return seen | {"address": address, **{key: guest.parts[key] for key in PARTS}}
+
+
+PARTS = ("open", "captions", "met")
+
+
+def numbers(text: str) -> float | str:
+    """A number, with what rounding leaves of it in SI units and back, or another text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 def scene_of(guest: Visitor) -> dict[str, Any]:

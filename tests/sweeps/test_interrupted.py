@@ -21,7 +21,8 @@ from beamviz import Beam, solve
 from beamviz.cli.commands import KEPT
 from beamviz.sweeps import open_sweep, sweep
 
-LINE = ["--over", "gamma=0:20:401", "--over", "alpha=0:3:13", "--over", "beta=0.5,1", "--coriolis"]
+LINE = ["--over", "gamma=0:10:401", "--over", "alpha=0:3:13", "--coriolis"]
+CHUNKS = 7
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of Unix")
 
@@ -47,7 +48,7 @@ def undisturbed(tmp_path_factory) -> dict[str, bytes]:
     store = tmp_path_factory.mktemp("undisturbed") / "a.zarr"
     with start(store, "--workers", "1") as process:
         out, _ = process.communicate(timeout=120)
-    assert out == "10426 solved\n"
+    assert out == "5213 solved\n"
     return contents(store)
 
 
@@ -55,7 +56,7 @@ def finish(store: Path, undisturbed: dict[str, bytes]) -> str:
     """Resume a sweep; the same store as that of one run, byte by byte. Returns its progress."""
     with start(store) as process:
         out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (0, "10426 solved\n"), err
+    assert (process.returncode, out) == (0, "5213 solved\n"), err
     assert contents(store) == undisturbed
     return err
 
@@ -63,7 +64,7 @@ def finish(store: Path, undisturbed: dict[str, bytes]) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "counts"),
-    [(signal.SIGKILL, (1, 3, 5)), (signal.SIGINT, (0, 2)), (signal.SIGTERM, (0, 2))],
+    [(signal.SIGKILL, (1, 3)), (signal.SIGINT, (0, 2)), (signal.SIGTERM, (0, 2))],
 )
 def test_ended_by_a_signal(number, counts, undisturbed, tmp_path):
     """While its workers start and while they work. Killed, its workers end too; by Ctrl-C, which
@@ -82,8 +83,8 @@ def test_ended_by_a_signal(number, counts, undisturbed, tmp_path):
         *progress, last = err.splitlines()
         assert last == f"beamviz: {KEPT}"
         assert all("a second" in line for line in progress), err
-    assert count <= chunks(store) < 14
-    assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
+    assert count <= chunks(store) < CHUNKS
+    assert "100 %, 5,213 of 5,213 beams" in finish(store, undisturbed)
 
 
 def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
@@ -137,12 +138,12 @@ def test_no_room(undisturbed, tmp_path):
 
 @pytest.mark.slow
 def test_memory_does_not_grow(tmp_path):
-    """Neither that of the first process nor that of a worker, for a sweep of 16 times as many
+    """Neither that of the first process nor that of a worker, for a sweep of 4 times as many
     beams; and at a hundred of its places the numbers are those of solve."""
     peaks = []
-    for count in (5, 80):
+    for count in (4, 16):
         store = tmp_path / f"{count}.zarr"
-        axes = ("gamma=0:50:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
+        axes = ("gamma=0:2:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
         over = (word for axis in axes for word in ("--over", axis))
         command = "-m", "beamviz", "sweep", str(store), "--workers", "2"
         with python(tmp_path, *command, *over) as process:
@@ -180,6 +181,6 @@ def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
             wait_until(partial(has_chunks, store, 3))
             first.kill()
             out, err = process.communicate(timeout=120)
-        assert (process.returncode, out) == (0, "10426 solved\n"), err
+        assert (process.returncode, out) == (0, "5213 solved\n"), err
         assert first.wait() == -signal.SIGKILL
         assert contents(store) == undisturbed

@@ -119,11 +119,40 @@ def test_the_loci_of_a_line(store, tmp_path, run):
 def test_beams_without_a_number_are_grey(status, store):
     """Exactly these, named in the legend."""
     data = open_sweep(store).load()
-    code = ("not computed", "solved", "unstable", "no equilibrium", "not converged").index(status)
+    code = data["status"].flag_meanings.split().index(status.replace(" ", "_"))
     data["status"] = data["status"].where(data["status"] == 1, code)
     ax = draw_map(data, ("gamma", "alpha"), mode=1, at={"beta": 1}, ax=Figure().add_subplot())
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [status]
-    greys, colours = (one.get_array() for one in ax.collections if one.get_rasterized())
+    colours, greys = (one.get_array() for one in ax.collections if one.get_rasterized())
     assert (greys.mask != colours.mask).all()
     assert (colours.mask == (data["status"].sel(beta=1) == code).T.values).all()
     assert 0 < colours.mask.sum() < colours.size
+
+
+@pytest.mark.parametrize(
+    ("axes", "numbers", "options", "status"),
+    [
+        (
+            {"gamma": np.linspace(0, 5, 9), "delta": np.linspace(-1, 0, 9)},
+            {"mu": 1000},
+            {"plane": "flapwise"},
+            "buckled chordwise",
+        ),
+        (
+            {"spin_up": [0, 70.0, 100, 200], "gamma": [0, 1]},
+            {"mu": 1e4},
+            {"state": "stable"},
+            "vibrations grow",
+        ),
+    ],
+)
+def test_beams_that_are_not_plainly_stable_are_a_kind_of_their_own(axes, numbers, options, status):
+    """They have a frequency, hence a colour, but a border, a name and a hatch tell what they are;
+    the name of the others does not change."""
+    data = sweep(axes, None, 2, beam=Beam(**numbers), workers=1, **options)
+    for shown in ({"mode": 1}, {"gap": True}):
+        ax = draw_map(data, **shown, ax=Figure().add_subplot())
+        assert status in {text.get_text() for text in ax.get_legend().get_texts()}
+        names = {text.get_text() for text in ax.texts}
+        assert any(name.endswith(f"\n({status})") for name in names)
+        assert any("(" not in name for name in names)

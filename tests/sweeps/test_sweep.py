@@ -10,11 +10,14 @@ from helpers import contents
 from beamviz import Beam, InvalidInput, NoEquilibrium, __version__, solve_many, sweep
 from beamviz.beam import Units
 
-STATUS = ("not computed", "solved", "unstable", "no equilibrium", "not converged")
+STATUS = (
+    *("not computed", "solved", "unstable", "no equilibrium", "not converged"),
+    *("vibrations grow", "buckled chordwise"),
+)
 FAMILIES = ("bending", "stretching", "mixed")
 SPEEDS, MASSES, BUCKLING = np.linspace(0, 40, 161), np.linspace(0, 3, 61), np.linspace(0, 8, 81)
 CORIOLIS = {"coriolis": True}
-SWEEPS = {  # axes, fixed numbers, options; with lines long enough to be interpolated
+SWEEPS = {  # axes, fixed numbers, options
     "speed": ({"gamma": SPEEDS, "alpha": [0, 1, 4], "beta": [0.3, 1]}, {}, {}),
     "all five": (
         {"gamma": [0, 9], "alpha": MASSES, "beta": [0.5], "delta": [0, 1.0], "mu": [50, 70]},
@@ -25,14 +28,31 @@ SWEEPS = {  # axes, fixed numbers, options; with lines long enough to be interpo
     "Coriolis": ({"gamma": SPEEDS, "delta": [0, 0.5]}, {"alpha": 1}, {**CORIOLIS, "modes": 4}),
     "Coriolis at rest": ({"alpha": MASSES}, {}, CORIOLIS),
     "limits": ({"gamma": SPEEDS, "delta": [0, 1]}, {}, {"strain": "hencky"}),
-    "limits across": ({"delta": np.linspace(0, 2, 61)}, {"gamma": 40}, {"strain": "hencky"}),
+    "limits of few speeds": (
+        {"delta": [0, 0.5, 1], "gamma": [5, 30, 45]},
+        *({}, {"strain": "hencky"}),
+    ),
+    "limits across": ({"delta": np.linspace(0, 2, 31)}, {"gamma": 40}, {"strain": "hencky"}),
     "inward": ({"gamma": BUCKLING}, {"delta": -1}, {"plane": "flapwise"}),
     "buckling": ({"gamma": BUCKLING, "alpha": [0, 1]}, {"delta": -1}, {}),
     "rigid tension": ({"gamma": SPEEDS}, {}, {"method": "zoac"}),
     "the paper's elements": ({"gamma": SPEEDS[:4]}, {}, {"method": "ancf", "modes": 2}),
     "bent": ({"gamma": [2, 4]}, {"delta": -1}, {"state": "stable"}),
+    "position across": ({"gamma": SPEEDS, "beta": [0.2, 0.5], "alpha": [0, 1]}, {}, {}),
+    "vibrations grow": (
+        {"spin_up": [0, 50, 100, 200.0]},
+        {"mu": 1e4},
+        {"state": "stable", "coriolis": True},
+    ),
     "spin-up": ({"spin_up": [0, 10.0]}, {"gamma": 5}, {"state": "stable"}),
 }
+
+
+def expected_status(equilibrium):
+    """The meaning of the status of a beam that has been solved."""
+    if equilibrium.status == "stable":
+        return "buckled chordwise" if equilibrium.buckled_chordwise else "solved"
+    return {"unstable": "unstable", "growing": "vibrations grow"}[equilibrium.status]
 
 
 @pytest.mark.parametrize("name", SWEEPS)
@@ -52,8 +72,7 @@ def test_numbers_are_those_of_solve(name):
             assert float(found["limit"]) == pytest.approx(exact.limit, rel=1e-5)
             assert np.isnan(found["frequency"]).all()
             continue
-        status = "solved" if exact.equilibrium.status == "stable" else "unstable"
-        assert STATUS[int(found["status"])] == status
+        assert STATUS[int(found["status"])] == expected_status(exact.equilibrium)
         assert [FAMILIES[k] for k in found["family"].values] == list(exact.families)
         allowed = found["error"].values + exact.errors
         assert (np.isnan(found["frequency"].values) == np.isnan(exact.frequencies)).all()
@@ -66,30 +85,47 @@ def test_numbers_are_those_of_solve(name):
 
 
 @pytest.mark.parametrize(
-    ("numbers", "values", "options"),
+    ("axes", "numbers", "options", "met"),
     [
-        ({"alpha": 1}, np.linspace(20, 200, 121), {}),
-        ({"gamma": 5}, np.linspace(36.4705, 300, 100), {"plane": "flapwise", "method": "foac"}),
+        (
+            {"spin_up": [0, 100, 200.0]},
+            {"mu": 1e4},
+            {"state": "stable"},
+            ["solved", "vibrations grow", "vibrations grow"],
+        ),
+        (
+            {"gamma": [1, 4, 10.0]},
+            {"delta": -1, "mu": 1000},
+            {"plane": "flapwise"},
+            ["solved", "buckled chordwise", "unstable"],
+        ),
     ],
 )
-def test_modes_that_are_among_the_lowest_at_some_values_only(numbers, values, options):
-    """They are neither missed (S2) nor less accurate than asked for (B5)."""
-    beam = Beam(**numbers)
-    found = sweep({"mu": values}, None, beam=beam, workers=1, **options)
-    exact = [
-        one.frequencies for one in solve_many([beam.replace(mu=mu) for mu in values], **options)
-    ]
-    np.testing.assert_allclose(found["frequency"], exact, rtol=2e-6)
-    assert (found["error"] <= 1.01e-6 * found["frequency"]).all()
+def test_what_is_not_plainly_stable_has_a_status_of_its_own(axes, numbers, options, met):
+    """Vibrations that grow; a flapwise beam that is stable in its own plane only."""
+    data = sweep(axes, None, beam=Beam(**numbers), workers=1, **options)
+    assert [STATUS[code] for code in data["status"].values] == met
+    grows = (data["growth_rate"] > 0).any("mode")
+    assert grows.values.tolist() == [status in ("vibrations grow", "unstable") for status in met]
+
+
+def test_growth_rates_of_either_sign_are_stored():
+    """Published with issue 36 of this project: 2.1203 and 5.7037, and their decaying partners."""
+    beam = Beam(mu=1e4)
+    data = sweep({"spin_up": [100, 200.0]}, None, 2, beam=beam, workers=1, state="stable")
+    np.testing.assert_allclose(
+        data["growth_rate"], [[2.1203, -2.1203], [5.7037, -5.7037]], atol=5e-5
+    )
 
 
 def test_the_dataset_is_labelled(tmp_path):
-    """Dimensions, units, codes with their meaning, arguments and version; read by xarray alone."""
+    """Dimensions, units, codes with their meaning, arguments and version; read by xarray alone,
+    without an option and without a warning, which here would be an error."""
     import xarray
 
     store = tmp_path / "a.zarr"
     made = sweep({"gamma": [0, 5, 10], "alpha": [0, 1]}, store, 4, beam=Beam(mu=100), workers=1)
-    read = xarray.open_zarr(store, consolidated=False)
+    read = xarray.open_zarr(store)
     assert dict(read.sizes) == {"gamma": 3, "alpha": 2, "mode": 4}
     assert read.identical(made.load())
     assert read["mode"].values.tolist() == [1, 2, 3, 4]
@@ -97,7 +133,7 @@ def test_the_dataset_is_labelled(tmp_path):
     assert "rotation speed" in read["gamma"].long_name
     meanings = read["status"].flag_meanings.split()
     assert meanings == [status.replace(" ", "_") for status in STATUS]
-    assert read["status"].flag_values == [0, 1, 2, 3, 4]
+    assert read["status"].flag_values == list(range(len(STATUS)))
     assert read["family"].flag_meanings.split() == list(FAMILIES)
     assert read.attrs["beamviz_version"] == __version__
     assert (read.mu, read.beta, read.strain, read.coriolis) == (100.0, 1.0, "green", False)
@@ -176,21 +212,56 @@ def test_a_store_of_another_version_is_named(tmp_path, run):
     assert (code, "'frequency' is missing: damaged" in err) == (2, True)
 
 
-def test_a_damaged_chunk_is_named(tmp_path, run):
-    """In one line with the remedy, by all that reads it."""
+def flipped(data: bytes) -> bytes:
+    """One bit of the last value, or of its checksum, is another."""
+    return data[:-1] + bytes([data[-1] ^ 1])
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [None, lambda data: data[:-4], lambda data: b"", flipped],
+    ids=["missing", "truncated", "empty", "flipped"],
+)
+def test_a_damaged_chunk_is_computed_again(damage, tmp_path):
+    """By the same call, of whatever array or coordinate, even if no beam of it has a number: the
+    same store, byte by byte."""
+    store = tmp_path / "a.zarr"
+    arguments = {"axes": {"gamma": [1, 2], "alpha": [1]}, "modes": 2, "workers": 1}
+    sweep(out=store, **arguments)
+    before = contents(store)
+    chunks = {name for name in before if "/c/" in name}
+    arrays = {"frequency", "error", "growth_rate", "family", "limit", "status"}
+    assert {name.partition("/")[0] for name in chunks} == arrays | {"gamma", "alpha", "mode"}
+    for name in chunks:
+        path = store / name
+        path.write_bytes(damage(path.read_bytes())) if damage else path.unlink()
+        sweep(out=store, **arguments)
+        assert contents(store) == before, name
+
+
+@pytest.mark.parametrize(
+    ("name", "missing"),
+    [
+        ("frequency/c/0/0/0", False),
+        ("frequency/c/0/0/0", True),
+        ("status/c/0/0", False),
+        ("gamma/c/0", True),
+    ],
+)
+def test_a_damaged_chunk_is_named(name, missing, tmp_path, run):
+    """In one line with the remedy, by what reads it: it never looks like a beam without a
+    frequency."""
     store, picture = tmp_path / "a.zarr", tmp_path / "a.png"
-    again = ["sweep", str(store), "--workers", "1", "--over", "gamma=0,1", "--over", "mu=50,70"]
-    commands = again, ["export", str(picture), "--sweep", str(store)]
-    assert [run(*command)[0] for command in commands] == [0, 0]
+    again = ["sweep", str(store), "--workers", "1", "--over", "gamma=1,2", "--over", "mu=50,70"]
+    export = ["export", str(picture), "--sweep", str(store)]
+    assert [run(*command)[0] for command in (again, export)] == [0, 0]
     assert picture.stat().st_size > 10_000  # without --over, the map over both axes
-    for name in ("frequency", "status"):
-        for chunk in (store / name / "c").rglob("0"):
-            if chunk.is_file():
-                chunk.write_bytes(chunk.read_bytes()[:-4])
-    for command in commands:
-        code, _, err = run(*command)
-        assert (code, err.count("\n")) == (1, 1)
-        assert "a chunk of it is damaged: delete the store and run the sweep again" in err
+    chunk = store / name
+    chunk.unlink() if missing else chunk.write_bytes(chunk.read_bytes()[:-4])
+    code, _, err = run(*export)
+    assert (code, err.count("\n")) == (1, 1)
+    assert str(store) in err
+    assert [run(*command)[0] for command in (again, export)] == [0, 0]
 
 
 def test_a_store_of_something_else_is_refused(tmp_path):

@@ -95,7 +95,7 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
     lock = page.button(
         "locked" if locked else "lock",
         data_do="rate",
-        data_value=None if locked else own,
+        data_value=None if locked else float(f"{own:.6g}"),
         aria_pressed=locked,
         title=LOCK_HINT,
         class_="quiet",

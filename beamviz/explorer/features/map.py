@@ -23,9 +23,9 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import FIELDS, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.solver import interruption
-from beamviz.sweeps.lines import solve_in_memory
+from beamviz.sweeps.arrays import SOLVED, STATUSES, solve_in_memory
+from beamviz.sweeps.plan import Plan, make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
-from beamviz.sweeps.store import STATUSES, Plan, make_plan
 
 SIZE = (81, 41)  # columns and rows of beams in a map
 SMALL_SIZE = (41, 21)  # where beams are solved one by one
@@ -40,7 +40,8 @@ GAP_NOTE = (
     " which different pairs of modes have the smallest gap."
 )
 MODE_NOTE = (
-    "Modes are counted by frequency. Lines separate regions in which the mode has different shapes."
+    "Modes are counted by frequency. Lines separate regions in which the mode has different shapes,"
+    " or beams are not stable."
 )
 CLICK = "Click on the map, or move its ring by arrow keys, to give the beam these two numbers."
 
@@ -81,7 +82,7 @@ class MapRequest:
     def solve(self) -> "BeamMap":
         """Solve the beams. Raises the errors of `solve_many`."""
         plan = self.plan(*SIZE)
-        plan = plan if plan.smooth else self.plan(*SMALL_SIZE)
+        plan = plan if plan.is_stacked else self.plan(*SMALL_SIZE)
         found = solve_in_memory(plan, interruption.get())
         arrays = (found[name].swapaxes(0, 1) for name in ("frequency", "family", "status"))
         return BeamMap(self, *plan.axes.values(), *arrays)
@@ -197,10 +198,11 @@ class ShownMap:
     def __init__(self, found: BeamMap, mapped: str | int):
         self.found, self.measures, self.label = found, found.request.measures, QUANTITIES[mapped]
         self.is_gap = mapped == "gap"
+        arrays = found.frequency, found.family, found.status
         if self.is_gap:
-            self.shown = smallest_gap(found.frequency, found.family, families=False)
+            self.shown = smallest_gap(*arrays, families=False)
         else:
-            self.shown = frequency_of(int(mapped), found.frequency, found.family)
+            self.shown = frequency_of(int(mapped), *arrays)
         known = self.shown.values[np.isfinite(self.shown.values)]
         self.is_empty = not known.size
         ends = np.array([0.0, 1.0]) if self.is_empty else known
@@ -228,22 +230,27 @@ class ShownMap:
         }
 
     def text(self) -> str:
-        """The colours, the extremes, and the reasons why parts of the map are grey: they have no
-        stable beam."""
+        """The colours, the extremes, and the parts of the map whose beams are not stable."""
         across = self.measures[2]
         ends = (significant(across.factor * end, 3) for end in (self.low, self.high))
         title = f"{self.label} [{across.unit or '1/T*'}]"
-        shares = {code: 100 * float((self.found.status == code).mean()) for code in (2, 3, 4)}
         return (
             f'<div class="scale">{page.colour_scale(title, colours.SEQUENTIAL, *ends)}</div>'
             f"<p>{GAP_NOTE if self.is_gap else MODE_NOTE} {CLICK}</p>"
             + ("" if self.is_empty else self.extremes())
-            + "".join(
-                page.note(f"Grey: {STATUSES[code]} ({max(1, round(share))} % of the map).")
-                for code, share in shares.items()
-                if share
-            )
+            + self.shares_not_stable()
         )
+
+    def shares_not_stable(self) -> str:
+        """The parts of the map whose beams are not stable, by status."""
+        notes, has_value = "", np.isfinite(self.shown.values)
+        for code in range(SOLVED + 1, len(STATUSES)):
+            here = self.found.status == code
+            for what, part in (("Grey", here & ~has_value), ("In colour, but", here & has_value)):
+                if part.any():
+                    percent = max(1, round(100 * float(part.mean())))
+                    notes += page.note(f"{what}: {STATUSES[code]} ({percent} % of the map).")
+        return notes
 
     def extremes(self) -> str:
         """The smallest and the largest value, each with a button that moves the beam there."""

@@ -1,0 +1,110 @@
+"""The command `beamviz motion`."""
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from beamviz.beam import Beam
+from beamviz.cli.options import number, option
+from beamviz.errors import InvalidInput
+
+OUT = typer.Argument(
+    help="csv, npz: numbers; png, svg, pdf: a chart; gif, webp, mp4: a film.",
+    metavar="OUT.csv|npz|png|svg|pdf|gif|webp|mp4",
+)
+START_HELP = "Amplitude [L] of a mode to start from; repeat the option for more."
+RELEASE_HELP = "Transverse force at the tip [E I / L^2] that holds the beam until t = 0."
+UNUSED = {  # options of the model that other commands have, and their defaults here
+    "plane": "chordwise",
+    "terms": None,
+    "stiffening": True,
+    "softening": True,
+}
+
+
+def parse_start(text: str) -> tuple[str, float]:
+    """MODE:AMPLITUDE; typer.BadParameter for anything else."""
+    mode, _, amplitude = text.partition(":")
+    try:
+        return mode, float(amplitude)
+    except ValueError:
+        raise typer.BadParameter(f"{text}: must be MODE:AMPLITUDE, as B1:0.1") from None
+
+
+def motion(
+    beam: Beam,
+    options: dict[str, Any],
+    context: typer.Context,
+    path: Annotated[Path | None, OUT] = None,
+    until: Annotated[float, number("The time [T*] until which the beam moves.")] = 10.0,
+    ramp_to: Annotated[
+        float | None, number("Speed gamma at the end of a ramp from --gamma.")
+    ] = None,
+    within: Annotated[float | None, number("Time [T*] of the ramp.")] = None,
+    ramp: Annotated[Literal["smooth", "linear"], option("Shape of the ramp.")] = "smooth",
+    release: Annotated[float, number(RELEASE_HELP)] = 0.0,
+    start: Annotated[
+        list[Any] | None, option(START_HELP, parser=parse_start, metavar="MODE:AMPLITUDE")
+    ] = None,
+    damping: Annotated[float, number("Damping ratio of all modes.")] = 0.0,
+    catch: Annotated[float | None, number("Time at which the mass docks.")] = None,
+    drop: Annotated[float | None, number("Time at which the mass is released.")] = None,
+    points: Annotated[int, number("Number of times in the output.")] = 401,
+    integrator: Annotated[str, option("Integrator; see the reference.")] = "radau",
+    step: Annotated[float | None, number("Constant step in time [T*].")] = None,
+    format: Annotated[Literal["table", "json", "csv"], option("Output format.")] = "table",
+) -> None:
+    """Motion in time: released, set swinging, spun up or stopped; as numbers, a chart or a film.
+
+    --tolerance is that of the tip [L], 1e-4 where it is not given.
+    """
+    from beamviz.dynamics import motion as move
+    from beamviz.dynamics.drives import Ramp
+
+    if path:
+        from beamviz.exports.motion_files import SUFFIXES, export_motion
+        from beamviz.files import check_suffix
+
+        check_suffix(path, SUFFIXES)
+    speed = None
+    if ramp_to is not None and within is not None:
+        speed = Ramp(ramp_to, within, ramp, start=beam.gamma)
+    elif ramp_to is not None or within is not None:
+        given, missing = ("ramp-to", "within") if within is None else ("within", "ramp-to")
+        raise InvalidInput(f"--{given} needs --{missing}")
+    moved = move(
+        beam,
+        until,
+        speed=speed,
+        release=release,
+        start=dict(start or ()),
+        damping=damping,
+        points=points,
+        catch=catch,
+        drop=drop,
+        integrator=integrator,
+        step=step,
+        **model_options(context, options),
+    )
+    if path:
+        export_motion(path, moved)
+        return
+    from beamviz.output.motion import MOTION_FORMATS
+
+    print(MOTION_FORMATS[format](moved).rstrip("\n"))
+
+
+def model_options(context: typer.Context, options: dict[str, Any]) -> dict[str, Any]:
+    """The keywords of `beamviz.motion` among those of `solve`; InvalidInput for one that it has
+    not."""
+    from beamviz.cli.options import given_options
+
+    given = given_options(context)
+    for name, default in UNUSED.items():
+        if name in given and options[name] != default:
+            raise InvalidInput(f"--{name} {options[name]}: a motion in time has no such option")
+    if "coriolis" in given and not options["coriolis"]:
+        raise InvalidInput("--no-coriolis: a motion in time always has Coriolis forces")
+    kept = {name: options[name] for name in ("method", "strain", "curvature", "state", "elements")}
+    return kept | ({"tolerance": options["tolerance"]} if "tolerance" in given else {})

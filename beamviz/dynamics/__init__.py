@@ -1,0 +1,206 @@
+"""Motion in time: the nonlinear equation of motion in the rotating frame, integrated.
+
+A motion is computed on meshes and with steps that become finer, until two of them agree to the
+tolerance. Their difference, in the position of the tip, is the error estimate of the finer one.
+"""
+
+import math
+import time
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam
+from beamviz.dynamics.case import DEFAULT_ELEMENTS, Case
+from beamviz.dynamics.drives import Hub
+from beamviz.dynamics.elements import PositionElements
+from beamviz.dynamics.integration import Control
+from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
+from beamviz.dynamics.motion import Motion, MotionStats
+from beamviz.dynamics.run import Run, run, start_solution
+from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
+from beamviz.solver import Solution
+from beamviz.solver.solution import read_only
+
+REFINEMENTS = 12  # after which a motion counts as not converged
+MESH_SHARE = 0.5  # of the tolerance that the mesh may use up
+TAIL = 1.0  # of the first steps, over the tolerance
+# The error estimate over the change by halved steps and a finer mesh, see tests/dynamics: 1/3 is
+# left of an error of the second order, as where the motion is not smooth.
+ESTIMATE = 0.7
+COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
+
+
+def motion(
+    beam: Beam,
+    until: float,
+    *,
+    speed: Any = None,
+    release: float = 0.0,
+    start: Mapping[str, float] | None = None,
+    damping: float = 0.0,
+    tolerance: float = 1e-4,
+    points: int = 401,
+    method: str = "auto",
+    **options: Any,
+) -> Motion:
+    """The motion of a beam from t = 0 until a time [T*], in the plane of rotation.
+
+    speed: None, constantly beam.gamma; a Ramp; a pair of arrays (t, gamma), linear between samples
+    and constant after the last; or a Hub, which turns under a torque. It starts at rest in the
+    equilibrium at the first speed; release: held out of it by a transverse force at the tip
+    [E I / L^2] until t = 0; start: amplitudes of modes [L], as {"B1": 0.1}. damping: ratio of all
+    modes about that equilibrium. tolerance: of the tip at all times [L], 1e-9 to 1e-2. points: of
+    the results in time. method: "auto", or "ancf" for the paper's cubic elements.
+
+    options: strain, curvature and state of the equilibrium as in `solve`. catch, drop: times at
+    which the concentrated mass docks and is released; body_velocity: its velocity when it docks,
+    relative to the frame of the hub. elements: of ancf. integrator: a name in INTEGRATORS; step: a
+    constant step in time. progress: called with the time that has been reached.
+
+    Raises InvalidInput; NoEquilibrium where there is none to start from (with .limit) or a stretch
+    leaves the range of its strain law; NotConverged.
+    """
+    case = Case.of(
+        beam=beam,
+        until=until,
+        speed=speed,
+        release=release,
+        start=start,
+        damping=damping,
+        tolerance=tolerance,
+        points=points,
+        method=method,
+        **options,
+    )
+    begun = time.perf_counter()
+    solution = start_solution(case)
+    found, error, runs = (at_resolution if case.studied else to_tolerance)(case, solution)
+    return record(case, found, error, runs, time.perf_counter() - begun)
+
+
+def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
+    """A motion refined until its error estimate is within the tolerance, the estimate, and the
+    number of runs.
+
+    A first run, whose steps adapt to the motion, gives the number of steps in each smooth part; in
+    the others they are equal there, since an undamped vibration does not fade. Mesh and steps are
+    first refined together; where that does not suffice, the mesh alone, with few steps, and then
+    the steps. The estimate is made of the last change by each.
+    """
+    mesh = first_mesh(case.beam, case.greatest_speed)
+    steps = halved(case, attempt(case, solution, mesh, None))
+    coarse = attempt(case, solution, mesh, steps)
+    found, runs = attempt(case, solution, refined(mesh), halved(case, coarse)), 3
+    error = ESTIMATE * difference(case, found, coarse)
+    if isinstance(found, Run) and error <= case.tolerance:
+        return found, error, runs
+    last, by_mesh, by_steps = coarse, math.inf, math.inf
+    for runs in range(4, 2 * REFINEMENTS):
+        before, of_mesh = last, ESTIMATE * by_mesh > MESH_SHARE * case.tolerance
+        if of_mesh and runs > REFINEMENTS:
+            break
+        mesh, steps = (refined(mesh), steps) if of_mesh else (mesh, halved(case, last))
+        last = attempt(case, solution, mesh, steps)
+        if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
+            break
+        change = difference(case, last, before)
+        by_mesh, by_steps = (change, math.inf) if of_mesh else (by_mesh, change)
+        error = ESTIMATE * (by_mesh + by_steps)
+        if isinstance(last, Run) and error <= case.tolerance:
+            return last, error, runs
+    if isinstance(last, BeamvizError):
+        raise last
+    what, size = ("mesh", by_mesh) if by_steps == math.inf else ("steps", by_steps)
+    raise NotConverged(
+        f"the position of the tip still changes by {size:.1e} L with the {what}"
+        f" ({len(mesh.orders)} elements of order {max(mesh.orders)}, {len(last.path.q)} steps);"
+        " ask for a larger tolerance or a shorter time"
+    )
+
+
+def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
+    """A motion at a given resolution, its error estimate by one of twice that, and 2."""
+    count = case.elements or DEFAULT_ELEMENTS
+    if case.method == "ancf":
+        meshes = cubic_mesh(count), cubic_mesh(2 * count)
+    else:
+        mesh = refined(first_mesh(case.beam, case.greatest_speed))
+        meshes = mesh, refined(mesh)
+    controls = [
+        Control(tail * case.tolerance, step, progress=case.report)
+        for tail, step in ((TAIL, case.step), (TAIL / 32, case.step and case.step / 2))
+    ]
+    found, finer = (
+        run(case, solution, mesh, control) for mesh, control in zip(meshes, controls, strict=True)
+    )
+    return found, COARSER * difference(case, found, finer), 2
+
+
+def attempt(
+    case: Case, solution: Solution, elements: PositionElements, ends: NDArray | None
+) -> Run | BeamvizError:
+    """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
+    succeed."""
+    try:
+        control = Control(TAIL * case.tolerance, ends=ends, progress=case.report)
+        return run(case, solution, elements, control)
+    except (NoEquilibrium, NotConverged) as error:
+        return error
+
+
+def halved(case: Case, coarse: Run | BeamvizError) -> NDArray | None:
+    """The ends of twice as many steps as in a run, equal in each smooth part of the motion; None
+    where it has failed."""
+    if isinstance(coarse, BeamvizError):
+        return None
+    corners = sorted({0.0, *case.corners, case.until})
+    ends = [np.zeros(1)]
+    for start, end in pairwise(corners):
+        t = coarse.path.t
+        count = max(int(((t > start) & (t <= end)).sum()), 1)
+        ends.append(np.linspace(start, end, 2 * count + 1)[1:])
+    return np.concatenate(ends)
+
+
+def difference(case: Case, one: Run | BeamvizError, other: Run | BeamvizError) -> float:
+    """The largest distance of the tip in two runs, infinite where one has failed."""
+    if isinstance(one, BeamvizError) or isinstance(other, BeamvizError):
+        return math.inf
+    t = case.times
+    return float(np.linalg.norm(one.tip(t) - other.tip(t), axis=1).max())
+
+
+def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> Motion:
+    t, path = case.times, found.path
+    drive = case.drive
+    angle = path.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)
+    elements = path.elements
+    stats = MotionStats(
+        dof=len(elements.free),
+        elements=len(elements.orders),
+        order=max(elements.orders),
+        steps=len(path.q),
+        runs=runs,
+        seconds=seconds,
+    )
+    arrays = (t, found.speed(t), angle, found.tip(t), found.energy(t))
+    t, gamma, angle, tip, energy = map(read_only, arrays)
+    return Motion(
+        beam=case.beam,
+        drive=drive,
+        model=case.model,
+        start=case.amplitudes,
+        release=case.release,
+        t=t,
+        gamma=gamma,
+        angle=angle,
+        tip=tip,
+        energy=energy,
+        error=error,
+        stats=stats,
+        path=path,
+    )

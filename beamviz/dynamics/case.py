@@ -1,0 +1,196 @@
+"""What `motion` is asked for: its arguments, validated, and the parts of the motion between the
+moments at which the body docks or is released."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam, check_choice, check_float, check_int, check_positive
+from beamviz.dynamics.drives import Hub, Ramp, Samples, drive_of
+from beamviz.dynamics.schemes import INTEGRATORS
+from beamviz.errors import InvalidInput, unknown_keyword
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+
+METHODS = {
+    "auto": "positions of high order on few elements, split at the mass",
+    "ancf": "the paper's cubic elements, as many as `elements` says",
+}
+STATES = ("straight", "bent", "stable")
+TIMES = (1e-6, 1e5)
+FORCES = (-1000.0, 1000.0)
+DAMPING = (0.0, 0.5)
+TOLERANCES = (1e-9, 1e-2)
+AMPLITUDES = (-0.5, 0.5)
+VELOCITIES = (-1e4, 1e4)
+MAX_POINTS, MAX_ELEMENTS = 100_000, 200
+DEFAULT_ELEMENTS = 20  # the paper's
+
+
+class Part(NamedTuple):
+    """A part of the motion, from the end of the part before to `end`."""
+
+    end: float
+    with_mass: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """The arguments of `beamviz.motion`, which documents them. Raises InvalidInput."""
+
+    beam: Beam
+    until: float
+    speed: Any = None
+    release: float = 0.0
+    start: Mapping[str, float] | None = None
+    damping: float = 0.0
+    tolerance: float = 1e-4
+    points: int = 401
+    method: str = "auto"
+    strain: str = "green"
+    curvature: str = "spatial"
+    state: str = "straight"
+    elements: int | None = None
+    integrator: str = "radau"
+    step: float | None = None
+    catch: float | None = None
+    drop: float | None = None
+    body_velocity: tuple[float, float] = (0.0, 0.0)
+    progress: Callable[[float], object] | None = None
+
+    @classmethod
+    def of(cls, **given: Any) -> "Case":
+        """A case of keywords; InvalidInput names an unknown one."""
+        for name in given.keys() - cls.__dataclass_fields__.keys():
+            if name in ("coriolis", "plane"):
+                raise InvalidInput(
+                    f"{name} = {given[name]!r}: motion in time is in the plane of rotation, with"
+                    " Coriolis forces; leave the option out"
+                )
+            raise unknown_keyword("option", name, list(cls.__dataclass_fields__)[2:])
+        return cls(**given)
+
+    def __post_init__(self) -> None:
+        set_to = self.__dict__.__setitem__
+        if self.beam.spin_up:
+            raise InvalidInput(
+                f"spin_up = {self.beam.spin_up:g}: the speed of a motion is given by `speed`, as"
+                " Ramp(to, within)"
+            )
+        set_to("until", check_float("until", self.until, *TIMES))
+        set_to("release", check_float("release", self.release, *FORCES))
+        set_to("damping", check_float("damping", self.damping, *DAMPING))
+        set_to("tolerance", check_float("tolerance", self.tolerance, *TOLERANCES))
+        set_to("points", check_int("points", self.points, 2, MAX_POINTS))
+        choices: dict[str, Collection[str]] = {
+            "method": METHODS,
+            "strain": STRAIN_LAWS,
+            "curvature": CURVATURES,
+            "state": STATES,
+            "integrator": INTEGRATORS,
+        }
+        for name, known in choices.items():
+            check_choice(name, getattr(self, name), known)
+        if self.elements is not None:
+            if self.method != "ancf":
+                raise InvalidInput(
+                    f"elements = {self.elements!r}: only method ancf takes a number of elements"
+                )
+            set_to("elements", check_int("elements", self.elements, 1, MAX_ELEMENTS))
+        if self.step is not None:
+            step = check_positive("step", self.step)
+            set_to("step", check_float("step", step, 1e-7 * self.until, self.until))
+        set_to("speed", drive_of(self.beam, self.speed))
+        set_to("start", self.checked_start())
+        self.check_body()
+
+    def checked_start(self) -> dict[str, float]:
+        given = {} if self.start is None else self.start
+        if not isinstance(given, Mapping):
+            raise InvalidInput(f"start = {given!r}: must give amplitudes by mode, as {{'B1': 0.1}}")
+        if given and self.release:
+            raise InvalidInput(
+                f"start = {dict(given)} and release = {self.release:g} exclude each other"
+            )
+        return {name: check_float(f"start {name}", a, *AMPLITUDES) for name, a in given.items()}
+
+    def check_body(self) -> None:
+        for name in ("catch", "drop"):
+            moment = getattr(self, name)
+            if moment is None:
+                continue
+            if not self.beam.alpha:
+                raise InvalidInput(f"{name} = {moment!r}: the beam has no body, alpha = 0")
+            self.__dict__[name] = check_float(name, moment, 0.0, self.until)
+        if self.catch is not None and self.catch == self.drop:
+            raise InvalidInput(f"catch = drop = {self.catch:g}: must be at different times")
+        try:
+            vx, vy = self.body_velocity
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                f"body_velocity = {self.body_velocity!r}: must be two numbers"
+            ) from None
+        checked = tuple(check_float("body_velocity", v, *VELOCITIES) for v in (vx, vy))
+        self.__dict__["body_velocity"] = checked
+
+    @property
+    def drive(self) -> Ramp | Samples | Hub:
+        """`speed` as a record."""
+        return self.speed
+
+    @property
+    def report(self) -> Callable[[float], object]:
+        """`progress`, or a function that does nothing."""
+        return self.progress or float
+
+    @property
+    def first_speed(self) -> float:
+        return self.beam.gamma if isinstance(self.drive, Hub) else self.drive.first
+
+    @property
+    def greatest_speed(self) -> float:
+        return self.beam.gamma if isinstance(self.drive, Hub) else max(self.drive.extremes)
+
+    @property
+    def times(self) -> NDArray:
+        """The times (points,) of the results."""
+        return np.linspace(0.0, self.until, self.points)
+
+    @property
+    def parts(self) -> list[Part]:
+        """The motion divided at the moments at which the body docks or is released."""
+        moments = sorted(
+            (t, name) for name in ("catch", "drop") if (t := getattr(self, name)) is not None
+        )
+        if not moments:
+            return [Part(self.until, bool(self.beam.alpha))]
+        with_mass = moments[0][1] == "drop"
+        parts = []
+        for t, _ in moments:
+            parts.append(Part(t, with_mass))
+            with_mass = not with_mass
+        return [*parts, Part(self.until, with_mass)]
+
+    @property
+    def amplitudes(self) -> Mapping[str, float]:
+        """`start`, {} where there is none."""
+        return self.start or {}
+
+    @property
+    def corners(self) -> list[float]:
+        """The times within the motion at which it is not smooth."""
+        moments = {*self.drive.breaks, *(part.end for part in self.parts)}
+        return sorted(t for t in moments if 0 < t < self.until)
+
+    @property
+    def studied(self) -> bool:
+        """Whether the resolution is given: nothing is refined then."""
+        return self.method == "ancf" or self.step is not None
+
+    @property
+    def model(self) -> dict[str, Any]:
+        """The method and the terms of the theory, by name."""
+        names = ("method", "strain", "curvature", "integrator", "damping")
+        return {name: getattr(self, name) for name in names}

@@ -1,0 +1,147 @@
+"""The result of `beamviz.motion`: a plain record."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from beamviz.beam import Beam
+from beamviz.dynamics.drives import Hub, Ramp, Samples
+from beamviz.dynamics.integration import Path
+from beamviz.tables import significant_decimals
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+SPECTRUM_SAMPLES = 8192
+TABLE_ROWS = 21
+
+
+@dataclass(frozen=True)
+class MotionStats:
+    """Cost and resolution of a motion."""
+
+    dof: int  # unknown positions
+    elements: int
+    order: int  # of the polynomials along the beam, the greatest
+    steps: int  # in time
+    runs: int  # computed until two of them agreed
+    seconds: float  # wall time [s]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion:
+    """A motion in time; lengths in L, times in T*, energies in E I / L. Arrays are read-only.
+
+    t: (n,). gamma: the speed (n,). tip: position of the tip from the clamp, in the rotating frame
+    (n, 2). energy: q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2 in the rotating frame (n,), which at
+    a constant speed without damping is constant, the Jacobi integral. error: the estimated largest
+    error of the tip. angle: of the hub [rad] (n,). model: the method and the terms of the theory.
+    start: amplitudes of modes, and release: the force at the tip, that it starts from.
+    """
+
+    beam: Beam
+    drive: Ramp | Samples | Hub
+    model: Mapping[str, Any]
+    start: Mapping[str, float]
+    release: float
+    t: NDArray
+    gamma: NDArray
+    angle: NDArray
+    tip: NDArray
+    energy: NDArray
+    error: float
+    stats: MotionStats
+    path: Path
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        _, y = self.tip[np.argmax(abs(self.tip[:, 1]))]
+        return (
+            f"<Motion of Beam({numbers}) until t = {self.t[-1]:g}: largest deflection of the tip"
+            f" {y:.5g}, error {self.error:.1g}>"
+        )
+
+    def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Position (len(t), len(x), 2) of the points x in 0 .. 1 at times t, from the clamp, in the
+        rotating frame. Raises ValueError outside."""
+        return self._field(t, x, 0)
+
+    def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Stretch |r'| (len(t), len(x)); at a jump the one inboard."""
+        return np.linalg.norm(self._field(t, x, 1), axis=2)
+
+    def _field(self, t: ArrayLike, x: ArrayLike, derivative: int) -> NDArray:
+        """r or r' (len(t), len(x), 2)."""
+        times = within("t", t, float(self.t[-1]))
+        functions = self.path.elements.at(within("x", x, 1.0), derivative)
+        free = self.path.elements.free
+        q, _ = self.path.at(times)
+        full = np.zeros((len(times), 2 * functions.shape[1]))
+        full[:, free] = q[:, : len(free)]
+        return np.einsum("xi,tci->txc", functions, full.reshape(len(times), 2, -1))
+
+    def spectrum(self) -> tuple[NDArray, NDArray]:
+        """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier
+        transform with a Hann window: a vibration of constant amplitude is a peak of its height."""
+        t = np.linspace(0.0, self.t[-1], SPECTRUM_SAMPLES, endpoint=False)
+        deflection = self.position(t, [1.0])[:, 0, 1]
+        window = np.hanning(len(t) + 1)[:-1]
+        amplitude = abs(np.fft.rfft(window * (deflection - deflection.mean()))) * 2 / window.sum()
+        return 2 * np.pi * np.fft.rfftfreq(len(t), self.t[-1] / len(t)), amplitude
+
+    @property
+    def columns(self) -> dict[str, NDArray]:
+        """Everything over time (n,) each, by name."""
+        return {
+            "t": self.t,
+            "gamma": self.gamma,
+            "angle": self.angle,
+            "tip_x": self.tip[:, 0],
+            "tip_y": self.tip[:, 1],
+            "energy": self.energy,
+        }
+
+    @property
+    def table(self) -> dict[str, list[str]]:
+        """The motion at some times, as texts by heading."""
+        rows = np.unique(np.linspace(0, len(self.t) - 1, TABLE_ROWS).round().astype(int))
+        decimals = significant_decimals(self.error)
+        return {
+            "t [T*]": [f"{self.t[k]:.6g}" for k in rows],
+            "gamma": [f"{self.gamma[k]:.6g}" for k in rows],
+            "tip x [L]": [f"{self.tip[k, 0]:.{decimals}f}" for k in rows],
+            "tip y [L]": [f"{self.tip[k, 1]:.{decimals}f}" for k in rows],
+            "energy [E I / L]": [f"{self.energy[k]:.6g}" for k in rows],
+        }
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """An xarray.Dataset: gamma, angle, tip and energy over t; the model, the numbers, error,
+        units and version as attributes. Raises Unavailable where xarray is not installed."""
+        from beamviz.datasets import attributes, motion_dataset
+
+        notes = attributes(self.beam.numbers, self.model, self.beam.units)
+        return motion_dataset(self.columns, {**notes, "error": self.error})
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the deflection of the tip over time onto matplotlib axes (the current ones by
+        default), and return these."""
+        from beamviz.plotting.motion import plot_deflection
+
+        return plot_deflection(self.t, self.tip[:, 1], ax)
+
+    def _repr_html_(self) -> str:
+        from beamviz.tables import html_table
+
+        return html_table(repr(self).strip("<>"), self.table)
+
+
+def within(name: str, values: ArrayLike, last: float) -> NDArray:
+    """An array (k,) of floats; ValueError outside 0 .. last."""
+    array = np.atleast_1d(np.asarray(values, float))
+    if array.size and not (array.min() >= 0 and array.max() <= last):
+        raise ValueError(f"{name} = {array.min():g} .. {array.max():g}: must lie in 0 .. {last:g}")
+    return array

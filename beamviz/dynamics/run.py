@@ -1,0 +1,117 @@
+"""One integration of a case on one mesh with one choice of steps."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.dynamics import start
+from beamviz.dynamics.case import Case
+from beamviz.dynamics.drives import Hub
+from beamviz.dynamics.elements import PositionElements
+from beamviz.dynamics.equation import Equation, HubEquation, Model
+from beamviz.dynamics.integration import Control, Path, Recorder, integrate
+from beamviz.dynamics.schemes import scheme
+from beamviz.errors import unknown_keyword
+from beamviz.solver import Solution, solve
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+
+MODES = 10  # that a start may name
+SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from
+FIRST_STEP = 0.01  # [T*]; the next ones are chosen by the tails
+
+
+@dataclass(frozen=True)
+class Run:
+    """An integration: its path, and the equation that holds until each of some times."""
+
+    path: Path
+    parts: tuple[tuple[float, Equation], ...]
+
+    def tip(self, t: NDArray) -> NDArray:
+        """Position of the tip (len(t), 2)."""
+        q, _ = self.path.at(t)
+        return q[:, : self.parts[0][1].size] @ self.parts[0][1].at_tip.T
+
+    def speed(self, t: NDArray) -> NDArray:
+        """gamma (len(t),)."""
+        _, v = self.path.at(t)
+        return self.parts[0][1].gamma(t, v)
+
+    def energy(self, t: NDArray) -> NDArray:
+        """The energy in the rotating frame (len(t),)."""
+        q, v = self.path.at(t)
+        energy, before = np.empty(len(t)), -1.0
+        for end, equation in self.parts:
+            inside = (before < t) & (t <= end)
+            gamma, n = equation.gamma(t[inside], v[inside]), equation.size
+            energy[inside] = equation.energy(gamma, q[inside, :n], v[inside, :n])
+            before = end
+        return energy
+
+
+def start_solution(case: Case) -> Solution:
+    """The equilibrium at the first speed, and the modes about it where the start names some.
+    Raises NoEquilibrium."""
+    beam = case.beam.replace(gamma=case.first_speed)
+    if not case.parts[0].with_mass:
+        beam = beam.replace(alpha=0.0)
+    return solve(
+        beam,
+        modes=MODES if case.start else 1,
+        strain=case.strain,
+        curvature=case.curvature,
+        state=case.state,
+        coriolis=bool(case.start),
+        tolerance=SOLVE_TOLERANCE,
+    )
+
+
+def run(case: Case, solution: Solution, elements: PositionElements, control: Control) -> Run:
+    """Integrates a case. Raises NoEquilibrium and NotConverged."""
+    first = equation_of(case, elements, case.parts[0].with_mass, None)
+    q = start.equilibrium(first, solution)
+    damping = None
+    if case.damping:
+        damping = start.damping_matrix(first, q, case.first_speed, case.damping)
+    v = np.zeros_like(q)
+    if case.release:
+        q = start.held(first, q, case.first_speed, case.release)
+    elif case.start:
+        q, v = start.with_modes(first, solution, mode_amplitudes(case, solution))
+    if isinstance(case.drive, Hub):
+        q, v = np.append(q, 0.0), np.append(v, case.beam.gamma)
+    record, t, length = Recorder(elements, 0.0), 0.0, FIRST_STEP
+    parts: list[tuple[float, Equation]] = []
+    for part in case.parts:
+        equation = equation_of(case, elements, part.with_mass, damping)
+        if parts and part.with_mass:
+            v = equation.after_docking(q, v, parts[-1][1], np.array(case.body_velocity))
+        if part.end > t:
+            q, v, length = integrate(
+                *(equation, scheme(case.integrator), (q, v), t, part.end),
+                *(case.drive.breaks, control, record, length),
+            )
+        parts.append((part.end, equation))
+        t = part.end
+    return Run(record.path, tuple(parts))
+
+
+def equation_of(
+    case: Case, elements: PositionElements, with_mass: bool, damping: NDArray | None
+) -> Equation:
+    """The equation of motion with or without the concentrated mass."""
+    beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
+    model = Model(beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature])
+    if isinstance(case.drive, Hub):
+        return HubEquation(elements, model, case.drive.inertia, case.drive.history, damping)
+    return Equation(elements, model, case.drive, damping)
+
+
+def mode_amplitudes(case: Case, solution: Solution) -> dict[int, float]:
+    """The amplitudes that a start gives, by the number of the mode; raises InvalidInput for a mode
+    that is not among the lowest."""
+    for name in case.amplitudes:
+        if name not in solution.labels:
+            raise unknown_keyword("mode", name, solution.labels)
+    return {solution.labels.index(name): size for name, size in case.amplitudes.items()}

@@ -1,0 +1,63 @@
+"""A motion in time as a table for a terminal, JSON and CSV."""
+
+from typing import Any
+
+from beamviz.dynamics import Motion
+from beamviz.files import csv_text, json_text
+from beamviz.output import described_numbers, described_units
+from beamviz.tables import aligned_table, plural
+
+
+def motion_json(motion: Motion) -> str:
+    """Beam, model, drive, the motion of the tip, its error and statistics as JSON."""
+    data: dict[str, Any] = {
+        "beam": motion.beam.numbers,
+        "model": motion.model,
+        "drive": motion.drive.record,
+        "start": motion.start,
+        "release": motion.release,
+        "t": motion.t,
+        "gamma": motion.gamma,
+        "angle": motion.angle,
+        "tip": motion.tip,
+        "energy": motion.energy,
+        "error": motion.error,
+        "stats": motion.stats,
+    }
+    if units := motion.beam.units:
+        data["units"] = {"length": units.length, "time": units.time}
+    return json_text(data)
+
+
+def motion_csv(motion: Motion) -> str:
+    """One line for each time: speed, angle of the hub, position of the tip, energy; in seconds too
+    for a beam in SI."""
+    columns = motion.columns
+    if units := motion.beam.units:
+        columns = {"seconds": motion.t * units.time, **columns}
+    return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def motion_table(motion: Motion) -> str:
+    """The beam, its drive and the motion at some times, to be read in a terminal."""
+    beam, stats = motion.beam, motion.stats
+    heading = ["Beam         " + described_numbers(beam)]
+    if beam.units:
+        heading.append(described_units(beam.units))
+    model = motion.model
+    heading += [
+        f"Model        {model['strain']} strain, {model['curvature']} curvature, chordwise with"
+        f" Coriolis, damping {model['damping']:g}",
+        f"Drive        {motion.drive.described}",
+        f"Tip          within {motion.error:.1g} L; least deflection {motion.tip[:, 1].min():.6g},"
+        f" greatest {motion.tip[:, 1].max():.6g}",
+    ]
+    footer = (
+        f"{model['method']}, {model['integrator']}: {plural(stats.elements, 'element')} of order"
+        f" {stats.order}, {stats.dof} unknowns, {plural(stats.steps, 'step')},"
+        f" {1000 * stats.seconds:.3g} ms"
+    )
+    return "\n".join([*heading, "", *aligned_table(motion.table), "", footer])
+
+
+MOTION_FORMATS = {"table": motion_table, "json": motion_json, "csv": motion_csv}
