@@ -14,6 +14,7 @@ from beamviz.beam import check_float, check_int
 from beamviz.drawing import BeamScene, camera
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import SampledModes, playback_rate, stations
+from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
 from beamviz.exports import FORMATS, FRAME_RATES, PIXELS, SAMPLE, check_format, rendered, write_film
 from beamviz.exports.renderer import Renderer
