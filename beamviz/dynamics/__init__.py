@@ -92,9 +92,9 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     the steps. The estimate is made of the last change by each.
     """
     mesh = first_mesh(case.beam, case.greatest_speed)
-    steps = halved(case, attempt(case, solution, mesh, None))
+    steps = equal_steps(case, attempt(case, solution, mesh, None), 1)
     coarse = attempt(case, solution, mesh, steps)
-    found, runs = attempt(case, solution, refined(mesh), halved(case, coarse)), 3
+    found, runs = attempt(case, solution, refined(mesh), equal_steps(case, coarse, 2)), 3
     error = ESTIMATE * difference(case, found, coarse)
     if isinstance(found, Run) and error <= case.tolerance:
         return found, error, runs
@@ -103,7 +103,7 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
         before, of_mesh = last, ESTIMATE * by_mesh > MESH_SHARE * case.tolerance
         if of_mesh and runs > REFINEMENTS:
             break
-        mesh, steps = (refined(mesh), steps) if of_mesh else (mesh, halved(case, last))
+        mesh, steps = (refined(mesh), steps) if of_mesh else (mesh, equal_steps(case, last, 2))
         last = attempt(case, solution, mesh, steps)
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
@@ -152,9 +152,9 @@ def attempt(
         return error
 
 
-def halved(case: Case, coarse: Run | BeamvizError) -> NDArray | None:
-    """The ends of twice as many steps as in a run, equal in each smooth part of the motion; None
-    where it has failed."""
+def equal_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray | None:
+    """The ends of once or twice as many steps as in a run, equal in each smooth part of the motion;
+    None where it has failed."""
     if isinstance(coarse, BeamvizError):
         return None
     corners = sorted({0.0, *case.corners, case.until})
@@ -162,7 +162,7 @@ def halved(case: Case, coarse: Run | BeamvizError) -> NDArray | None:
     for start, end in pairwise(corners):
         t = coarse.path.t
         count = max(int(((t > start) & (t <= end)).sum()), 1)
-        ends.append(np.linspace(start, end, 2 * count + 1)[1:])
+        ends.append(np.linspace(start, end, times * count + 1)[1:])
     return np.concatenate(ends)
 
 
