@@ -26,11 +26,12 @@ from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
 REFINEMENTS = 12  # after which a motion counts as not converged
-MESH_SHARE = 0.5  # of the tolerance that the mesh may use up
-TAIL = 1.0  # of the first steps, over the tolerance
-# The error estimate over the change by halved steps and a finer mesh, see tests/dynamics: 1/3 is
-# left of an error of the second order, as where the motion is not smooth.
-ESTIMATE = 0.7
+MESH_SHARE = 0.4  # of the tolerance that the mesh may use up
+TAIL = 0.3  # of the first steps, over the tolerance
+SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
+# The error estimate: this times the change by halved steps and a finer mesh, and a part of the
+# tolerance for vibrations that neither resolves, see tests/dynamics.
+ESTIMATE, UNRESOLVED = 1.5, 0.1
 COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
 
 
@@ -95,7 +96,7 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     steps = equal_steps(case, attempt(case, solution, mesh, None), 1)
     coarse = attempt(case, solution, mesh, steps)
     found, runs = attempt(case, solution, refined(mesh), equal_steps(case, coarse, 2)), 3
-    error = ESTIMATE * difference(case, found, coarse)
+    error = estimate(case, difference(case, found, coarse))
     if isinstance(found, Run) and error <= case.tolerance:
         return found, error, runs
     last, by_mesh, by_steps = coarse, math.inf, math.inf
@@ -109,7 +110,7 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
             break
         change = difference(case, last, before)
         by_mesh, by_steps = (change, math.inf) if of_mesh else (by_mesh, change)
-        error = ESTIMATE * (by_mesh + by_steps)
+        error = estimate(case, by_mesh + by_steps)
         if isinstance(last, Run) and error <= case.tolerance:
             return last, error, runs
     if isinstance(last, BeamvizError):
@@ -140,6 +141,11 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
     return found, COARSER * difference(case, found, finer), 2
 
 
+def estimate(case: Case, change: float) -> float:
+    """The error bar of a run that differs by a change from a coarser one."""
+    return ESTIMATE * change + UNRESOLVED * case.tolerance
+
+
 def attempt(
     case: Case, solution: Solution, elements: PositionElements, ends: NDArray | None
 ) -> Run | BeamvizError:
@@ -161,7 +167,8 @@ def equal_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray |
     ends = [np.zeros(1)]
     for start, end in pairwise(corners):
         t = coarse.path.t
-        count = max(int(((t > start) & (t <= end)).sum()), 1)
+        lengths = np.diff(t)[(t[1:] > start) & (t[1:] <= end)]
+        count = math.ceil((end - start) / np.quantile(lengths, SHORT) - 1e-6)
         ends.append(np.linspace(start, end, times * count + 1)[1:])
     return np.concatenate(ends)
 
