@@ -6,11 +6,14 @@ import re
 import signal
 import subprocess
 import sys
+import tomllib
 from functools import partial
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 from helpers import SCRIPTS, load_script
+from packaging.requirements import Requirement
 
 posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
 PYTHON = Path(sys.executable)
@@ -95,17 +98,52 @@ def test_an_installation_is_made_once_and_reused(environment, project, tmp_path)
     again for a changed pyproject.toml and for a moved project, to whose old place it points."""
     root, done = project
 
-    def ensured(extra: str = "") -> list[str]:
+    def ensured(extra: str = "all") -> list[str]:
         python = environment.ensure(extra, root=root, venv=root / "venv")
         assert python == environment.python_of(root / "venv")
         return done
 
-    assert ensured() == ensured() == [""]
-    assert ensured("test") == ensured() == ["", "test"]
+    assert ensured() == ensured() == ["all"]
+    assert ensured("test") == ensured() == ["all", "test"]
     (root / "pyproject.toml").write_text("two")
-    assert ensured() == ["", "test", ""]
+    assert ensured() == ["all", "test", "all"]
     root = root.rename(tmp_path.with_name(tmp_path.name + "-moved"))
-    assert ensured() == ["", "test", "", ""]
+    assert ensured() == ["all", "test", "all", "all"]
+
+
+def brought_by(extra: str) -> set[str]:
+    """The packages that pyproject.toml names for beamviz with one of its extras."""
+    project = tomllib.loads((SCRIPTS.parent / "pyproject.toml").read_text())["project"]
+    extras, found = project["optional-dependencies"], set()
+    waiting = [*project["dependencies"], *extras[extra]]
+    while waiting:
+        named = Requirement(waiting.pop())
+        found |= {named.name} - {"beamviz"}
+        waiting += [line for other in named.extras for line in extras[other]]
+    return found
+
+
+def test_the_explorer_has_every_package_that_beamviz_imports(monkeypatch):
+    """A user of scripts/serve.py meets no "pip install": its environment has all that any module
+    of beamviz imports anywhere, except the peers of the benchmark. That of the tests has it too."""
+    serve, started = load_script("serve"), []
+    monkeypatch.setattr(serve, "ensure", lambda extra: started.append(extra) or PYTHON)
+    monkeypatch.setattr(serve.os, "execv", lambda *_: None)
+    serve.main()
+    assert started == ["all"]
+    imported = set()
+    for file in (SCRIPTS.parent / "beamviz").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                imported.add(str(node.module).split(".")[0])
+    distributions = packages_distributions()
+    foreign = imported - {*sys.stdlib_module_names, "beamviz"}
+    needed = {distributions.get(module, [module])[0] for module in foreign}
+    assert {"av", "distributed", "pandas", "xarray", "zarr"} <= needed
+    peers = brought_by("peers")
+    assert needed - peers <= brought_by("all") <= brought_by("test")
 
 
 def test_an_interrupted_installation_is_done_again(
@@ -114,13 +152,13 @@ def test_an_interrupted_installation_is_done_again(
     """The stamp comes last and old ones go first: half an installation is not taken for whole."""
     root, done = project
     ensure = partial(environment.ensure, root=root, venv=root / "venv")
-    ensure()
+    ensure("all")
     with monkeypatch.context() as during:
         during.setattr(environment, "install", lambda *_: signal.raise_signal(signal.SIGINT))
         with pytest.raises(KeyboardInterrupt):
             ensure("test")
-    ensure()
-    assert done == ["", ""]
+    ensure("all")
+    assert done == ["all", "all"]
 
 
 @posix
