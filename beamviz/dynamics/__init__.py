@@ -19,7 +19,7 @@ from beamviz.dynamics.drives import Hub
 from beamviz.dynamics.elements import PositionElements
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
-from beamviz.dynamics.motion import Motion, MotionStats
+from beamviz.dynamics.result import Motion, MotionStats
 from beamviz.dynamics.run import Run, run, start_solution
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
