@@ -31,7 +31,7 @@ TAIL = 0.3  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
 # The error estimate: this times the change by halved steps and a finer mesh, and a part of the
 # tolerance for vibrations that neither resolves, see tests/dynamics.
-ESTIMATE, UNRESOLVED = 1.5, 0.1
+ESTIMATE, UNRESOLVED = 3.0, 0.1
 COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
 
 
