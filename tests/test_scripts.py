@@ -19,7 +19,6 @@ posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
 PYTHON = Path(sys.executable)
 GOOD = ["timeit", "-n1", "-r1", "pass"]
 BAD = ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
-FIRST = {"fit_mesh_constants": ["LAYER_REACH", "2"]}  # arguments that are required
 COUNTS = [
     (file.stem, option)
     for file in SCRIPTS.glob("*.py")
@@ -216,7 +215,7 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
     """It names the option and the value; nothing is measured."""
     script = load_script(name)
     for value, problem in WRONG.items():
-        monkeypatch.setattr(sys, "argv", [f"{name}.py", *FIRST.get(name, []), f"{option}={value}"])
+        monkeypatch.setattr(sys, "argv", [f"{name}.py", f"{option}={value}"])
         with pytest.raises(SystemExit) as ended:
             script.main()
         error = capsys.readouterr().err
@@ -227,7 +226,7 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
 
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
-    scripts = {"load", "fuzz", "fit_mesh_constants", "measure_error_bars"}
+    scripts = {"load", "fuzz", "measure_error_bars"}
     assert {name for name, _ in COUNTS} == scripts
     text = "".join(file.read_text() for file in SCRIPTS.glob("*.py"))
     assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}

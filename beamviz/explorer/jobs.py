@@ -7,6 +7,7 @@ that compete with the frame loop for the interpreter lock would take more time t
 
 import contextlib
 import math
+import re
 import threading
 import time
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from functools import cached_property, partial
 from queue import SimpleQueue
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
-from beamviz.beam import Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import error_summary, stability_warning, stretch_caution
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
@@ -30,6 +31,8 @@ QUICK = 0.02  # [s] processor time of a solve that a frame waits for
 PATIENCE = 1.0  # [s] after which the page shows that a job is running
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
 WAIT = 0.1  # [s] that a frame waits for it at most
+
+NAMES = re.compile(rf"\b({'|'.join(NUMBERS)})\b")
 
 log = RateLimitedLog(__name__)
 
@@ -273,7 +276,12 @@ class SolverAnswer(Answer[Case, SampledModes]):
     def message(self) -> str:
         """The full text of the warning or the error; "" for a stable equilibrium."""
         known = self.error is None or isinstance(self.error, NoEquilibrium)
-        return self.warning if known else str(self.error)
+        return self.warning if known else in_words(str(self.error))
+
+
+def in_words(text: str) -> str:
+    """An error with the numbers of the beam as the page calls them: "mass α" for alpha."""
+    return NAMES.sub(lambda found: NUMBERS[found[0]].slider_label, text)
 
 
 class Cases(NamedTuple):

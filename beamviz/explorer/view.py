@@ -59,6 +59,15 @@ class Picture:
         return [-SPACING / 2, SPACING / 2] if self.second and self.stacked else [0.0]
 
     @property
+    def largest(self) -> float:
+        """The end of the colour map: of the beam, or of the row whose colours go furthest."""
+        if not self.drawn.in_rows:
+            return self.drawn.largest
+        view, scale = self.drawn.view, self.drawn.scale
+        alone = view.amplitude * np.eye(len(self.modes.modes))
+        return max(DrawnBeam(self.modes, view, scale, sizes).largest for sizes in alone)
+
+    @property
     def rate(self) -> float:
         """The time [T*] per second on the screen that suits its motion."""
         shapes, units = self.modes, self.modes.beam.units

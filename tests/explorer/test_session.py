@@ -157,7 +157,7 @@ def test_invalid_actions_are_ignored(guest, caplog):
 def test_a_number_out_of_range_is_named(guest):
     """With value and range; the next valid one is solved. What is no number is refused too."""
     for k, bad in enumerate((1e9, -1.0, 1e300)):
-        guest.choose("alpha", bad, until=f"alpha = {bad:.10g}: must lie in 0 .. 100")
+        guest.choose("alpha", bad, until=f"mass α = {bad:.10g}: must lie in 0 .. 100")
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
     for k, bad in enumerate(("fast", None, 10**40)):

@@ -19,13 +19,16 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
+from beamviz.lessons import NAMES
 from beamviz.solver import Solution
 
 STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
-STRIP, INSET = 42, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
+STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
+BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
+LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
@@ -72,7 +75,7 @@ def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
 def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
     """The legend; the colours have no scale where the beam is grey."""
     drawn, units = picture.drawn, picture.modes.beam.units
-    text = legend(drawn.view.colouring, drawn.largest, units)
+    text = legend(drawn.view.colouring, picture.largest, units)
     return page.html("legend", "" if drawn.warning or answer is None else text)
 
 
@@ -81,12 +84,23 @@ def work_content(text: str) -> Content:
 
 
 def pace_reads(snapshot: Snapshot) -> tuple[object, ...]:
-    """The time [T*] that passes in a second, and the units."""
-    return snapshot.rate * snapshot.state.view.pace, snapshot.picture.modes.beam.units
+    """The time [T*] that passes in a second, the part of it that can be locked, whether that is
+    locked, and the units."""
+    state, units = snapshot.state, snapshot.picture.modes.beam.units
+    return snapshot.rate * state.view.pace, snapshot.rate, state.rate is not None, units
 
 
-def pace_content(rate: float, units: Units | None) -> Content:
-    return page.html("pace-text", pace(rate, units))
+def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> Content:
+    """The time that passes, and a lock that keeps it whatever moves."""
+    lock = page.button(
+        "locked" if locked else "lock",
+        data_do="rate",
+        data_value=None if locked else float(f"{own:.6g}"),
+        aria_pressed=locked,
+        title=LOCK_HINT,
+        class_="quiet",
+    )
+    return page.html("pace-text", f"<span>{pace(rate, units)}</span>{lock}")
 
 
 def work(jobs: Mapping[str, JobStatus], *, settled: bool = True) -> str:
@@ -110,8 +124,8 @@ def picture_note(snapshot: Snapshot) -> str:
     if answer is None:
         return ""
     if answer.beam is None:
-        nearest = escape(picture.modes.beam.described(PARAMETERS))
-        return f"Drawn with the nearest values in range: {nearest}."
+        numbers = escape(picture.modes.beam.described(PARAMETERS))
+        return f"Drawn with the nearest values in range: {numbers}."
     if answer.result is None:
         return "Drawn unloaded, as it is before it rotates."
     return "The modes shown do not grow; another one does." if picture.hides_growth else ""
@@ -125,8 +139,14 @@ def caption_content(note: str, driven: bool, first: bool, has_mass: bool) -> Con
 
 
 def invitation(*, has_mass: bool) -> str:
-    mass = "the mass along the beam, or " if has_mass else ""
-    return f"Drag {mass}the line of the speed in the chart below."
+    """What this is, for a visitor who comes for the first time, and what to do."""
+    mass = ", with a mass on it" if has_mass else ""
+    dragged = "the mass along the beam, or " if has_mass else ""
+    lesson = page.button("Start lesson 1", data_do="lesson", data_value=NAMES[0], class_="main")
+    return (
+        f"A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
+        f"<span><br>Drag {dragged}the line of the speed in the chart below.</span> {lesson}"
+    )
 
 
 # The scene: its legend and its pace
@@ -158,8 +178,10 @@ def pace(rate: float, units: Units | None) -> str:
 def status(answer: SolverAnswer) -> str:
     """The state of the equilibrium: stable, with any caution, or the warning; up to three lines."""
     if answer.result and not answer.warning:
-        title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
         text = answer.caution or stretch_text(answer.result)
+        title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
+        if answer.solution and answer.solution.equilibrium.buckled_chordwise:
+            title, kind, text = "Stable out of plane only", "bad", BUCKLED
     else:
         title, _, text = answer.warning.partition("\n")
         text = text if answer.message == answer.warning else answer.message
@@ -203,11 +225,13 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
     """The table of the modes of a solution; those `shown` (0-based) are marked."""
     units, modes = solution.beam.units, identify_modes(solution)
     unit = "" if units else UNIT_HINT
-    heads = ("mode", f"{frequencies(units).label} {unit}", "± error", "nodes", "amount")
+    heads = ("mode", f"{frequencies(units).label} {unit}", "± err", "amount")
     rows = "".join(
-        f'<tr data-do="only" data-value="{k}"{" class=shown" if k in shown else ""}>'
-        f"<td>{mode_button(k, label, solution.families[k], k in shown)}</td>"
-        f"{numbers(solution, k, strip(shapes.nodes[k]))}<td>{amount(k, label)}</td></tr>"
+        f'<tr data-do="only" data-value="{k}" data-row="{label}"'
+        f"{' class=shown' if k in shown else ''}>"
+        f"<td>{mode_button(k, label, solution.families[k], k in shown)}"
+        f"{strip(shapes.nodes[k])}</td>"
+        f"{numbers(solution, k)}<td>{amount(k, label)}</td></tr>"
         for k, label in enumerate(modes.labels)
     )
     head = f"<thead><tr><th>{'</th><th>'.join(heads)}</th></tr></thead>"
@@ -219,17 +243,26 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
 def mode_button(k: int, label: str, family: str, shown: bool) -> str:
     """The button that shows mode k (0-based) alone, in the colour of its family."""
     own = {"data_do": "only", "data_value": k, "data_key": str(k + 1) if k < 9 else None}
-    names = {"class_": f"mode {family}", "aria_label": f"{label}, {family}"}
-    return page.button(label, aria_pressed=shown, **own, **names)
+    own |= {"class_": f"mode {family}", "type": "button", "aria_pressed": shown}
+    name = f"<b>{plain_name(label)}</b><span>{escape(label)}</span>"
+    return f"<button{page.attributes(**own)}>{name}</button>"
 
 
-def numbers(solution: Solution, k: int, nodes: str) -> str:
-    """The cells of a mode's frequency, its estimated error and its nodes, or of its growth rate."""
+def plain_name(label: str) -> str:
+    """The name of a mode for readers who do not know its label: "2nd bending" for B2."""
+    family = "stretching" if label.startswith("S") else "bending"
+    number = label.lstrip("SB")
+    ending = {"1": "st", "2": "nd", "3": "rd"}.get(number, "th")
+    return f"{number}{ending} {family}"
+
+
+def numbers(solution: Solution, k: int) -> str:
+    """The cells of a mode's frequency and its estimated error, or of its growth rate."""
     value, error = mode_value(solution, k)
     if not math.isfinite(solution.frequencies[k]):
-        return f'<td colspan="3">{escape(value)}</td>'
+        return f'<td colspan="2">{escape(value)}</td>'
     digits = f"{error:.0e}".replace("e-0", "e-")
-    return f"<td>{value}</td><td>{digits}</td><td>{nodes}</td>"
+    return f"<td>{value}</td><td>{digits}</td>"
 
 
 def strip(nodes: np.ndarray) -> str:

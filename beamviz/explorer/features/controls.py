@@ -57,6 +57,7 @@ MODES_HINT = (
 
 REAL_ENDS = {"alpha": 2.0, "gamma": 12.0}  # of the sliders of real beams, which rotate slowly
 ROUNDING = 1e-9
+RATES = (1e-6, 1e6)  # [T*] in a second on the screen
 
 
 def number_slider(name: str) -> str:
@@ -80,7 +81,7 @@ CONTENT = {
         f'<div class="row"><h2>Natural modes</h2>{page.hint("natural modes", MODES_HINT)}'
         '<span class="space"></span>'
         + page.button("All", data_set="all_modes", aria_label="All modes, one above the other")
-        + '</div><div id="mode-rows"></div>'
+        + '</div><div id="told" class="soft"></div><div id="mode-rows"></div>'
     ),
     "beam": (
         "".join(map(number_slider, PARAMETERS))
@@ -135,6 +136,7 @@ class Controls(Feature):
         self.page.on("undo", lambda _: visitor.restore(visitor.history.undo))
         self.page.on("redo", lambda _: visitor.restore(visitor.history.redo))
         self.page.on("reset", lambda _: visitor.reset())
+        self.page.on("rate", self.lock)
         self.page.on("reset_view", lambda _: self.reset_view())
         self.page.on("tab", self.open_tab)
         self.page.on("preferences", self.take_preferences)
@@ -151,7 +153,7 @@ class Controls(Feature):
             Part(lambda s: (), self.fixed_content),
             Part(lambda s: (s.state,), self.bound_content),
             Part(lambda s: (s.undo, s.redo), history_content),
-            Part(lambda s: (s.state.case,), numbers_content),
+            Part(lambda s: (s.state.case, s.state.run_speed), numbers_content),
         )
 
     def fixed_content(self) -> Content:
@@ -184,6 +186,11 @@ class Controls(Feature):
         visitor.set_state(preferred(visitor.state, str(preferences), own_theme))
         visitor.camera.eased = not visitor.state.still
 
+    def lock(self, rate: Any) -> None:
+        """Lock the time [T*] that passes in a second on the screen, or let it suit the motion."""
+        if rate is None or (isinstance(rate, float | int) and RATES[0] <= rate <= RATES[1]):
+            self.visitor.change(partial(replace, rate=None if rate is None else float(rate)))
+
     def open_tab(self, tab: Any) -> None:
         """Store the open tab, which is no edit: it ends no presenter mode and cannot be undone."""
         if tab in tabs():
@@ -207,8 +214,10 @@ def history_content(undo: bool, redo: bool) -> Content:
     return page.props("undo", disabled=not undo) | page.props("redo", disabled=not redo)
 
 
-def numbers_content(case: Case) -> Content:
-    """The numbers of the beam in its units, and the ranges of their sliders."""
+def numbers_content(case: Case, run_speed: float | None) -> Content:
+    """The numbers of the beam in its units, and the ranges of their sliders; run_speed: shown in
+    place of its own."""
+    case = case.changed("gamma", run_speed) if run_speed else case
     units, content = case.units, page.props("mu-row", hidden=case.units is not None)
     for name, number in case.numbers.items():
         own = measure(name, units)

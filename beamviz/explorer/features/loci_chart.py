@@ -112,6 +112,12 @@ class Chart:
         nearest = min(distance, key=distance.__getitem__, default="")
         return nearest if nearest and distance[nearest] <= near else ""
 
+    def modes_of(self, event: Event) -> tuple[int, ...]:
+        """The modes (from 0) of an event."""
+        k = int(np.argmin(abs(self.loci.values - event.at)))
+        found = (int(self.loci[label].mode_index[k]) for label in event.branches)
+        return tuple(mode for mode in found if mode >= 0)
+
     def nearest_pair(self, value: float) -> Event | None:
         """The crossing or veering nearest to a value of the axis."""
         return min(self.pairs.values(), key=lambda event: abs(event.at - value), default=None)
@@ -274,11 +280,12 @@ class LociTab(Feature):
         self.page.on("go_to_event", self.go_to)
 
     def go_to(self, key: Any) -> None:
-        """Move the beam to a crossing, a veering or a resonance."""
+        """Move the beam to an event, and show its modes."""
         if chart := self.charts.status.result:
             events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
             if event := events.get(key):
-                self.visitor.change(lambda state: state.changed(chart.request.over, event.at))
+                modes = chart.modes_of(event)
+                self.visitor.change(lambda state: at_event(state, chart.request.over, event, modes))
 
     def request(self, snapshot: Snapshot) -> None:
         """Request the charts of the beam and of the one compared with."""
@@ -342,6 +349,12 @@ def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None
     return found | page.value("go_to_event", chosen)
 
 
+def at_event(state: State, over: str, event: Event, modes: tuple[int, ...]) -> State:
+    """With the beam at an event, in equal shares of its modes."""
+    state = state.changed(over, event.at)
+    return state.together(*modes) if modes else state
+
+
 def has_line(values: Mapping[str, Any], k: int) -> bool:
     return k in values["per_rev"]
 
@@ -362,7 +375,7 @@ def event_table(chart: Chart) -> str:
     heads = ("go to", f"at {along.head}", across.label, "smallest gap")
     rows = []
     for key, event in chart.events.items():
-        sign, gap = EVENT_KINDS[event.kind].sign, f"{across.factor * event.gap:.3g}"
+        sign, gap = page.sign(event.kind), f"{across.factor * event.gap:.3g}"
         rows.append((*cells(chart, key, sign, event), gap))
     kinds = {event.kind for event in chart.events.values()}
     shown = {name: kind.sign for name, kind in EVENT_KINDS.items() if name in kinds}
@@ -397,7 +410,7 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
     heads = ("go to", "per rev", f"at {along.head}", across.label)
     rows = []
     for key, one in found.items():
-        go_to, *place = cells(chart, key, "◆", one)
+        go_to, *place = cells(chart, key, page.sign("resonance"), one)
         rows.append((go_to, f"{one.per_rev} ×", *place))
     return page.table("resonances", heads, rows, caption="Resonances")
 

@@ -195,7 +195,9 @@ def timing_data(timings: Sequence[Timing], solution: Solution | None) -> page.Da
         marks.append(page.mark("this scene", "here", axes, place, f"this scene: {cost(solution)}"))
     name, ends = "Time against error of every method", (span, ERRORS)
     across, up = (page.axis_data(*one, log=True) for one in zip(axes, ends, strict=True))
-    keys = [{"style": "mark here", "text": "this scene"}] if solution else []
+    keys: list[page.Data] = [
+        {"style": "mark here", "text": "this scene", "sign": page.sign("here")}
+    ]
     return {"name": name, "x": across, "y": up, "lines": lines, "marks": marks, "keys": keys}
 
 

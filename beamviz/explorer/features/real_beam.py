@@ -320,11 +320,11 @@ INVITATION = (
 def number_field(name: str, refused: Refused | None) -> str:
     """A field, below it the reason why its last entry was refused."""
     key, label, reason = f"real.{name}", escape(FIELDS[name][0]), ""
-    own: dict[str, Any] = {"step": "any", "id": f"{key}-field", "data_set": key}
+    own: dict[str, Any] = {}
     if refused and refused.key == key:
-        own |= {"aria_invalid": True, "aria_describedby": "refused"}
+        own = {"aria_invalid": True, "aria_describedby": "refused"}
         reason = f'<p id="refused" class="note" role="alert">{escape(refused.reason)}</p>'
-    box = f'<input type="number"{page.attributes(**own)}>'
+    box = page.number_box(f"{key}-field", key, **own)
     return f'<div class="field"><label for="{key}-field">{label}</label>{box}{reason}</div>'
 
 
@@ -337,7 +337,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
     plane = page.button("in plane", data_set="plane", data_value="chordwise")
     plane += page.button("out of plane", data_set="plane", data_value="flapwise")
-    others = ("youngs_modulus", "density", "rotation_speed", "hub_radius", "mass", PERCENT)
+    others = ("youngs_modulus", "density")  # the other numbers have sliders
     return (
         '<details class="real" open><summary>Real beam</summary>'
         f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"

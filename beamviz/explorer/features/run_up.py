@@ -231,7 +231,7 @@ def run_data(run: RunUp) -> page.Data:
         "at": page.sent(along.factor * run.speeds),
         "lines": [{"label": "tip", "y": page.sent(run.amplitudes), "runs": runs}],
         "marks": marks,
-        "keys": [{"style": "mark resonance", "text": "resonance"}],
+        "keys": page.keys([], marks),
     }
 
 
@@ -244,7 +244,7 @@ def resonance_table(run: RunUp) -> str:
     rows = []
     for one in run.resonances:
         speed = {"data_set": "gamma", "data_value": along.factor * one.at}
-        go_to = page.button(f"◆ {one.branches[0]}", class_="quiet", **speed)
+        go_to = page.button(f"{page.sign('resonance')} {one.branches[0]}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
     return page.table("resonances of the run-up", heads, rows)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
 from typing import Any
@@ -22,6 +23,7 @@ from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
+from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
 from beamviz.explorer.features.real_beam import SECTIONS
 from beamviz.explorer.jobs import Job, JobStatus
@@ -42,14 +44,13 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.lessons import lesson
-from beamviz.scene import PER_REV, Camera, Scene, check_bool, check_choice, parse_query
+from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.solver import interruption
 
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
-RATES = (1e-6, 1e6)  # [T*] in a second on the screen
 FOLLOWS = "auto"  # the rate of a clock that is not locked
 
 
@@ -66,6 +67,10 @@ def check_ends(ends: Any) -> tuple[float, float]:
         raise InvalidInput(f"ends = {ends!r}: must be two numbers")
     first, second = (check_float("ends", end) for end in ends)
     return first, second
+
+
+def check_mapped(one: Any) -> str | int:
+    return one if one == "gap" else check_int("map", one, 1, MODES)
 
 
 def check_before(values: Any) -> dict[str, Any]:
@@ -92,7 +97,7 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "stacked": ("stacked", partial(check_bool, "stacked")),
     "across": ("across", lambda name: check_choice("across", name, FIELDS["across"])),
     "ends": ("map_ends", check_ends),
-    "map": ("mapped", lambda one: check_choice("map", one, FIELDS["mapped"])),
+    "map": ("mapped", check_mapped),
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
@@ -153,15 +158,16 @@ class Links(Feature):
         visitor.page.on("link", self.open)
 
     def open(self, query: Any) -> None:
-        """Show the scene of the address, which the page sends when it starts; there is nothing to
-        undo."""
+        """Show the scene of the address, which the page sends when it starts, when there is nothing
+        to undo, and when the visitor goes back or forward."""
         visitor, text = self.visitor, query.lstrip("?") if isinstance(query, str) else ""
         reserved = tuple(pair for pair in parse_qsl(text) if pair[0] in RESERVED)
         with visitor.lock:
             with visitor.reporting("The link is not valid"):
                 if link := parse_link(text):
-                    visitor.change(lambda state: linked(state, *link))
-                    visitor.history = History()
+                    visitor.change(lambda state: linked(state, *link), loads=True)
+            if visitor.state.reserved is None:
+                visitor.history = History()
             visitor.set_state(replace(visitor.state, reserved=reserved))
 
     @property
@@ -379,7 +385,9 @@ def export_tab() -> str:
     length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))
     files = ""
     for suffix, (name, text) in KINDS.items():
-        export_button = page.button(name, data_do="export", data_value=suffix)
+        missing = suffix == ".mp4" and find_spec("av") is None
+        text = "Needs the package PyAV (pip install av)" if missing else text
+        export_button = page.button(name, data_do="export", data_value=suffix, disabled=missing)
         files += f'<div class="file">{export_button}<span class="soft">{escape(text)}</span></div>'
     return (
         f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'

@@ -16,10 +16,12 @@ import msgspec
 import numpy as np
 from viser import ClientHandle, GuiEvent, ViserServer
 
+from beamviz.beam import PARAMETERS
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure
 from beamviz.explorer.page.messages import decode_action, encode_update
 from beamviz.files import package_text
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
 
@@ -28,6 +30,8 @@ STYLES = tuple(f"explorer/page/{name}.css" for name in ("page", "chart"))
 SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map"))
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
+
+SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
 
 Handler = Callable[[Any], None]
 Data = dict[str, Any]  # of a chart, as chart.js takes it
@@ -52,7 +56,12 @@ def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
         heads += button(name, role="tab", aria_selected=k == 0, **own)
         own = {"id": panel, "aria_labelledby": tab, "hidden": k > 0}
         panels += f'<div role="tabpanel" tabindex="0"{attributes(**own)}>{content}</div>'
-    markup = package_text("explorer/page/page.html").format(tabs=heads, panels=panels)
+    symbols = "".join(
+        f"<tr><td>{one.symbol}</td><td>{one.label}</td><td>{one.formula}</td></tr>"
+        for one in PARAMETERS.values()
+    )
+    parts = {"tabs": heads, "panels": panels, "symbols": symbols}
+    markup = package_text("explorer/page/page.html").format(**parts)
     elements = f"<style>{style}</style>{markup}<script>{script}</script>"
     return viser_page.replace(ROOT, elements).replace("<title>Viser<", "<title>beamviz<")
 
@@ -179,9 +188,7 @@ class Page:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
             return
-        if action == "tab":
-            self.sent["open",] = chosen  # the page has opened it
-        self.touched.add(("values", action))
+        self.touched.add(("open",) if action == "tab" else ("values", action))
         handler(chosen)
 
 
@@ -204,9 +211,10 @@ def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
 
 
 def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **to: Any) -> Data:
-    """A mark of a chart at a point; action=, value=: what a click on it sends."""
+    """A mark of a chart at a point; action=, value=: what a click on it sends. The sign of a kind
+    is the same in charts, keys and lists."""
     x, y = (float(measure.factor * place) for measure, place in zip(axes, at, strict=True))
-    return {"key": key, "kind": kind, "text": text, "x": x, "y": y, **to}
+    return {"key": key, "kind": kind, "sign": sign(kind), "text": text, "x": x, "y": y, **to}
 
 
 def keys(lines: Iterable[Data], marks: Iterable[Data] = ()) -> list[Data]:
@@ -216,8 +224,16 @@ def keys(lines: Iterable[Data], marks: Iterable[Data] = ()) -> list[Data]:
     found = [(f"line {style}", style) for style in styles]
     if any(line.get("second") for line in lines):
         found.append(("line second", "compared with"))
-    found += [(f"mark {kind}", kind) for kind in dict.fromkeys(one["kind"] for one in marks)]
-    return [{"style": style, "text": text} for style, text in found]
+    kinds = dict.fromkeys(one["kind"] for one in marks)
+    return [
+        *({"style": style, "text": text} for style, text in found),
+        *({"style": f"mark {kind}", "text": kind, "sign": sign(kind)} for kind in kinds),
+    ]
+
+
+def sign(kind: str) -> str:
+    """The sign of a kind of event; of a kind without one a neutral one."""
+    return EVENT_KINDS[kind].sign if kind in EVENT_KINDS else SIGNS.get(kind, "•")
 
 
 # HTML of controls
@@ -251,12 +267,18 @@ def hint(name: str, text: str) -> str:
     return f'{mark}<span popover id="{key}">{escape(text)}</span>'
 
 
+def number_box(id: str, key: str, **values: Any) -> str:
+    """A field for a number, with a decimal point or comma (page.js)."""
+    own = {"class_": "number", "inputmode": "decimal", "autocomplete": "off"}
+    return f'<input type="text"{attributes(id=id, data_set=key, **own, **values)}>'
+
+
 def slider(key: str, label: str, help: str = "", **values: Any) -> str:
     """A slider with its label and a number field; values: min=, max=, step= of the slider."""
-    box = attributes(id=f"{key}-field", data_set=key, aria_label=label, step="any")
+    box = number_box(f"{key}-field", key, aria_label=label)
     bar = attributes(id=f"{key}-slider", data_set=key, **values)
     name = f'<label for="{key}-slider" id="{key}-label">{escape(label)}</label>{hint(label, help)}'
-    inputs = f'<input type="number"{box}><input type="range"{bar}>'
+    inputs = f'{box}<input type="range"{bar}>'
     return f'<div class="field" id="{key}-row"><span class="name">{name}</span>{inputs}</div>'
 
 

@@ -111,7 +111,7 @@ const BeamvizChart = (() => {
     }
 
     drawKeys() {
-      const markup = this.data.keys.map(({ style, text }) => `<li><i class="key ${style}"></i>${text}</li>`).join("");
+      const markup = this.data.keys.map(({ style, text, sign }) => `<li><i class="key ${style}">${sign}</i>${text}</li>`).join("");
       if (this.keyList.innerHTML !== markup) this.keyList.innerHTML = markup;
     }
 
@@ -125,6 +125,7 @@ const BeamvizChart = (() => {
         const button = this.buttons.get(mark.key) ?? this.addMark(mark);
         old.delete(mark.key);
         button.className = `mark ${mark.kind}`;
+        button.dataset.sign = mark.sign;
         button.style.translate = `${px(x)}px ${px(y)}px`;
         if (!mark.action) continue;
         button.setAttribute("aria-label", `Go to ${mark.text}`);

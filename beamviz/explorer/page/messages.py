@@ -37,10 +37,11 @@ class Line(Struct, omit_defaults=True):
 
 
 class Mark(Struct, omit_defaults=True):
-    """A mark of a chart; with an action it is a button that sends it with the value."""
+    """A mark of a chart, a sign; with an action it is a button that sends it with the value."""
 
     key: str
     kind: str
+    sign: str
     text: str
     x: float
     y: float
@@ -49,10 +50,11 @@ class Mark(Struct, omit_defaults=True):
 
 
 class Key(Struct):
-    """An entry of the key of a chart: a style of lines or of marks, and what it means."""
+    """An entry of the key of a chart: a style of lines, or a sign of marks, and what it means."""
 
     style: str
     text: str
+    sign: str = ""
 
 
 class Cursor(Struct, omit_defaults=True):

@@ -8,12 +8,12 @@ const beamviz = (() => {
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
   const values = {}, props = {}, drawn = {}, texts = {}, waiting = {}, used = {};
-  let bridge = null, count = 0, held = null, address = null;
+  let bridge = null, count = 0, held = null, address = null, opening = 0;
 
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
   const byId = (id) => document.getElementById(id);
   const media = (query) => matchMedia(`(${query})`);
-  const isTyped = (e) => e.matches?.("input[type=number], select");
+  const isTyped = (e) => e.matches?.("input.number, select");
 
   // To the server
 
@@ -51,10 +51,12 @@ const beamviz = (() => {
       bridge = update.bridge;
       for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
     }
+    const rows = rowPlaces();
     for (const [id, html] of Object.entries(update.html ?? {})) {
       texts[id] = html;
       fill(byId(id), html);
     }
+    if (update.html?.["mode-rows"]) moveRows(rows);
     for (const [key, value] of Object.entries(update.values ?? {})) {
       values[key] = value;
       controls(key).forEach((e) => showValue(e, value));
@@ -70,7 +72,7 @@ const beamviz = (() => {
       send("met", localStorage.getItem("beamviz-met") ?? "");
       send("link", location.search.slice(0, 900));
     }
-    if (update.open) openTab(byId(`tab-${update.open}`), false);
+    if (update.open) showTab(update.open);
     for (const key of update.point ?? []) point(key);
     if (update.point) byId("lesson").scrollIntoView({ block: "nearest" }); // it names the controls
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
@@ -79,11 +81,19 @@ const beamviz = (() => {
     for (const one of update.say ?? []) say(one.text, one.error);
   }
 
+  /* What makes an address that of another scene: its lesson, or a real beam. */
+  function sceneOf(query) {
+    const keys = new URLSearchParams(query);
+    return `${keys.get("lesson") ?? ""} ${keys.has("length")}`;
+  }
+
   /* Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE. */
   function setAddress(query) {
     if (address !== null) return void (address = query);
     address = query;
-    history.replaceState(null, "", location.pathname + (query && `?${query}`));
+    const url = location.pathname + (query && `?${query}`);
+    if (sceneOf(query) === sceneOf(location.search)) history.replaceState(null, "", url);
+    else history.pushState(null, "", url); // Back returns to it
     setTimeout(() => {
       const latest = address;
       address = null;
@@ -100,6 +110,7 @@ const beamviz = (() => {
   /* A control in use keeps the visitor's value; it gets the server's when it is at rest. */
   function showValue(e, value) {
     if (e === held) return;
+    if (isNumber(e) && e.hasAttribute("aria-invalid") && e === document.activeElement) return;
     const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
     if (left > 0 && e.matches("input") && e === document.activeElement) {
       clearTimeout(e.later);
@@ -186,6 +197,28 @@ const beamviz = (() => {
     toast.timer = setTimeout(() => (toast.hidden = true), 12000);
   }
 
+  // The table of modes: a row whose mode changes its place moves there, and is told
+
+  const rowPlaces = () => new Map(all("#mode-rows [data-row]").map((row) => [row.dataset.row, row.offsetTop]));
+  const ordinal = (k) => `${k}${["st", "nd", "rd"][k - 1] ?? "th"}`;
+
+  function moveRows(before) {
+    const rows = all("#mode-rows [data-row]"), names = [...before.keys()];
+    const same = rows.length === names.length && rows.every((row) => before.has(row.dataset.row));
+    const moved = rows.filter((row, k) => same && row.dataset.row !== names[k]);
+    if (!moved.length) return;
+    const told = moved.map((row) => `${row.dataset.row} is now ${ordinal(rows.indexOf(row) + 1)}`).join(", ");
+    byId("told").textContent = told;
+    say(told);
+    clearTimeout(byId("told").timer);
+    byId("told").timer = setTimeout(() => (byId("told").textContent = ""), 6000);
+    if (media(PREFERENCES.still).matches) return;
+    for (const row of moved) row.animate([
+      { transform: `translateY(${before.get(row.dataset.row) - row.offsetTop}px)`, background: "var(--tint)" },
+      { transform: "none" },
+    ], { duration: 600, easing: "ease-in-out" });
+  }
+
   // What the visitor does
 
   const json = (text, fallback = null) => (text === undefined ? fallback : JSON.parse(text));
@@ -196,6 +229,14 @@ const beamviz = (() => {
       for (const host of all("[data-chart]")) host.figure?.reveal?.(json(e.dataset.value));
       send(e.dataset.set, e.dataset.value === undefined ? !pressed : json(e.dataset.value));
     } else send(e.dataset.do, json(e.dataset.value));
+  }
+
+  /* Opens the tab that the server says, once the visitor has left the tabs alone for a moment. */
+  function showTab(name) {
+    clearTimeout(opening);
+    const left = (used.tab ?? -Infinity) + REST - performance.now();
+    if (left > 0) opening = setTimeout(() => showTab(name), left + 1);
+    else if (byId(`tab-${name}`)?.hidden) openTab(byId(`tab-${name}`), false);
   }
 
   function openTab(panel, tell = true) {
@@ -209,6 +250,7 @@ const beamviz = (() => {
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
     if (!tell) return;
+    used.tab = performance.now();
     send("tab", panel.id.slice(4));
     if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
   }
@@ -251,12 +293,25 @@ const beamviz = (() => {
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
+    if (isNumber(e)) e.removeAttribute("aria-invalid");
     if (e.type === "range" && event.type === "input") sendOften(key, e.valueAsNumber);
     else if (event.type === "change" && e.type === "checkbox") send(key, e.checked);
-    else if (event.type === "change" && e.type === "number") {
-      if (Number.isFinite(e.valueAsNumber)) send(key, e.valueAsNumber);
-      else showValue(e, values[key]);
-    } else if (event.type === "change" && e.type !== "range") send(key, e.value);
+    else if (event.type === "change" && isNumber(e)) enter(e);
+    else if (event.type === "change" && e.type !== "range") send(key, e.value);
+  }
+
+  const isNumber = (e) => e.matches("input.number");
+
+  /* Sends the number of a field, with a decimal point or comma; what is none is said, and stays. */
+  function enter(e) {
+    const text = e.value.trim().replace(/^\u2212/, "-");
+    const grouped = /^-?\d{1,3}(,\d{3})+$/.test(text); // 1,500: thousands, or a decimal comma?
+    const number = grouped ? NaN : Number(text.replace(",", ".") || NaN);
+    e.toggleAttribute("aria-invalid", !Number.isFinite(number));
+    if (Number.isFinite(number)) return send(e.dataset.set, number);
+    const [whole] = text.split(",");
+    const remedy = grouped ? `write ${text.replaceAll(",", "")}, or ${whole}.${text.split(",")[1]}` : "write a number, as 0.5";
+    say(`${e.value || "nothing"}: ${remedy}`, true);
   }
 
   /* Sends a scene file as its name and its text, up to just above the limit of the server. */
@@ -293,7 +348,7 @@ const beamviz = (() => {
       event.preventDefault();
       send(event.shiftKey ? "redo" : "undo", null);
     }
-    if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input[type=range]")) {
+    if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input, select") && !inViser) {
       event.preventDefault();
       document.body.dispatchEvent(new KeyboardEvent("keydown", event));  // ignored by viser in inputs
     }
@@ -318,8 +373,26 @@ const beamviz = (() => {
     if (offline !== byId("offline").open) byId("offline")[offline ? "show" : "close"]();
   }
 
+  /* Shows a text beside its question mark. */
+  function placeText(event) {
+    const text = event.target, mark = document.querySelector(`[popovertarget="${CSS.escape(text.id)}"]`);
+    if (event.newState !== "open" || !mark) return;
+    const at = mark.getBoundingClientRect(), { offsetWidth: width, offsetHeight: height } = text;
+    const below = at.bottom + 6 + height < innerHeight;
+    text.style.left = `${Math.max(8, Math.min(at.left - 12, innerWidth - width - 8))}px`;
+    text.style.top = `${below ? at.bottom + 6 : Math.max(8, at.top - 6 - height)}px`;
+  }
+
   function start() {
     setInterval(watchViser, 1000);
+    document.addEventListener("toggle", placeText, true);
+    addEventListener("popstate", () => send("link", location.search.slice(0, 900)));
+    byId("skip").onclick = (event) => {
+      event.preventDefault();
+      const first = byId("alpha-slider");
+      first.closest("details").open = true;
+      first.focus();
+    };
     document.addEventListener("click", (event) => {
       const tab = event.target.closest(TAB), acting = event.target.closest(ACT);
       const dialog = event.target.closest("[data-dialog]");

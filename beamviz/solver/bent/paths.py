@@ -101,7 +101,7 @@ def _slower(bent: BentBeam) -> State:
 
 
 def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
-    """A bent state just beyond the speed at which the straight one ceases to be stable."""
+    """A deflected equilibrium just beyond the speed at which the straight one loses stability."""
     beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
         found = descend(beyond, guess)

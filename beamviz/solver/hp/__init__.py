@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes
-from beamviz.solver.hp.refinement import Answer, CommonMesh, Refinement
+from beamviz.solver.hp.refinement import Answer, converged_modes
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
     Equilibrium,
@@ -27,20 +27,11 @@ from beamviz.solver.solution import (
 
 
 def solve_hp(
-    beams: Sequence[Beam],
-    problem: Problem,
-    extra_modes: int = 0,
-    common_mesh: CommonMesh | None = None,
+    beams: Sequence[Beam], problem: Problem, extra_modes: int = 0
 ) -> list[Solution | BeamvizError]:
     """The solution of each beam, or its error. See `solve_many`."""
-    count = problem.modes + extra_modes
-    refinement = Refinement(beams, problem, count, common_mesh)
-    while refinement.waiting:
-        for indices, mesh in refinement.next_stacks():
-            refinement.solve_stack(indices, mesh)
-        if common_mesh and refinement.refines(common_mesh):
-            refinement = Refinement(beams, problem, count, common_mesh)
-    return list(map(partial(_solution, problem), beams, refinement.answers))
+    answers = converged_modes(beams, problem, problem.modes + extra_modes)
+    return [_solution(problem, *pair) for pair in zip(beams, answers, strict=True)]
 
 
 def _solution(problem: Problem, beam: Beam, found: Answer) -> Solution | BeamvizError:
@@ -50,14 +41,18 @@ def _solution(problem: Problem, beam: Beam, found: Answer) -> Solution | Beamviz
     s, grid = exponents(found.omega_squared), found.grid
     orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
     buckled = False
-    if found.family_omega_squared is not None and problem.softening and not problem.chordwise:
-        buckled = bool(found.family_omega_squared[0, 0] < beam.gamma**2)  # softening lowers it
+    if problem.softening and not problem.chordwise:  # softening lowers it
+        buckled = bool(found.lowest_bending < beam.gamma**2)
     curve = partial(_curve, found)
     equilibrium = Equilibrium(status_of(s), found.iterations, curve, buckled_chordwise=buckled)
     stats = Stats(unknowns, "hp", len(orders), max(orders))
-    errors = partial(np.add, found.truncation, found.rounding)
-    results = s, errors, found.bending_energy_fraction, Shapes(found)
+    results = s, partial(_errors, found), found.bending_energy_fraction, Shapes(found)
     return Solution(beam, problem, equilibrium, stats, *results)
+
+
+def _errors(found: StraightModes) -> np.ndarray:
+    """Estimated errors (modes,) of omega^2."""
+    return found.truncation.sum(axis=-1) + found.rounding
 
 
 @lru_cache(maxsize=128)
@@ -81,33 +76,6 @@ class Shapes:
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Displacements (len(x), 2, modes) along and across the beam."""
         return _displacements(_rows(self.found.grid.from_clamp, x.tobytes()), self.found)
-
-    @property
-    def families(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """omega^2 of the lowest k modes of each family, bending first, and its estimated errors,
-        (2, k) each, k the number of modes solved for; None with Coriolis forces."""
-        squares, errors = self.found.family_omega_squared, self.found.family_errors
-        return None if squares is None or errors is None else (squares, errors)
-
-    @property
-    def stored(self) -> np.ndarray | None:
-        """Twice the potential energies (2, modes), softening included, of modes of unit modal mass:
-        along the beam, then across it; None without Coriolis forces and at rest."""
-        return self.found.stored
-
-    @property
-    def spectrum(self) -> np.ndarray | None:
-        """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
-        forces of all, (1, n)."""
-        found = self.found
-        if found.nu is None:
-            return None
-        with np.errstate(divide="ignore", over="ignore"):  # the highest may be zero by rounding
-            spectrum = 1 / found.nu
-        if found.family_omega_squared is None:
-            return spectrum
-        shift = spectrum[:, :1] - found.family_omega_squared[:, :1]  # of each family
-        return spectrum - shift
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
