@@ -138,7 +138,9 @@ def is_small_strain(beam: Beam | Numbers, law: StrainLaw) -> bool:
     hub = abs(beam.delta)
     moment = 0.5 + hub + beam.alpha * (beam.beta + hub)
     force = (beam.gamma / beam.mu) ** 2 * moment
-    return force < SMALL_FORCE * min(1.0, abs(law.force_limits[beam.delta >= 0]))
+    least, most = law.force_limits
+    limit = most if beam.delta >= 0 else min(-least, most)  # inward both may be met
+    return force < SMALL_FORCE * min(1.0, limit)
 
 
 def has_unique_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> bool:
