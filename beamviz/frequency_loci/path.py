@@ -1,6 +1,8 @@
 """A path: solutions along one parameter of a beam, and their modes by family."""
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -19,10 +21,13 @@ EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of 
 
 
 def check_values(argument: str, over: str, values: ArrayLike, least: int, most: int) -> NDArray:
-    """The values of a parameter as a read-only array (n,); InvalidInput unless they are least ..
-    most ascending numbers within its limits. argument: where the parameter was named."""
+    """The values of a parameter, an iterable too, as a read-only array (n,); InvalidInput unless
+    they are least .. most ascending numbers within its limits. argument: where the parameter was
+    named."""
     if over not in NUMBERS:
         raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}")
+    if isinstance(values, Iterator):
+        values = [*itertools.islice(values, most + 1)]  # it may be endless
     try:
         array = np.atleast_1d(np.array(values, float)) + 0.0  # -0.0 becomes 0.0
     except (TypeError, ValueError, OverflowError):
