@@ -51,8 +51,9 @@ def family_modes(
     smaller problem c = lambda A c, A (beams, r, r), v = S c, which needs no shift.
 
     Returns the vectors (beams, 2, n, count); lambda + shift (beams, 2, count), which has the
-    rounding error; and the shift (beams, 2, 1). Beyond the r modes of the second family lambda and
-    the vectors are nan.
+    rounding error; and the shift (beams, 2, 1). Lambda and the vectors are nan beyond the r modes
+    of the second family, and where 1 / (lambda + shift) is only rounding error: of either sign, it
+    would pass for an instability.
     """
     n, r = S.shape[-2:]
     count = min(count, n)
@@ -65,6 +66,8 @@ def family_modes(
         np.matmul(C, S[k].T, out=V[k, 1, :few])
     if few < count:
         V[:, 1, few:] = np.nan
+    # An element beside a mass near the clamp is short, and has hardly any mass.
+    nu[nu <= EPS * nu[..., :1]] = np.nan
     size = 1 / nu
     V *= np.sqrt(abs(size))[..., None]
     return V.mT, size, added

@@ -84,6 +84,18 @@ def test_every_bending_mode_has_one_node_more_than_the_last(beam):
         assert len(nodes) == int(label[1:]) - 1
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 0.1])
+@pytest.mark.parametrize("delta", [0.0, -1.0])
+def test_a_mass_beside_the_hub_is_almost_at_the_hub(delta, tolerance):
+    """The element between has hardly any mass; all its modes are far above those asked for."""
+    options = {"modes": 20, "tolerance": tolerance}
+    beside = solve(Beam(alpha=100, beta=1e-9, delta=delta), **options)
+    at_hub = solve(Beam(delta=delta), **options)
+    assert beside.equilibrium.stable
+    difference = abs(beside.frequencies - at_hub.frequencies)
+    assert (difference <= beside.errors + at_hub.errors).all()
+
+
 def test_coriolis_vanishes_with_the_speed():
     """The coupled answer tends to the uncoupled one as gamma^2."""
     apart = solve(Beam(alpha=1, beta=0.7, gamma=1e-4), tolerance=1e-10)
