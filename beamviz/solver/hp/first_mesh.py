@@ -188,10 +188,11 @@ def rounded(beam: Beam) -> Numbers:
     """The numbers of a beam to four binary digits; the position of the mass by its distance from
     the nearer end."""
     alpha, beta, gamma, delta, mu = numbers_of(beam)
-    if not alpha:
-        beta = 1.0
-    elif beta < 1:
-        beta = four_digits(beta) if beta < 0.5 else 1 - four_digits(1 - beta)
+    if len(ends_of_spans(beam)) == 2:  # no mass, or one at an end
+        beta = float(round(beta)) if alpha else 1.0
+    else:  # it stays between the ends
+        distance = max(four_digits(min(beta, 1 - beta)), 2 * AT_END)
+        beta = distance if beta < 0.5 else 1 - distance
     return Numbers(four_digits(alpha), beta, *map(four_digits, (gamma, delta, mu)))
 
 
