@@ -197,7 +197,7 @@ def resonances(tracked: Tracked) -> Iterator[Event]:
 
         samples = np.where(shown, above, np.nan).reshape(n, -1)
         roots = find_roots(modes.at, samples, above_line)
-        ranks = path.modes(roots.at).rank.reshape(len(roots.at), -1)
+        ranks = path.modes(roots.at).rank.reshape(-1, families * count)
         for at, channel, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
             line, mode = divmod(channel, families * count)
             if rank[mode] < path.problem.modes:
