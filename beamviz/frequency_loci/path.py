@@ -127,12 +127,14 @@ class Path:
     def _solve(self, values: list[float]) -> list[Outcome]:
         """The outcomes at ascending values. Over the speed no equilibrium exists beyond a limit,
         which the error at the highest speed names: speeds beyond it need no solve."""
-        beams, beyond = [self.at(value) for value in values], []
-        if self.over == "gamma" and len(beams) > 1:
-            beyond = self._solve_beams(beams[-1:])
-            if isinstance(beyond[0], NoEquilibrium):
-                beyond = beyond * sum(value > beyond[0].limit for value in values)
-        return self._solve_beams(beams[: len(beams) - len(beyond)]) + beyond
+        beams = [self.at(value) for value in values]
+        if self.over != "gamma" or len(beams) == 1:
+            return self._solve_beams(beams)
+        (fastest,) = self._solve_beams(beams[-1:])
+        count = 1  # of beams with the outcome of the fastest
+        if isinstance(fastest, NoEquilibrium):
+            count = sum(value > fastest.limit for value in values)
+        return self._solve_beams(beams[: len(beams) - count]) + [fastest] * count
 
     def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
         return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
