@@ -5,10 +5,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
@@ -20,7 +20,7 @@ from beamviz.solver.solution import Solution, read_only
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
 
 
-def check_values(argument: str, over: str, values: ArrayLike, least: int, most: int) -> NDArray:
+def check_values(argument: str, over: str, values: Any, least: int, most: int) -> NDArray:
     """The values of a parameter, an iterable too, as a read-only array (n,); InvalidInput unless
     they are least .. most ascending numbers within its limits. argument: where the parameter was
     named."""
@@ -127,12 +127,14 @@ class Path:
     def _solve(self, values: list[float]) -> list[Outcome]:
         """The outcomes at ascending values. Over the speed no equilibrium exists beyond a limit,
         which the error at the highest speed names: speeds beyond it need no solve."""
-        beams, beyond = [self.at(value) for value in values], []
-        if self.over == "gamma" and len(beams) > 1:
-            beyond = self._solve_beams(beams[-1:])
-            if isinstance(beyond[0], NoEquilibrium):
-                beyond = beyond * sum(value > beyond[0].limit for value in values)
-        return self._solve_beams(beams[: len(beams) - len(beyond)]) + beyond
+        beams = [self.at(value) for value in values]
+        if self.over != "gamma" or len(beams) == 1:
+            return self._solve_beams(beams)
+        (fastest,) = self._solve_beams(beams[-1:])
+        count = 1  # of beams with the outcome of the fastest
+        if isinstance(fastest, NoEquilibrium):
+            count = sum(value > fastest.limit for value in values)
+        return self._solve_beams(beams[: len(beams) - count]) + [fastest] * count
 
     def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
         return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
