@@ -114,7 +114,7 @@ def test_an_installation_is_made_once_and_reused(environment, project, tmp_path)
 
 
 def brought_by(extra: str) -> set[str]:
-    """The packages that pyproject.toml names for beamviz with one of its extras."""
+    """The packages that pyproject.toml names for beamviz with one of its extras, in lower case."""
     project = tomllib.loads((SCRIPTS.parent / "pyproject.toml").read_text())["project"]
     extras, found = project["optional-dependencies"], set()
     waiting = [*project["dependencies"], *extras[extra]]
@@ -142,7 +142,7 @@ def test_the_explorer_has_every_package_that_beamviz_imports(monkeypatch):
                 imported.add(str(node.module).split(".")[0])
     distributions = packages_distributions()
     foreign = imported - {*sys.stdlib_module_names, "beamviz"}
-    needed = {distributions.get(module, [module])[0] for module in foreign}
+    needed = {distributions.get(module, [module])[0].lower() for module in foreign}
     assert {"av", "distributed", "pandas", "xarray", "zarr"} <= needed
     peers = brought_by("peers")
     assert needed - peers <= brought_by("all") <= brought_by("test")
