@@ -19,9 +19,10 @@ from scipy.linalg import blas, lapack
 
 from beamviz.errors import NotConverged
 
-EPS = float(np.finfo(float).eps)
+EPS = float(np.finfo(float).eps)  # 2.2e-16
 COMPRESSED = 16.0  # shift of beams that may buckle: omega^2 of bending at rest is 12
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
+NEARLY_SINGULAR = 4.0  # ratio of shift to least shifted eigenvalue above which both lose digits
 FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all
 BLOCK = 8  # columns that LAPACK reduces at once: faster than its choice of 32 up to 250 unknowns
 FAR_APART = 1e10  # ratio of eigenvalues from which the eigenvectors of Z Z' are too inaccurate
@@ -40,8 +41,8 @@ def symmetric_modes(
     shift where that is not positive definite. Give one for an indefinite K (a compressed beam): an
     eigenvalue near -shift makes the others inaccurate. Raises NotConverged.
     """
-    nu, V, added = inverse_modes_with_shift(M, K, count, shift)
-    return 1 / nu - added, V.T / np.sqrt(abs(nu))
+    nu, rows, added = inverse_modes_with_shift(M, K, count, shift)
+    return 1 / nu - added, rows.T / np.sqrt(abs(nu))  # from V' (K + added M) V = 1
 
 
 def family_modes(
@@ -51,8 +52,9 @@ def family_modes(
     smaller problem c = lambda A c, A (beams, r, r), v = S c, which needs no shift.
 
     Returns the vectors (beams, 2, n, count); lambda + shift (beams, 2, count), which has the
-    rounding error; and the shift (beams, 2, 1). Beyond the r modes of the second family lambda and
-    the vectors are nan.
+    rounding error; and the shift (beams, 2, 1). Lambda and the vectors are nan beyond the r modes
+    of the second family, and where 1 / (lambda + shift) is only rounding error: of either sign, it
+    would pass for an instability.
     """
     n, r = S.shape[-2:]
     count = min(count, n)
@@ -65,6 +67,8 @@ def family_modes(
         np.matmul(C, S[k].T, out=V[k, 1, :few])
     if few < count:
         V[:, 1, few:] = np.nan
+    # An element beside a mass near the clamp is short, and has hardly any mass.
+    nu[nu <= EPS * nu[..., :1]] = np.nan
     size = 1 / nu
     V *= np.sqrt(abs(size))[..., None]
     return V.mT, size, added
@@ -119,12 +123,15 @@ def inverse_modes_with_shift(
     """The `count` largest nu, descending, of M v = nu (K + added M) v, their v as rows, and the
     shift added: the one given, or one that makes it positive definite."""
     for added in chain((shift,), SHIFTS):
-        found = generalized_eigh(M, K + added * M if added else K, count)
-        if found is not None:
-            if found[0][0] * added > 4:  # almost singular: inaccurate
-                again = generalized_eigh(M, K + 2 * added * M, count)
-                found, added = (found, added) if again is None else (again, 2 * added)
-            return *found, added
+        modes = generalized_eigh(M, K + added * M if added else K, count)
+        if modes is None:
+            continue
+        nu, vectors = modes
+        if nu[0] * added > NEARLY_SINGULAR:
+            modes = generalized_eigh(M, K + 2 * added * M, count)
+            if modes is not None:
+                return *modes, 2 * added
+        return nu, vectors, added
     raise NotConverged(
         f"the stiffness is not positive definite, nor with {SHIFTS[-1]:.3g} times the mass added:"
         " the beam may be too near a limit of its equilibrium"
@@ -161,15 +168,7 @@ def gyroscopic_modes(
     except np.linalg.LinAlgError:
         if len(gamma) > 1:
             raise
-        matrices = K[0][0], F[0][0], K[1][0], F[1][0]
-        omega_squared, *shapes = _indefinite(*matrices, gamma.item(), count)
-        a, b = (shape[None] for shape in shapes)
-        along, across = (abs(F[0] @ a) ** 2).sum(axis=1), (abs(F[1] @ b) ** 2).sum(axis=1)
-        stored = sum((q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((K[0], a), (K[1], b)))
-        mass, root = along + across, np.sqrt(along + across)[:, None]
-        rounding = np.full((1, len(omega_squared)), INDEFINITE_ROUNDING)
-        modes = omega_squared[None], a / root, b / root, across / mass, stored / mass
-        return GyroscopicModes(*modes, rounding, False)
+        return _indefinite_gyroscopic(K, F, gamma.item(), count)
     return _definite_gyroscopic(L, F, gamma, count, max_rounding)
 
 
@@ -195,12 +194,15 @@ def _definite_gyroscopic(
     """
     (La, Lb), (Fa, Fb) = L, F
     na, nb = La.shape[-1], Lb.shape[-1]
-    Ya, Yb = _solve_lower(La, Fa).mT, _solve_lower(Lb, Fb)
+    Ya = _divide_by_factor(La, Fa, transposed=True).mT
+    Yb = _divide_by_factor(Lb, Fb, transposed=True)
     P = Yb @ Yb.mT
     n = na + P.shape[-1]
-    H = np.empty((len(P), n, n))  # its upper triangle
-    H[:, :na, na:] = coupling = -2 * gamma * (Ya @ P)
-    H[:, :na, :na], H[:, na:, na:] = (Ya - 2 * gamma * coupling) @ Ya.mT, P
+    H = np.empty((len(P), n, n))  # Z Z', of which only the upper triangle is read
+    coupling = -2 * gamma * (Ya @ P)
+    H[:, :na, :na] = (Ya - 2 * gamma * coupling) @ Ya.mT
+    H[:, :na, na:] = coupling
+    H[:, na:, na:] = P
     # One by one: numpy's stacked call computes all vectors, not a few.
     nu, X = map(np.array, zip(*(eigh_largest(h, count) for h in H), strict=True))
     with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite
@@ -213,28 +215,60 @@ def _definite_gyroscopic(
         return np.concatenate((Yb.mT @ (X[:, na:] - 2 * gamma * velocity), velocity), axis=1)
 
     if rounding.max() > max_rounding:
-        few = rounding.max() < FAR_APART
-        basis = X if few else np.broadcast_to(np.eye(n), H.shape)
-        _, inverse, rotation = np.linalg.svd(times_transposed(basis), full_matrices=False)
-        omega_squared, X = 1 / inverse[:, :count] ** 2, basis @ rotation[:, :count].mT
+        restricted = rounding.max() < FAR_APART
+        basis = X if restricted else np.broadcast_to(np.eye(n), H.shape)
+        _, singular, rotation = np.linalg.svd(times_transposed(basis), full_matrices=False)
+        omega_squared, X = 1 / singular[:, :count] ** 2, basis @ rotation[:, :count].mT
         ratio = omega_squared / omega_squared[:, :1]
-        rounding = np.sqrt(ratio) + (EPS * ratio**2 if few else 0)  # values, vectors
+        rounding = np.sqrt(ratio)  # of the singular values
+        if restricted:
+            rounding = rounding + EPS * ratio**2  # of the vectors that they are restricted to
     Y = times_transposed(X) * np.sqrt(omega_squared)[:, None]
     along, across = np.square(Y[:, nb:]).sum(axis=1), np.square(X[:, na:]).sum(axis=1)
     mass = (along + across) / omega_squared
     stored = np.square(X[:, :na]).sum(axis=1) + np.square(Y[:, :nb]).sum(axis=1)
     root = np.sqrt(mass)[:, None]
-    a, b = (_solve_lower(l, (q / root).mT, 1).mT for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb])))
-    fraction = across / (along + across)
-    shapes = a.astype(complex), 1j * b
-    return GyroscopicModes(omega_squared, *shapes, fraction, stored / mass, rounding, True)
+    a, b = (
+        _divide_by_factor(l, (q / root).mT, transposed=False).mT
+        for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb]))
+    )
+    return GyroscopicModes(
+        omega_squared=omega_squared,
+        a=a.astype(complex),
+        b=1j * b,
+        fraction=across / (along + across),
+        stored=stored / mass,
+        relative_rounding=rounding,
+        definite=True,
+    )
 
 
-def _solve_lower(L: np.ndarray, B: np.ndarray, transposed: int = 0) -> np.ndarray:
-    """B L^-T, or B L^-1 if `transposed`, of stacks of lower triangles L and matrices B."""
-    # The transposes are in column order as BLAS requires.
+def _divide_by_factor(L: np.ndarray, B: np.ndarray, transposed: bool) -> np.ndarray:
+    """B L^-T if `transposed`, else B L^-1, of stacks of lower triangles L (beams, n, n) and
+    matrices B (beams, m, n)."""
+    # l.T and b.T are in column order, as BLAS requires: to BLAS l.T is an upper triangle.
     pairs = zip(L, B, strict=True)
-    return np.array([blas.dtrsm(1, l.T, b.T, trans_a=1 - transposed).T for l, b in pairs])
+    return np.array([blas.dtrsm(1, l.T, b.T, trans_a=transposed).T for l, b in pairs])
+
+
+def _indefinite_gyroscopic(K: Stacks, F: Stacks, gamma: float, count: int) -> GyroscopicModes:
+    """The modes of a single problem where either Ka or Kb is indefinite."""
+    (Ka, Kb), (Fa, Fb) = K, F
+    omega_squared, a, b = _indefinite(Ka[0], Fa[0], Kb[0], Fb[0], gamma, count)
+    a, b = a[None], b[None]
+    along, across = (abs(Fa @ a) ** 2).sum(axis=1), (abs(Fb @ b) ** 2).sum(axis=1)
+    stored = sum((q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((Ka, a), (Kb, b)))
+    mass = along + across
+    root = np.sqrt(mass)[:, None]
+    return GyroscopicModes(
+        omega_squared=omega_squared[None],
+        a=a / root,
+        b=b / root,
+        fraction=across / mass,
+        stored=stored / mass,
+        relative_rounding=np.full((1, len(omega_squared)), INDEFINITE_ROUNDING),
+        definite=False,
+    )
 
 
 def _indefinite(
@@ -269,11 +303,13 @@ def _indefinite(
     l, A = l[kept], A[:, kept]
     na, n = len(l), len(l) + len(Kb)
     C = (Fa @ A).T @ Fb
-    P, M = np.zeros((n, n)), np.eye(n)
-    P[:na, :na], P[na:, na:] = np.diag(l), Kb + 4 * gamma**2 * C.T @ C
-    P[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
-    P[na:, :na], M[na:, na:] = P[:na, na:].T, Fb.T @ Fb
-    omega_squared, V = symmetric_modes(P, M, count, COMPRESSED)
+    K, M = np.zeros((n, n)), np.eye(n)
+    K[:na, :na] = np.diag(l)
+    K[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
+    K[na:, :na] = K[:na, na:].T
+    K[na:, na:] = Kb + 4 * gamma**2 * C.T @ C
+    M[na:, na:] = Fb.T @ Fb
+    omega_squared, V = symmetric_modes(K, M, count, COMPRESSED)
     s = np.sqrt(-omega_squared + 0j)
     a = A @ (s * V[:na] / np.sqrt(l)[:, None])
     return omega_squared, a, V[na:].astype(complex)

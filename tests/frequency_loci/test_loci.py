@@ -1,6 +1,7 @@
 """loci(): branches and their labels, wrong input, and the result: branches by label, the branch of
 each mode, text, pickling."""
 
+import itertools
 import math
 import pickle
 import re
@@ -65,6 +66,7 @@ def test_the_solutions_of_one_mass_inside_and_one_at_the_tip():
         (TIP, "gamma", [0, 201], {}, "gamma = 201: must lie in 0 .. 200"),
         (TIP, "gamma", ["fast", "slow"], {}, "must be numbers"),
         (TIP, "alpha", 10**400, {}, "must be numbers"),
+        (TIP, "gamma", itertools.count(), {}, "must be 2 .. 10000 numbers"),
         (TIP, "beta", [0, 1.5], {}, "beta = 1.5: must lie in 0 .. 1"),
         (TIP, "speed", [0, 1], {}, "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
         (Beam(gamma=150), "mu", [20, 100], {}, "gamma / mu = 7.5: must be at most 5"),
@@ -76,6 +78,12 @@ def test_wrong_input(beam, over, values, options, message):
     """The error names the value and the range, before anything is solved; or the remedy."""
     with pytest.raises(InvalidInput, match=re.escape(message)):
         loci(beam, over, values, **options)
+
+
+def test_values_of_a_generator():
+    """They are those of the list."""
+    found = loci(TIP, "gamma", (float(gamma) for gamma in range(4)))
+    assert found.values.tolist() == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize(

@@ -21,9 +21,8 @@ from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
-STRETCH_SHARE = (
-    1e-3  # error of the stretch at which Newton's method ends, relative to the tolerance
-)
+# Error of the stretch at which Newton's method ends, relative to the tolerance.
+STRETCH_SHARE = 1e-3
 SMALL_FORCE = 0.3  # axial force n, as a share of 1 and of the limits of the law, of a small strain
 PASSES = 4  # of the first guess, each a quarter of the work of an iteration of Newton's method
 NEWTON_ITERATIONS = 12
@@ -49,7 +48,7 @@ class Numbers(NamedTuple):
 
 
 class Positions(NamedTuple):
-    """Positions u of an equilibrium."""
+    """Positions u of an equilibrium, measured from the clamp."""
 
     ends: tuple[float, ...]  # x of clamp, mass and tip
     u: tuple[float, ...]  # at the ends
@@ -78,12 +77,12 @@ class BeamStack(NamedTuple):
 
 def stack_of(beams: Sequence[Beam | Numbers]) -> BeamStack:
     """The parameters of some beams."""
-    numbers = list(map(numbers_of, beams))
-    alpha, beta, gamma, delta, mu = np.array(numbers).T[..., None]
-    if len({row[:2] for row in numbers}) == 1:
+    alpha, beta, gamma, delta, mu = np.array([numbers_of(beam) for beam in beams]).T[..., None]
+    if len({(beam.alpha, beam.beta) for beam in beams}) == 1:
         alpha, beta = alpha[:1], beta[:1]
-    turning = all(row[2] for row in numbers)
-    return BeamStack(alpha, beta, gamma, delta, mu, turning, any(row[3] < 0 for row in numbers))
+    turning = all(beam.gamma for beam in beams)
+    inward = any(beam.delta < 0 for beam in beams)
+    return BeamStack(alpha, beta, gamma, delta, mu, turning, inward)
 
 
 class Inertia(NamedTuple):
@@ -121,9 +120,15 @@ def inertia_of(mesh: Mesh, alpha: NDArray, beta: NDArray) -> Inertia:
     """The inertia with masses alpha at beta, each (1 or beams, 1)."""
     to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
     carried = alpha * to_mass
-    G = mesh.G + carried[..., None] * to_mass[:, None, :]
-    rows = np.atleast_2d(mesh.weights), G, mesh.G1 + beta * carried, mesh.g + carried
-    return Inertia(*rows, to_mass, alpha, 1.0 + alpha * (beta > 0))
+    return Inertia(
+        weights=np.atleast_2d(mesh.weights),
+        G=mesh.G + carried[..., None] * to_mass[:, None, :],
+        G1=mesh.G1 + beta * carried,
+        g=mesh.g + carried,
+        to_mass=to_mass,
+        alpha=alpha,
+        total=1.0 + alpha * (beta > 0),
+    )
 
 
 @lru_cache(maxsize=64)  # 7 % of a solve where only other numbers of the beam change
@@ -177,8 +182,8 @@ class AxialProblem(NamedTuple):
         with np.errstate(all="ignore"):  # a diverging iteration is detected
             state = self.newton(load, f)
             margin = self.margin(load, state.f)
-        found = (state.error < math.inf) & (margin > 0)
-        error, margin = np.where(found, state.error, math.inf), np.where(found, margin, 1.0)
+        stable = (state.error < math.inf) & (margin > 0)
+        error, margin = np.where(stable, state.error, math.inf), np.where(stable, margin, 1.0)
         return state._replace(error=error, margin=margin)
 
     def first_guess(self, load: NDArray, accuracy: float) -> tuple[NDArray, float]:
@@ -195,13 +200,14 @@ class AxialProblem(NamedTuple):
         return f, error
 
     def at_rest(self) -> AxialState:
-        """The beams unstretched."""
+        """The unstretched state of all beams."""
         size = len(self.beams.gamma)
         shape = size, self.mesh.weights.shape[-1]
         return AxialState(np.ones(shape), 0, np.zeros(size), np.ones(size))
 
     def stable_state(self, unique: bool) -> AxialState:
-        """The equilibrium of a single beam, that cannot have another or may; raises NoEquilibrium
+        """The stable equilibrium of a single beam. unique: whether the beam cannot have another:
+        then Newton's method is tried first, else it is followed from rest. Raises NoEquilibrium
         with the limit below its load, and NotConverged."""
         state = self.solve(False, 0.0) if unique else None
         return self.followed() if state is None or state.error[0] == math.inf else state
@@ -212,7 +218,7 @@ class AxialProblem(NamedTuple):
         load = (self.beams.gamma / self.beams.mu) ** 2
         path = self.follow(load.item())
         if path.limit is not None:
-            beam = Numbers(*(number.item() for number in self.beams[:5]))
+            beam = Numbers(*(getattr(self.beams, name).item() for name in Numbers._fields))
             raise no_equilibrium(beam, beam.mu * path.limit**0.5, self.law)
         return AxialState(path.state, path.iterations, np.zeros(1), self.margin(load, path.state))
 
@@ -237,9 +243,9 @@ class AxialProblem(NamedTuple):
             f = f - step
             error = np.vecdot(step, step) / f[:, 0] ** 2  # the next step is as small as this square
         inside = (f > law.min_stretch) & (f < law.max_stretch)
-        found = (error < accuracy) & np.logical_and.reduce(inside, axis=-1)
-        if not found.all():
-            f, error = np.where(found[:, None], f, 1.0), np.where(found, error, math.inf)
+        converged = (error < accuracy) & np.logical_and.reduce(inside, axis=-1)
+        if not converged.all():
+            f, error = np.where(converged[:, None], f, 1.0), np.where(converged, error, math.inf)
         return AxialState(f, iteration, error, np.ones(len(f)))
 
     @np.errstate(all="ignore")
@@ -268,6 +274,7 @@ class AxialProblem(NamedTuple):
         pull = law.force(f) - load * self.beams.delta * self.inertia.g / w  # load G f / w
         fold = np.minimum.reduce(stiffness - pull / f, axis=-1)
         for k in (fold < bound).nonzero()[0]:
+            # Beam k, or the only row of an array that all beams share.
             scale, Gk = 1 / np.sqrt(w[k % len(w)]), G[k % len(G)]
             tangent = np.diag(stiffness[k]) - load[k] * scale[:, None] * Gk * scale
             fold[k] = np.linalg.eigvalsh(tangent)[0]
@@ -277,6 +284,7 @@ class AxialProblem(NamedTuple):
         """1 - (force at the clamp / greatest force of the strain law), (beams,), in tension or in
         compression; the force of most beams is greatest at the clamp."""
         least, most = self.law.force_limits
+        # int rho (u + delta) (beams, 1), u = J f
         moment = np.vecdot(self.inertia.g, f)[:, None] + self.beams.delta * self.inertia.total
         force = load * moment
         return (1 - np.maximum(force / most, force / least))[:, 0]
@@ -289,7 +297,7 @@ def ends_of_spans(beam: Beam | Numbers) -> tuple[float, ...]:
 
 
 def unstretched_positions(beam: Beam | Numbers) -> Positions:
-    """The positions of a beam of small strain: u = x."""
+    """The positions of an unstretched beam, u = x."""
     ends = ends_of_spans(beam)
     return Positions(ends, ends, tuple((a + b) / 2 for a, b in pairwise(ends)))
 
@@ -312,7 +320,8 @@ def coarse_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> tuple[State, Pos
     problem = axial_problem(mesh, stack_of([beam]), law)
     f = problem.stable_state(has_unique_equilibrium(beam, law)).f[0]
     values = mesh.weights * np.array((f, mesh.J @ f))
-    parts = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)  # integrals of f and u over each part
-    u = accumulate(parts[0].tolist(), initial=0.0)
-    means = parts[1] / (mesh.breaks[1:] - mesh.breaks[:-1])
+    # Integrals of f and of u over each span, which is an element.
+    int_f, int_u = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)
+    u = accumulate(int_f.tolist(), initial=0.0)
+    means = int_u / (mesh.breaks[1:] - mesh.breaks[:-1])
     return State(mesh, f), Positions(ends, tuple(u), tuple(means.tolist()))

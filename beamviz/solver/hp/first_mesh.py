@@ -106,7 +106,7 @@ class Layer(NamedTuple):
 class Part(NamedTuple):
     """The elements of a span."""
 
-    ends: tuple[float, ...]  # of the elements, as fractions of the span
+    ends: tuple[float, ...]  # where each element ends, as a fraction of the span: the last is 1
     orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
     axial_orders: tuple[int, ...]  # of modes along it, at most as high
 
@@ -117,6 +117,11 @@ class Elements(NamedTuple):
     breaks: tuple[float, ...]
     orders: tuple[int, ...]
     axial_orders: tuple[int, ...]
+
+    @property
+    def all_orders(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """The orders across the beam and along it: meshes with the same ones form a stack."""
+        return self.orders, self.axial_orders
 
 
 def find_spans(beam: Beam | Numbers, positions: Positions, law: StrainLaw | None) -> list[Span]:
@@ -131,7 +136,9 @@ def find_spans(beam: Beam | Numbers, positions: Positions, law: StrainLaw | None
         if law is None:
             return End(ends[k], inward, N, 1.0, slope, math.inf)
         f = float(law.stretch_from_force(np.array(N / beam.mu**2)))
-        limit = beam.mu**2 * law.force_limits[inward * slope > 0]
+        # Continued beyond the end, away from the span, the tension grows or falls to a limit.
+        least, most = law.force_limits
+        limit = beam.mu**2 * (most if inward * slope > 0 else least)
         distance = max(inward * (limit - N) / slope, NEAREST) if slope else math.inf
         return End(ends[k], inward, N, f, slope, distance)
 
@@ -146,16 +153,16 @@ def find_spans(beam: Beam | Numbers, positions: Positions, law: StrainLaw | None
 
 def layers(span: Span, power: int) -> list[Layer]:
     """The boundary layers of a span thinner than it is long, by the tension N f^power."""
-    found = []
-    for x, inward, N, f, slope, _ in span:
-        tip = x == 1  # free to rotate: a layer only where the tension vanishes
+    thin = []
+    for end in span:
+        tip = end.x == 1  # free to rotate: a layer only where the tension vanishes
         if tip:
-            width = slope ** (-1 / 3) if N == 0 and slope > 0 else math.inf
+            width = end.slope ** (-1 / 3) if end.N == 0 and end.slope > 0 else math.inf
         else:
-            width = 1 / math.sqrt(N * f**power) if N > 0 else math.inf
+            width = 1 / math.sqrt(end.N * end.f**power) if end.N > 0 else math.inf
         if width < span.length:
-            found.append(Layer(x, inward, width, tip))
-    return found
+            thin.append(Layer(end.x, end.inward, width, tip))
+    return thin
 
 
 def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, State | None]:
@@ -176,22 +183,24 @@ def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, State | None
 
 
 def elements(beam: Beam, parts: Sequence[Part]) -> Elements:
-    """The elements of a beam whose spans have these."""
+    """The elements of a beam from those of each of its spans."""
     breaks = [0.0]
     for part, (start, end) in zip(parts, pairwise(ends_of_spans(beam)), strict=True):
         breaks += [start + (end - start) * fraction for fraction in part.ends[:-1]] + [end]
     orders = tuple(order for part in parts for order in part.orders)
-    return Elements(tuple(breaks), orders, tuple(n for part in parts for n in part.axial_orders))
+    axial_orders = tuple(order for part in parts for order in part.axial_orders)
+    return Elements(tuple(breaks), orders, axial_orders)
 
 
 def rounded(beam: Beam) -> Numbers:
     """The numbers of a beam to four binary digits; the position of the mass by its distance from
     the nearer end."""
     alpha, beta, gamma, delta, mu = numbers_of(beam)
-    if not alpha:
-        beta = 1.0
-    elif beta < 1:
-        beta = four_digits(beta) if beta < 0.5 else 1 - four_digits(1 - beta)
+    if len(ends_of_spans(beam)) == 2:  # no mass, or one at an end
+        beta = float(round(beta)) if alpha else 1.0
+    else:  # it stays between the ends
+        distance = max(four_digits(min(beta, 1 - beta)), 2 * AT_END)
+        beta = distance if beta < 0.5 else 1 - distance
     return Numbers(four_digits(alpha), beta, *map(four_digits, (gamma, delta, mu)))
 
 
@@ -202,7 +211,8 @@ def four_digits(x: float) -> float:
 
 
 def first_parts(beam: Beam | Numbers, problem: Problem) -> tuple[list[Part], State | None]:
-    """The elements of each span of a beam, and its equilibrium where the strain is large."""
+    """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
+    large, else None. Raises NoEquilibrium and NotConverged."""
     law, start, positions = problem.strain_law, None, unstretched_positions(beam)
     small = problem.rigid_tension or is_small_strain(beam, law)
     if not small:
@@ -223,8 +233,9 @@ def parts_of_spans(mu: float, spans: list[Span], problem: Problem) -> list[Part]
     power = 2 * problem.curvature_power - 3
     ends = [end for span in spans for end in span]
     most = max(0.0, *(end.N for end in ends))
-    bending = half_waves(mu, problem.modes, 0.0)[0]
-    stretching = half_waves(ROUNDED * mu, problem.modes, most)[1]
+    # Without tension as many modes as possible bend, with the greatest as many as possible stretch.
+    bending, _ = half_waves(mu, problem.modes, 0.0)
+    _, stretching = half_waves(ROUNDED * mu, problem.modes, most)
     compression = max(-end.N * end.f**power for end in ends)
     if compression > 0:  # half-waves of buckling over the whole beam
         bending += math.sqrt(compression) / math.pi
@@ -268,7 +279,8 @@ def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share
         yield from elements_between(middle, stop)
 
     rows = chain.from_iterable(starmap(elements_between, pairwise(sorted(breaks))))
-    return Part(*zip(*rows, strict=True))
+    stops, orders, axial_orders = zip(*rows, strict=True)
+    return Part(stops, orders, axial_orders)
 
 
 def reach_of_element(layer: Layer, length: float, beside: int, share: float) -> float:

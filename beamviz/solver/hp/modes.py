@@ -57,9 +57,9 @@ class StraightModes(NamedTuple):
         """The modes of each beam of a stack."""
         grid, f, iterations, *arrays = self
         for k in range(len(f)):
-            own_grid = grid if grid.breaks.ndim == 1 else grid[k]
+            grid_of_beam = grid if grid.breaks.ndim == 1 else grid[k]
             rows: list[Any] = [None if x is None else x[k] for x in arrays]
-            yield StraightModes(own_grid, f[k], iterations, *rows)
+            yield StraightModes(grid_of_beam, f[k], iterations, *rows)
 
 
 class Matrices(NamedTuple):
@@ -124,29 +124,39 @@ def uncoupled_modes(
     K, M, d, G, _ = matrices
     S = mesh.axial / np.sqrt(d)[..., None]
     shift = eigen.COMPRESSED if beams.inward else 0.0
-    v, size, added = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
-    omega_squared = size - added  # (beams, 2, count), bending first
-    relative_rounding = size / size[..., :1]  # largest in the high modes
+    # Arrays of both families are (beams, 2, count), bending first.
+    v, shifted, added = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
+    omega_squared = shifted - added
+    relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
+    size = shifted
     if beams.inward:  # compression cancels against bending stiffness: sum of absolute terms
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
-        size[:, 0] = np.vecmat(diagonal, v[:, 0] ** 2)
+        size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = tail_energies(mesh, matrices, v)
     truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
     if problem.softening:
-        softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
-        softened -= beams.gamma[..., None] ** 2
-    families = omega_squared.reshape(len(omega_squared), -1)
-    order = families.argsort(axis=-1)[:, :count]
-    beam = np.arange(len(order))[:, None]
-    fraction = (order < omega_squared.shape[-1]).astype(float)
-    truncation, rounding = (
-        x.reshape(*families.shape, *x.shape[3:]) for x in (truncation, rounding)
+        softened_families = np.array([[problem.chordwise], [True]])
+        omega_squared = omega_squared - softened_families * beams.gamma[..., None] ** 2
+    # The two families in one list of 2 count modes.
+    stack, in_family = len(omega_squared), omega_squared.shape[-1]
+    listed = omega_squared.reshape(stack, -1)
+    order = listed.argsort(axis=-1)[:, :count]
+    beam = np.arange(stack)[:, None]
+    return StraightModes(
+        grid=mesh.grid,
+        f=state.f,
+        iterations=state.iterations,
+        margin=state.margin,
+        kappa=v[:, 0],
+        s=v[:, 1],
+        mode_order=order,
+        bending_energy_fraction=(order < in_family).astype(float),
+        omega_squared=listed[beam, order],
+        truncation=truncation.reshape(*listed.shape, -1)[beam, order],
+        rounding=rounding.reshape(listed.shape)[beam, order],
+        lowest_bending=omega_squared[:, 0, 0],
     )
-    lowest = families[beam, order], truncation[beam, order], rounding[beam, order]
-    shapes = v[:, 0], v[:, 1], order, fraction
-    about = mesh.grid, state.f, state.iterations, state.margin
-    return StraightModes(*about, *shapes, *lowest, omega_squared[:, 0, 0])
 
 
 def gyroscopic_modes(
@@ -165,23 +175,34 @@ def gyroscopic_modes(
     if problem.softening:
         Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
     max_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding)
-    omega_squared, kappa = found.omega_squared, found.b
-    v = np.empty((len(S), 2, *kappa.shape[1:]))  # of real or imaginary shapes
-    v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (found.a.real + found.a.imag)
-    s = v[:, 1] * np.where(found.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
+    modes = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding)
+    omega_squared, kappa = modes.omega_squared, modes.b
+    # Each shape is real or imaginary: real + imag is its size with its sign.
+    v = np.empty((len(S), 2, *kappa.shape[1:]))
+    v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (modes.a.real + modes.a.imag)
+    s = v[:, 1] * np.where(modes.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
     size = abs(omega_squared) + gamma[..., 0] ** 2
     scale = size + eigen.COMPRESSED
-    share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored))
+    share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
     tail = tail_energies(mesh, matrices, v).sum(axis=1) * share[..., None]
-    if not found.definite:  # unstable: compression cancels, as in uncoupled_modes
+    if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb), matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    truncation, rounding = _errors(mesh, state, scale, tail, size, found.relative_rounding)
-    shapes = kappa, s, None, found.fraction
-    about = mesh.grid, state.f, state.iterations, state.margin
-    lowest = omega_squared, truncation, rounding
-    return StraightModes(*about, *shapes, *lowest, omega_squared[:, 0])
+    truncation, rounding = _errors(mesh, state, scale, tail, size, modes.relative_rounding)
+    return StraightModes(
+        grid=mesh.grid,
+        f=state.f,
+        iterations=state.iterations,
+        margin=state.margin,
+        kappa=kappa,
+        s=s,
+        mode_order=None,
+        bending_energy_fraction=modes.fraction,
+        omega_squared=omega_squared,
+        truncation=truncation,
+        rounding=rounding,
+        lowest_bending=omega_squared[:, 0],
+    )
 
 
 def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple[NDArray, NDArray]:
@@ -201,7 +222,7 @@ def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
     v (beams, 2, n, k) of the families, with the absolute value of the tension: an estimate of the
     change of omega^2 by a higher order. A polynomial of degree 1 or more has an integral in its own
     element only."""
-    tail = v.mT @ mesh.IJT.mT
+    tail = v.mT @ mesh.IJT.mT  # (beams, 2, k, 2 n)
     return (tail * tail) @ (abs(matrices.stiffness)[..., None] * mesh.in_element)
 
 
@@ -222,6 +243,7 @@ def _errors(
     f, error, elements = state.f, state.error, len(mesh.orders)
     margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
     tails = np.matvec(mesh.tails, f).reshape(len(f), elements, 2)
+    # Relative square errors of the stretch (beams, elements): truncation, and Newton's method.
     lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
     lost = (lost + error[:, None] / (2 * elements)).reshape(*margin.shape, elements)
     factor = TRUNCATION_FACTOR * np.maximum(f[:, 0].reshape(margin.shape), 1.0) * scale

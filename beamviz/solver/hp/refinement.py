@@ -7,6 +7,7 @@ Beams are solved in stacks whose meshes have the same orders.
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +45,7 @@ class Attempt(NamedTuple):
     beam: Beam
     elements: Elements
     small: bool  # of small strain, so that a rough equilibrium suffices
-    alone: bool
+    alone: bool  # whether it may not be in a stack
     start: State | None = None
 
 
@@ -82,19 +83,22 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | Answer:
 
 
 def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
-    """The beams whose meshes have the same orders, in stacks: those with the same elements, which
-    share one mesh, if there are some."""
-    by_elements = grouped((k, a.elements) for k, a in attempts.items() if not a.alone)
+    """The numbers of the beams to be solved together: those with the same elements, which share
+    one mesh, where there are at least SHARED; of the others those whose elements have the same
+    orders."""
+    together = (k for k, attempt in attempts.items() if not attempt.alone)
+    by_elements = grouped((k, attempts[k].elements) for k in together)
     shared = [group for group in by_elements if len(group) >= SHARED]
     others = (k for group in by_elements if len(group) < SHARED for k in group)
-    by_orders = grouped((k, attempts[k].elements[1:]) for k in others)
-    for group in [*shared, *by_orders, *([k] for k, a in attempts.items() if a.alone)]:
+    by_orders = grouped((k, attempts[k].elements.all_orders) for k in others)
+    alone = [[k] for k, attempt in attempts.items() if attempt.alone]
+    for group in [*shared, *by_orders, *alone]:
         for first in range(0, len(group), MAX_STACK):
             yield group[first : first + MAX_STACK]
 
 
 def grouped(keys: Iterable[tuple[int, object]]) -> list[list[int]]:
-    """Numbers with the same key."""
+    """The numbers of (number, key), in groups of the same key."""
     groups: dict[object, list[int]] = {}
     for number, key in keys:
         groups.setdefault(key, []).append(number)
@@ -103,10 +107,10 @@ def grouped(keys: Iterable[tuple[int, object]]) -> list[list[int]]:
 
 def common_mesh(elements: list[Elements]) -> Mesh:
     """The mesh of beams with the same elements, or a stack of meshes of the same orders."""
-    breaks, *orders = elements[0]
-    if all(each.breaks == breaks for each in elements):
-        return make_mesh(breaks, *orders)
-    return make_meshes(np.array([each.breaks for each in elements]), *orders)
+    first = elements[0]
+    if all(each.breaks == first.breaks for each in elements):
+        return make_mesh(*first)
+    return make_meshes(np.array([each.breaks for each in elements]), *first.all_orders)
 
 
 def solve_stack(
@@ -131,10 +135,10 @@ def solve_stack(
     worst = np.add.reduce(excess, axis=-1).max(axis=-1)
     modes.omega_squared.setflags(write=False)
     modes.bending_energy_fraction.setflags(write=False)
-    each = enumerate(zip(worst.tolist(), modes.of_each_beam(), strict=True))
+    rows = zip(attempts, modes.of_each_beam(), excess, worst.tolist(), strict=True)
     return [
-        found if total <= 1 else next_attempt(attempts[k], found, excess[k], problem)
-        for k, (total, found) in each
+        found if total <= 1 else next_attempt(attempt, found, excess_of_beam, problem)
+        for attempt, found, excess_of_beam, total in rows
     ]
 
 
@@ -187,11 +191,12 @@ def check_unknowns(elements: Elements, beam: Beam) -> None:
 
 def refined(elements: Elements, excess: Sequence[float]) -> Elements:
     """Finer elements where the error is more than an even share of what is allowed: of a higher
-    order, or from the highest one on halves."""
+    order, or halves where that would be above MAX_ORDER. excess: of each element, the error
+    relative to what is allowed for all."""
     breaks, orders, axial_orders = [0.0], [], []
-    columns = elements.breaks, elements.breaks[1:], *elements[1:], excess
-    for start, end, order, axial_order, over in zip(*columns, strict=False):
-        missed = over * len(excess)
+    ends, columns = pairwise(elements.breaks), (*elements.all_orders, excess)
+    for (start, end), order, axial_order, share in zip(ends, *columns, strict=True):
+        missed = share * len(excess)  # relative to an even share
         more = MORE_ORDER + math.ceil(math.log10(missed)) if missed > 1 else 0
         halves = 2 if order + more > MAX_ORDER else 1
         if halves == 1:
@@ -205,7 +210,8 @@ def refined(elements: Elements, excess: Sequence[float]) -> Elements:
 
 
 def failure(beam: Beam, problem: Problem, error: BeamvizError) -> BeamvizError:
-    """The error of a beam; beyond a limit of equilibrium or near it that of the limit."""
+    """The error to report for a beam: NoEquilibrium with the limit, beyond it or near it, else the
+    error given."""
     with suppress(NotConverged):
         if not problem.rigid_tension:
             return limit_error(beam, problem.strain_law) or error
