@@ -37,7 +37,7 @@ from beamviz.solver import solve
 PICTURE = b"/scene/rotor/ends\xa7updates"
 TABLE = rb"aria-label=\"modes\""  # in JSON
 CELL = re.compile(r">([\d.]+)<")
-BRIDGE = re.compile(rb'"bridge": "([^"]+)"')
+BRIDGE = re.compile(rb'"bridge": ?"([^"]+)"')
 EDITS = 20  # per second, as a browser sends them while a slider is dragged
 CONNECTING = 60.0  # [s] at most, until all visitors have their page
 SETTLING = 5.0  # [s] before anything is measured

@@ -15,6 +15,8 @@ import pytest
 from helpers import SCRIPTS, load_script
 from packaging.requirements import Requirement
 
+import beamviz
+
 posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
 PYTHON = Path(sys.executable)
 GOOD = ["timeit", "-n1", "-r1", "pass"]
@@ -268,3 +270,12 @@ def test_a_missing_browser_fails_where_every_test_must_run(checks, monkeypatch, 
     assert capfd.readouterr().err.rstrip().endswith("FAILED: browser")
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     assert checks.main([]) == 0
+
+
+@pytest.mark.slow
+def test_the_reference_has_every_public_name(tmp_path):
+    """As pdoc makes it, whose warnings are errors here; each with a docstring."""
+    page = load_script("reference").write_reference(tmp_path).read_text()
+    for name in set(beamviz.__all__) - {"__version__"}:
+        section = page.partition(f'<section id="{name}">')[2].partition("</section>")[0]
+        assert 'class="docstring"' in section, name

@@ -6,7 +6,7 @@ const beamvizCaptions = (() => {
   const SIDES = { top: 0, center: -0.5, bottom: -1 }; // of the text at its point: its offset
   let captions = [], frame = 0;
 
-  /* list: [{name, text, anchor}], with the name of the node and a key of SIDES. */
+  /** @param {{name: string, text: string, anchor: string}[]} list name of the node, key of SIDES */
   function show(list) {
     const layer = document.getElementById("caption-layer");
     layer.replaceChildren(...list.map(({ text }) => {
@@ -15,7 +15,7 @@ const beamvizCaptions = (() => {
       return element;
     }));
     captions = list.map((one, k) => {
-      const element = layer.children[k];
+      const element = /** @type {HTMLElement} */ (layer.children[k]);
       return { ...one, element, width: element.offsetWidth, height: element.offsetHeight };
     });
     cancelAnimationFrame(frame);
@@ -61,7 +61,7 @@ const beamvizCaptions = (() => {
       context.scale(width / box.width, height / box.height);
       context.translate(-box.left, -box.top);
       context.textAlign = "center";
-      for (const text of layer.children) {
+      for (const text of /** @type {Iterable<HTMLElement>} */ (layer.children)) {
         if (text.hidden) continue;
         const { left, top, right, bottom } = text.getBoundingClientRect();
         const { fontSize, fontFamily, color, backgroundColor } = getComputedStyle(text);

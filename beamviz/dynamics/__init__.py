@@ -26,7 +26,6 @@ from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
 REFINEMENTS = 12  # after which a motion counts as not converged
-MESH_SHARE = 0.4  # of the tolerance that the mesh may use up
 TAIL = 0.3  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
 # The error estimate: this times the change by halved steps and a finer mesh, and a part of the
@@ -89,8 +88,8 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
 
     A first run, whose steps adapt to the motion, gives the number of steps in each smooth part; in
     the others they are equal there, since an undamped vibration does not fade. Mesh and steps are
-    first refined together; where that does not suffice, the mesh alone, with few steps, and then
-    the steps. The estimate is made of the last change by each.
+    refined together; where that does not suffice, first the mesh alone, with few steps, and then
+    both again, since few steps hide what a mesh does to fast vibrations.
     """
     mesh = first_mesh(case.beam, case.greatest_speed)
     steps = equal_steps(case, attempt(case, solution, mesh, None), 1)
@@ -99,27 +98,24 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     error = estimate(case, difference(case, found, coarse))
     if isinstance(found, Run) and error <= case.tolerance:
         return found, error, runs
-    last, by_mesh, by_steps = coarse, math.inf, math.inf
-    for runs in range(4, 2 * REFINEMENTS):
-        before, of_mesh = last, ESTIMATE * by_mesh > MESH_SHARE * case.tolerance
-        if of_mesh and runs > REFINEMENTS:
-            break
-        mesh, steps = (refined(mesh), steps) if of_mesh else (mesh, equal_steps(case, last, 2))
+    last, change, mesh_suffices = coarse, math.inf, False
+    for runs in range(4, REFINEMENTS + 4):
+        before, mesh = last, refined(mesh)
+        steps = equal_steps(case, last, 2) if mesh_suffices else steps
         last = attempt(case, solution, mesh, steps)
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
         change = difference(case, last, before)
-        by_mesh, by_steps = (change, math.inf) if of_mesh else (by_mesh, change)
-        error = estimate(case, by_mesh + by_steps)
-        if isinstance(last, Run) and error <= case.tolerance:
+        error = estimate(case, change)
+        if mesh_suffices and isinstance(last, Run) and error <= case.tolerance:
             return last, error, runs
+        mesh_suffices = mesh_suffices or error <= case.tolerance
     if isinstance(last, BeamvizError):
         raise last
-    what, size = ("mesh", by_mesh) if by_steps == math.inf else ("steps", by_steps)
     raise NotConverged(
-        f"the position of the tip still changes by {size:.1e} L with the {what}"
-        f" ({len(mesh.orders)} elements of order {max(mesh.orders)}, {len(last.path.q)} steps);"
-        " ask for a larger tolerance or a shorter time"
+        f"the position of the tip still changes by {change:.1e} L with {len(mesh.orders)} elements"
+        f" of order {max(mesh.orders)} and {len(last.path.q)} steps; ask for a larger tolerance or"
+        " a shorter time"
     )
 
 

@@ -136,9 +136,11 @@ class PageCamera:
 
     def is_at(self, *cameras: Camera) -> bool:
         """Whether the page has the position of one of these cameras, and the target of one."""
-        known = np.array([(camera.position, camera.look_at) for camera in cameras])
-        away = np.linalg.norm(known - [self.view.position, self.view.look_at], axis=2)
-        return bool((away.min(axis=0) < TOLERANCE).all())
+        position, target = tuple(self.view.position), tuple(self.view.look_at)
+        return (
+            min(math.dist(position, camera.position) for camera in cameras) < TOLERANCE
+            and min(math.dist(target, camera.look_at) for camera in cameras) < TOLERANCE
+        )
 
     @property
     def scale(self) -> float:

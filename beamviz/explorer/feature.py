@@ -78,9 +78,12 @@ PLAIN = (str, int, float, bool, tuple, frozenset, type(None))
 
 def same(before: tuple[Any, ...] | None, after: tuple[Any, ...]) -> bool:
     """Whether two readings of a part are the same."""
-    return before is not None and all(
-        a is b or (isinstance(a, PLAIN) and a == b) for a, b in zip(before, after, strict=True)
-    )
+    if before is None or len(before) != len(after):
+        return False
+    for a, b in zip(before, after, strict=True):
+        if a is not b and not (isinstance(a, PLAIN) and a == b):
+            return False
+    return True
 
 
 class Memo:

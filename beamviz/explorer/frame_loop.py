@@ -1,7 +1,7 @@
 """The frame loop, which draws the pages of all visitors of a process, on the event loop.
 
-In each round it draws one frame for every visitor whose scene moves, at a constant rate, and for
-those who were woken, which they are by everything that changes their page.
+At a constant rate it draws another moment of every scene that moves. Everything that changes a page
+wakes its visitor, and the next round shows it.
 """
 
 import asyncio
@@ -26,6 +26,7 @@ from beamviz.server.viser_private import OwnLoop, disconnect, handshake_request
 
 FRAMES = 25  # frames per second of one visitor
 ALL_FRAMES = 800  # frames per second of all visitors of all processes together
+BREAK = 0.7  # of the time that a round took to show edits, before the next one
 GROUP = 4  # frames between two exchanges of messages
 LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
 STOP_TIMEOUT = 5.0  # [s] for the last frame
@@ -42,8 +43,9 @@ async def exchange_messages() -> None:
 class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
-    sessions: by client id; woken: ids of visitors whose page may be outdated; presenter: None while
-    there is none.
+    sessions: by client id; woken: ids of visitors whose page may be outdated; later: ids of those
+    whose next frame shows more; presenter: None while there is none; is_late: the last round that
+    showed edits took longer than a frame may.
     """
 
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
@@ -56,7 +58,8 @@ class FrameLoop:
         self.presenter: Session | None = None
         self.sessions: dict[int, Session] = {}
         self.woken: dict[int, None] = {}
-        self.stopped = False
+        self.later: dict[int, None] = {}
+        self.stopped = self.is_late = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
         server.on_client_disconnect(self.left)
@@ -122,56 +125,78 @@ class FrameLoop:
             self.leave(visitor)
 
     async def run(self) -> None:
-        """Draw round after round."""
-        due = time.monotonic()
+        """Draw round after round. A round that shows edits and answers may take long, with many
+        visitors: for a time in proportion after it, scenes only move."""
+        due = full = time.monotonic()
         while not self.stopped:
-            await self.sleep(due)
+            await self.sleep(due, full)
             now = time.monotonic()
-            await self.draw(all_moving=now >= due)
-            if now >= due:
-                due = max(due + self.step, time.monotonic() + self.step / 5)
+            is_due, shows = now >= due, now >= full
+            woken = self.take_woken() if shows else {}
+            await self.draw(woken, all_moving=is_due)
+            end = time.monotonic()
+            if woken:
+                self.is_late, full = end - now > self.step, end + BREAK * (end - now)
+            if is_due:
+                self.woken |= self.later
+                self.later = {}
+                due = max(due + self.step, end - self.step)
             await exchange_messages()
+
+    def take_woken(self) -> dict[int, None]:
+        """The visitors whose page may be outdated, and those whose page shows the time of a job."""
+        woken, self.woken = self.woken, {}
+        since = time.monotonic() - PATIENCE
+        busy = (one for one, s in self.sessions.items() if s.is_busy and s.last_tick < since)
+        return woken | dict.fromkeys(busy)
 
     @property
     def step(self) -> float:
         """Time [s] from one frame of a moving scene to the next."""
         return max(1 / FRAMES, self.access.visitor_count.total / ALL_FRAMES)
 
-    async def sleep(self, due: float) -> None:
-        """Wait until `due` [s] while a scene moves, else until a visitor is woken; while a job
-        runs, at most PATIENCE, as the page shows its time."""
-        if self.woken or self.stopped:
+    async def sleep(self, due: float, full: float) -> None:
+        """Wait until `due` [s] while a scene moves, until `full` [s] while a visitor is woken, else
+        until one is; while a job runs, at most PATIENCE, as the page shows its time."""
+        if self.stopped:
             return
         self.changed.clear()
-        sessions = self.sessions.values()
-        wait_time = PATIENCE if any(session.is_busy for session in sessions) else None
-        if any(session.is_moving for session in sessions):
-            wait_time = due - time.monotonic()
+        now, times = time.monotonic(), list[float]()
+        if self.woken:
+            times.append(full - now)
+        if self.later or any(session.is_moving for session in self.sessions.values()):
+            times.append(due - now)
+        if any(session.is_busy for session in self.sessions.values()):
+            times.append(PATIENCE)
+        if times and min(times) <= 0:
+            return
         with suppress(TimeoutError):
-            async with asyncio.timeout(wait_time):
+            async with asyncio.timeout(min(times, default=None)):
                 await self.changed.wait()
 
-    async def draw(self, *, all_moving: bool) -> None:
-        """Draw a frame for each woken visitor, and for each whose scene moves if `all_moving`, and
-        for those whose page shows the time of a job. The presenter comes first: others follow."""
-        woken, self.woken = self.woken, {}
-        now = time.monotonic()
+    async def draw(self, woken: dict[int, None], *, all_moving: bool) -> None:
+        """Draw a frame for each woken visitor, and a moment for each whose scene moves if
+        `all_moving`. The presenter comes first: others follow."""
         sessions = sorted(self.sessions.items(), key=lambda one: one[1] is not self.presenter)
         for k, (visitor, session) in enumerate(sessions):
-            is_late = session.is_busy and now > session.last_tick + PATIENCE
-            if visitor in woken or is_late or (all_moving and session.is_moving):
+            if visitor in woken:
                 self.tick(visitor, session)
                 if session is self.presenter:
                     self.wake_followers()
+            elif all_moving and session.is_moving:
+                self.tick(visitor, session, only_moves=True)
             if k % GROUP == GROUP - 1:
                 await asyncio.sleep(0)
 
-    def tick(self, visitor: int, session: Session) -> None:
+    def tick(self, visitor: int, session: Session, *, only_moves: bool = False) -> None:
         """Draw for one visitor. An error ends only this session; the page connects to a new one."""
         try:
-            session.tick(time.monotonic())
-            if session.is_moving:  # what this frame has changed is drawn by the next one
-                self.woken.pop(visitor, None)
+            if only_moves:
+                session.move(time.monotonic())
+            else:
+                session.tick(time.monotonic(), in_haste=self.is_late)
+            if session.is_moving and self.woken.pop(visitor, self) is None:
+                self.later[visitor] = None  # what this frame has changed is shown by the next one
         except Exception as error:
             log.error("drawing", f"visitor {visitor}, who is disconnected", error)
             self.leave(visitor)

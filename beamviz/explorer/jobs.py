@@ -105,8 +105,7 @@ class Answer(Generic[Q, R]):
         return isinstance(self.error, Cancelled)
 
 
-@dataclass(frozen=True, eq=False)
-class JobStatus(Generic[Q, R]):
+class JobStatus(NamedTuple, Generic[Q, R]):
     """A job at one moment. answer: the last one, None before the first; busy: a request is being
     computed; slow: it has taken PATIENCE seconds; seconds: that it has taken then, else 0; done:
     the fraction computed, 0 where unknown; note: its progress in words."""
@@ -303,16 +302,18 @@ class SolveJob(Job[Cases, Solved]):
 
     options, seconds: of the last case solved, and the processor time that it took; first, second:
     the last answers, as many cases are compared with one, and one with many; waits: the latest
-    request is left to the next frame; finished: set when nothing is being solved for a frame.
+    request is left to the next frame; awaited: a frame waits for the answer, which needs no other;
+    finished: set when nothing is being solved for a frame.
     """
 
     def __init__(self, workers: Workers, ready: Callback):
-        super().__init__("solution", self.solved, workers.solvers.submit, ready)
+        super().__init__("solution", self.solved, workers.solvers.submit, self.tell)
+        self.wake = ready
         self.options: dict[str, Any] | None = None
         self.seconds = math.inf
         self.first: SolverAnswer | None = None
         self.second: SolverAnswer | None = None
-        self.waits, self.finished = False, threading.Event()
+        self.waits, self.awaited, self.finished = False, False, threading.Event()
 
     def start(self) -> None:
         """Leave the latest request to the next frame if it is likely to be quick, else submit it.
@@ -329,11 +330,17 @@ class SolveJob(Job[Cases, Solved]):
         """Solve a request that was left to this frame, and wait for it. A solve that takes longer
         than WAIT goes on in the background."""
         with self.lock:
-            waits, self.waits = self.waits, False
-            if waits:
-                super().start()
-        if waits:
-            self.finished.wait(WAIT)
+            if not self.waits:
+                return
+            self.waits, self.awaited = False, True
+            super().start()
+        self.finished.wait(WAIT)
+        self.awaited = False
+
+    def tell(self) -> None:
+        """Wake the visitor, unless their frame waits for the answer."""
+        if not self.awaited:
+            self.wake()
 
     def run(self, number: int) -> None:
         super().run(number)

@@ -45,6 +45,7 @@ class Session:
         self.parts = [(part, Memo()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
         self.responses, self.pictures, self.scenes, self.fits = (Memo() for _ in range(4))
+        self.pages, self.requests, self.postponed = Memo(), Memo(), False
         self.mass_drag = MassDrag(visitor, self.view.beam)
         visitor.client.camera.on_update(self.camera_moved)
         self.snapshot = self.with_picture(visitor.take())
@@ -64,30 +65,55 @@ class Session:
 
     @property
     def is_moving(self) -> bool:
-        """Whether the next frame shows another moment."""
-        return self.snapshot.is_moving or self.visitor.clock.transition is not None
+        """Whether there is something to do in the next frame."""
+        is_eased = self.visitor.clock.transition is not None
+        return self.snapshot.is_moving or is_eased or self.postponed
 
     @property
     def is_busy(self) -> bool:
         """Whether a job is running, whose time the page shows."""
         return any(job.busy for job in self.visitor.jobs.values())
 
-    def tick(self, now: float) -> None:
-        """Draw the frame of the time `now` [s]."""
-        visitor = self.visitor
+    def tick(self, now: float, *, in_haste: bool = False) -> None:
+        """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
+        computed for a beam that the last frame had too."""
+        visitor, before = self.visitor, self.snapshot.state.case
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         for feature in self.features:
             feature.react(self.snapshot, elapsed)
         self.mass_drag.react(self.snapshot)
         self.snapshot = snapshot = self.with_picture(visitor.take())
-        for feature in self.features:
-            feature.request(snapshot)
         with visitor.client.atomic():
             self.draw(snapshot, elapsed)
-            for part, memo in self.parts:
-                memo(self.show_part, part, *part.reads(snapshot))
+            self.postponed = in_haste and snapshot.state.case is not before
+            self.pages(lambda *_: self.show_page(snapshot), *snapshot.reading)
+            if not (self.postponed or snapshot.is_led):
+                self.requests(lambda *_: self.request(snapshot), *snapshot.reading)
             visitor.page.show_again()
         visitor.client.flush()
+
+    def move(self, now: float) -> None:
+        """Draw the moment of the time `now` [s] of what the last frame shows."""
+        visitor = self.visitor
+        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        if self.postponed or self.snapshot.state.run_speed is not None:
+            visitor.wake()
+        self.snapshot = replace(self.snapshot, clock=visitor.clock)
+        with visitor.client.atomic():
+            self.draw(self.snapshot, elapsed)
+        visitor.client.flush()
+
+    def show_page(self, snapshot: Snapshot) -> None:
+        """Show the parts whose readings have changed."""
+        for part, memo in self.parts:
+            memo(self.show_part, part, *part.reads(snapshot))
+        captions = [caption.data for caption in self.view.captions]
+        self.visitor.page.show({("captions",): captions})
+
+    def request(self, snapshot: Snapshot) -> None:
+        """Request what the page needs of the background jobs."""
+        for feature in self.features:
+            feature.request(snapshot)
 
     def show_part(self, part: Part, *reading: Any) -> None:
         self.visitor.page.show(part.shows(*reading))
@@ -103,8 +129,6 @@ class Session:
             second = picture.second.shapes if picture.second else None
             clock = clock.advanced(time, picture.modes, second)
         moved = self.scenes(self.view.show, picture)
-        captions = [caption.data for caption in self.view.captions]
-        visitor.page.show({("captions",): captions})
         if not picture.held:
             clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))
         visitor.clock = clock

@@ -65,6 +65,15 @@ class Snapshot:
         return self.jobs[name].slow or self.jobs[name].cancelled
 
     @property
+    def reading(self) -> tuple[Any, ...]:
+        """Everything but the clock."""
+        return (
+            *(self.state, self.answer, self.second, self.comparison.title, self.picture),
+            *(self.aspect, self.chosen, self.undo, self.redo, self.is_led),
+            *self.jobs.values(),
+        )
+
+    @property
     def is_moving(self) -> bool:
         """Whether the clock goes on: there are modes, and the mass is in no hand."""
         view, grip = self.state.view, self.state.grip

@@ -5,6 +5,7 @@
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,7 +52,7 @@ class Picture:
             return []
         return list(range(len(self.modes.modes))) if self.drawn.in_rows else self.drawn.shown
 
-    @property
+    @cached_property
     def heights(self) -> list[float]:
         """Heights [beam lengths] of the beams one above the other."""
         if self.drawn.in_rows:
@@ -67,7 +68,7 @@ class Picture:
         alone = view.amplitude * np.eye(len(self.modes.modes))
         return max(DrawnBeam(self.modes, view, scale, sizes).largest for sizes in alone)
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """The time [T*] per second on the screen that suits its motion."""
         shapes, units = self.modes, self.modes.beam.units

@@ -12,7 +12,7 @@ of the page.
   keys     [{style, text}]: the key: styles of lines and marks
   perRev   {slope, multiples}: lines y = k slope x; the y axis ends where the last of them ends
   gaps     [[from, to, text] ...]: parts of the x axis without lines
-  marks    [{key, kind, x, y, text, action, value}]: those with an action are buttons
+  marks    [{key, kind, style, x, y, text, action, value}]: those with an action are buttons
   cursor   {action, x}: the line of the beam shown, and the action that sets x
   chosen   key of the mark at the beam                                                 */
 const BeamvizChart = (() => {
@@ -23,25 +23,27 @@ const BeamvizChart = (() => {
   const significant = (value) =>
     Math.abs(value) >= 1e4 ? value.toFixed(0) : String(Number(value.toPrecision(4)));
 
-  return class Chart extends Figure {
+  return class ChartFigure extends Figure {
     constructor(host) {
       super(host, { lines: [], marks: [], gaps: [], keys: [] }, 1, "operating");
-      this.view = null; // the part of the x axis that is shown, null for all of it
       this.buttons = new Map(); // of the marks, by key
       this.places = []; // of the marks
       const head = make(host, "div", { class: "chart-head" });
       host.prepend(head);
       this.keyList = make(head, "ul", { class: "key-list", "aria-label": "key" });
       this.zoom = make(head, "div", { class: "zoom", role: "group", "aria-label": "zoom" });
-      for (const [text, label, act] of [
+      /** @type {[string, string, () => void][]} */
+      const zooms = [
         ["−", "Zoom out", () => this.zoomBy(2)],
         ["+", "Zoom in", () => this.zoomBy(0.5)],
         ["whole range", "Show the whole range", () => this.show(null)],
-      ]) make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text).onclick = act;
+      ];
+      for (const [text, label, act] of zooms) make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text).onclick = act;
       this.flag = make(this.handle, "span", { class: "flag" });
       this.events = make(this.plot, "div", { class: "events", role: "group" });
     }
 
+    /** @param {Chart} data */
     set(data) {
       const before = this.data;
       this.data = { ...before, ...data };
@@ -124,7 +126,7 @@ const BeamvizChart = (() => {
       for (const { mark, x, y } of this.places) {
         const button = this.buttons.get(mark.key) ?? this.addMark(mark);
         old.delete(mark.key);
-        button.className = `mark ${mark.kind}`;
+        button.className = mark.style;
         button.dataset.sign = mark.sign;
         button.style.translate = `${px(x)}px ${px(y)}px`;
         if (!mark.action) continue;

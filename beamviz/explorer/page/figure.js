@@ -28,6 +28,7 @@ const beamvizFigure = (() => {
     return parent.appendChild(made);
   }
 
+  /** @param {number[]} range */
   function scale(range, log, start, end) {
     const [to, back] = log ? [Math.log10, (v) => 10 ** v] : [(v) => v, (v) => v];
     const low = to(range[0]), rate = (end - start) / (to(range[1]) - low);
@@ -53,7 +54,9 @@ const beamvizFigure = (() => {
   const power = (k) => k > -3 && k < 4 ? String(Number((10 ** k).toPrecision(1))) : `10${superscript(k)}`;
 
   /* Numbers and texts of about `count` ticks. */
-  function ticks([low, high], log, count) {
+  /** @param {number[]} range */
+  function ticks(range, log, count) {
+    const [low, high] = range;
     const made = [];
     if (log) {
       const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
@@ -89,8 +92,22 @@ const beamvizFigure = (() => {
   }
 
   class Figure {
+    /**
+     * @param {HTMLElement} host
+     * @param {Chart} data
+     * @param {number} dimensions of the place
+     * @param {string} style of its handle
+     */
     constructor(host, data, dimensions, style) {
-      Object.assign(this, { host, data, dimensions, lines: [] });
+      this.host = host;
+      this.data = data;
+      this.dimensions = dimensions;
+      /** @type {any[]} */
+      this.lines = []; // those of the data, each with an x of its own
+      /** @type {number[] | null} */
+      this.view = null; // the part of the x axis that is shown, null for all of it
+      /** @type {HTMLElement | null} */
+      this.flag = null;
       this.own = null; // {place, until}: a place set here
       this.plot = make(host, "div", { class: "plot" });
       this.plot.innerHTML = '<svg></svg>';
@@ -103,6 +120,16 @@ const beamvizFigure = (() => {
         this.plot.addEventListener(kind, (event) => this[method]?.(event), { passive: false });
       new ResizeObserver(() => this.render()).observe(this.plot);
     }
+
+    // What subclasses draw and do
+
+    render() {}
+    /** @param {number[]} pixel */
+    hover(pixel) {}
+    /** @returns {Record<string, number[]>} the steps of the place, by key */
+    moves(larger) { return {}; }
+    /** @param {Mark} mark */
+    go(mark) {}
 
     /* The pixel of a pointer event. */
     pixel(event) {
@@ -137,9 +164,11 @@ const beamvizFigure = (() => {
        the ends, and round steps of at most a pixel. */
     get coordinates() {
       const { x, y } = this.data;
-      return [[x, this.range, this.px, LEFT, this.right], [y, this.yRange, this.py, TOP, this.bottom]]
-        .slice(0, this.dimensions).map(([axis, range, scale, start, end]) => (
-          { axis, range, scale, start, end, step: neat((range[1] - range[0]) / Math.max(end - start, 100)) }));
+      return [
+        { axis: x, range: this.range, scale: this.px, start: LEFT, end: this.right },
+        { axis: y, range: this.yRange, scale: this.py, start: TOP, end: this.bottom },
+      ].slice(0, this.dimensions).map((one) => (
+        { ...one, step: neat((one.range[1] - one.range[0]) / Math.max(one.end - one.start, 100)) }));
     }
 
     describe(place) {
@@ -154,7 +183,7 @@ const beamvizFigure = (() => {
     /* Shows the place nearest to this one immediately, and sends it. */
     setPlace(wanted) {
       const place = this.coordinates.map(({ axis, step }, k) =>
-        Number(clamp(Math.round(wanted[k] / step) * step, ...axis.range).toPrecision(9)));
+        Number(clamp(Math.round(wanted[k] / step) * step, axis.range[0], axis.range[1]).toPrecision(9)));
       if (String(place) === String(this.place)) return;
       this.hold(place);
       this.render();
@@ -184,7 +213,8 @@ const beamvizFigure = (() => {
 
     // The pointer: a click on a mark goes there, elsewhere it moves the place
 
-    markAt() { return null; }
+    /** @returns {any} */
+    markAt(pixel, pointer) { return null; }
 
     /* Whether a press at a pixel moves the place. */
     reaches(pixel) { return this.inside(pixel); }
@@ -311,6 +341,7 @@ const beamvizFigure = (() => {
     }
 
     /* Multiples of the speed, as lines. */
+    /** @returns {any[]} */
     get rays() {
       const { slope, multiples } = this.data.perRev ?? { multiples: [] };
       return multiples.map((k) => ({

@@ -24,6 +24,7 @@ const BeamvizMap = (() => {
       this.canvas = make(this.field, "canvas", { "aria-hidden": true });
     }
 
+    /** @param {Chart} data */
     set(data) {
       const before = this.data.values;
       this.data = { ...this.data, ...data };

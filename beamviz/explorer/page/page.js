@@ -10,14 +10,20 @@ const beamviz = (() => {
   const values = {}, props = {}, drawn = {}, texts = {}, waiting = {}, used = {};
   let bridge = null, count = 0, held = null, address = null, opening = 0;
 
+  /** @type {(selector: string, root?: ParentNode) => any[]} */
   const all = (selector, root = document) => [...root.querySelectorAll(selector)];
+  /** @type {(id: string) => any} */
   const byId = (id) => document.getElementById(id);
   const media = (query) => matchMedia(`(${query})`);
   const isTyped = (e) => e.matches?.("input.number, select");
 
   // To the server
 
-  /* Sends a value, in place of an earlier one that waits. */
+  /**
+   * Sends a value, in place of an earlier one that waits.
+   * @param {Action[1]} action
+   * @param {Action[2]} value
+   */
   function send(action, value) {
     if (!bridge) return;
     if (waiting[action]) waiting[action] = {};
@@ -46,6 +52,7 @@ const beamviz = (() => {
 
   // From the server
 
+  /** @param {Update} update */
   function apply(update) {
     if (update.bridge) {
       bridge = update.bridge;
@@ -357,13 +364,12 @@ const beamviz = (() => {
     const arrow = key.startsWith("arrow");
     if (letter || (arrow && !e.closest?.("#scene, [role=slider]"))) event.stopPropagation();
     if (!letter || !letters() || document.querySelector("dialog[open]")) return;
-    const target = document.querySelector(`[data-key="${CSS.escape(key)}"]`);
-    if (target) target.click();
+    all(`[data-key="${CSS.escape(key)}"]`)[0]?.click();
   }
 
   /* Shows a message while viser is reconnecting; gives its canvas a name and a tab stop. */
   function watchViser() {
-    const canvas = document.querySelector("#root canvas[data-engine]");
+    const [canvas] = all("#root canvas[data-engine]");
     if (canvas && !canvas.ariaLabel) {
       canvas.setAttribute("role", "img");
       canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
@@ -393,7 +399,7 @@ const beamviz = (() => {
       first.closest("details").open = true;
       first.focus();
     };
-    document.addEventListener("click", (event) => {
+    document.addEventListener("click", (/** @type {any} */ event) => {
       const tab = event.target.closest(TAB), acting = event.target.closest(ACT);
       const dialog = event.target.closest("[data-dialog]");
       const pointing = event.target.closest("[data-point]");
