@@ -137,7 +137,8 @@ def uncoupled_modes(
     truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
     if problem.softening:
         softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
-        softening = np.concatenate((softening * problem.chordwise, softening), axis=1)
+        if not problem.chordwise:
+            softening = np.concatenate((np.zeros_like(softening), softening), axis=1)
         omega_squared = omega_squared - softening
     # The two families in one list of 2 count modes.
     stack, in_family = len(omega_squared), omega_squared.shape[-1]
