@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ from beamviz.beam import PARAMETERS
 from beamviz.cli.commands import app
 from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.solver.problem import METHODS, OPTIONS, Option
+from beamviz.version import __version__
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text()
@@ -97,6 +99,17 @@ def option_row(option: Option) -> str:
 def test_the_reference_has_every_option_as_it_is_declared(option):
     """With its values, its default and its documentation."""
     assert option_row(option) in REFERENCE
+
+
+def test_the_citation_is_of_this_version():
+    """With the authors and the licence of the project file, and the paper that the README names."""
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert f"\nversion: {__version__}\n" in citation
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert f"\n  - name: {project['authors'][0]['name']}\n" in citation
+    assert f"\nlicense: {project['license']}\n" in citation
+    (paper,) = re.findall(r"\*(Modal.*?)\*", README, re.DOTALL)
+    assert " ".join(paper.split()) in " ".join(citation.split())
 
 
 def test_every_file_it_points_to_is_there():
