@@ -22,11 +22,11 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
 from beamviz.server.log import RateLimitedLog
-from beamviz.server.viser_private import OwnLoop, disconnect, handshake_request
+from beamviz.server.viser_private import disconnect, handshake_request
 
 FRAMES = 25  # frames per second of one visitor
 ALL_FRAMES = 800  # frames per second of all visitors of all processes together
-BREAK = 0.7  # of the time that a round took to show edits, before the next one
+BREAK = 0.5  # of the time that a round took to show edits, before the next one
 GROUP = 4  # frames between two exchanges of messages
 LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
 STOP_TIMEOUT = 5.0  # [s] for the last frame
@@ -51,7 +51,6 @@ class FrameLoop:
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
         self.server, self.scene, self.access = server, scene, access
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
-        self.own_loop = OwnLoop(self.loop)
         self.workers = Workers()
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(prepare)  # before the first session, which shows the cards of lessons
@@ -113,7 +112,7 @@ class FrameLoop:
     def resume(self) -> None:
         """Wake the frame loop, from any thread."""
         with suppress(RuntimeError):  # the event loop is closed
-            self.own_loop.call_soon_threadsafe(self.changed.set)
+            self.loop.call_soon_threadsafe(self.changed.set)
 
     def stop(self) -> None:
         self.stopped = True

@@ -15,7 +15,6 @@ from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
-from websockets.protocol import OPEN
 
 from beamviz.server.access import Access, Refusal, header, without_key
 from beamviz.server.log import RateLimitedLog
@@ -135,15 +134,6 @@ class Connection(ServerConnection):
         super().__init__(*args, **options)
         self.coalesced: dict[Key, bytes] = {}
         self.credit, self.updated = float(BURST), time.monotonic()
-
-    async def send(self, message: Any, text: bool | None = None) -> None:
-        """Send a message; directly if the buffer is empty, without checks for fragments."""
-        is_free = self.protocol.state is OPEN and not self.transport.get_write_buffer_size()
-        if is_free and isinstance(message, bytes) and not text:
-            self.protocol.send_binary(message)
-            self.send_data()
-        else:
-            await super().send(message, text)
 
     async def recv(self, decode: bool | None = None) -> bytes:  # type: ignore[override]
         """The next valid message. Raises ConnectionClosed."""

@@ -82,21 +82,24 @@ def modes_of_matrices(
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
-        found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
-        along, across = shapes[0](found.a[0]), shapes[1](found.b[0])
-        return found.omega_squared[0], found.fraction[0], partial(coupled_fields, along, across)
+        coupled = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
+        along, across = shapes[0](coupled.a[0]), shapes[1](coupled.b[0])
+        fields = partial(coupled_fields, along, across)
+        return coupled.omega_squared[0], coupled.fraction[0], fields
+    softening = beam.gamma**2
+
+    omega_squared, V = eigen.symmetric_modes(K[0], Ma, problem.modes)
+    stretching = Family(omega_squared - softening, shapes[0](V))
+
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-    softening = beam.gamma**2, beam.gamma**2 * problem.chordwise
-    families = []
-    for k, M in enumerate((Ma, Mb)):
-        omega_squared, V = eigen.symmetric_modes(K[k], M, problem.modes, k * shift)
-        families.append(Family(omega_squared - softening[k], shapes[k](V)))
-    return merge(families[0], families[1], problem.modes)
+    omega_squared, V = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
+    bending = Family(omega_squared - softening * problem.chordwise, shapes[1](V))
+    return merge(stretching, bending, problem.modes)
 
 
 def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights of an integral over the mass of a beam: `points` Gauss points on
-    either side of the concentrated mass and, as the last one, that."""
+    """Points (n,) and weights (n,) of an integral over the mass of a beam: `points` Gauss points on
+    either side of the concentrated mass and, as the last point, the concentrated mass."""
     xi, weights = gauss(points)
     parts = list(pairwise(sorted({0.0, beam.beta, 1.0})))
     x = [a + (b - a) * (xi + 1) / 2 for a, b in parts]
@@ -118,11 +121,17 @@ def build_solution(
     softened = problem.softening and not problem.chordwise and beam.delta < 0
     bending = omega_squared[fraction >= 0.5]
     buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
-    equilibrium = Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled)
-    stats = Stats(dof, problem.method, elements, order)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
-    results = read_only(s), errors, read_only(fraction), fields
-    return Solution(beam, problem, equilibrium, stats, *results)
+    return Solution(
+        beam=beam,
+        problem=problem,
+        equilibrium=Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled),
+        stats=Stats(dof, problem.method, elements, order),
+        s=read_only(s),
+        estimate_errors=errors,
+        bending_energy_fraction=read_only(fraction),
+        fields=fields,
+    )
 
 
 def errors_against_reference(
@@ -141,7 +150,8 @@ def errors_against_reference(
     for bending in (True, False):
         places = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
         partners = np.flatnonzero((reference.bending_energy_fraction >= 0.5) == bending)
-        partners = np.append(partners, [2 * modes - 1] * modes)[: len(places)]  # or the highest one
+        # A mode whose partner is not among the reference modes is compared with the highest.
+        partners = np.append(partners, [2 * modes - 1] * modes)[: len(places)]
         errors[places] = abs(omega_squared[places] - reference.omega_squared[partners])
         errors[places] += reference.omega_squared_errors[partners]
     return errors

@@ -182,8 +182,8 @@ def pairs(tip) -> tuple[LociPair, LociPair]:
 
 
 def request(chart: Chart, number: int) -> VeeringRequest:
-    """The request for an event of a chart."""
-    return VeeringRequest(chart.request, list(chart.events.values())[number])
+    """The request for a crossing or a veering of a chart."""
+    return VeeringRequest(chart.request, list(chart.pairs.values())[number])
 
 
 def test_buckling_is_no_veering():

@@ -69,7 +69,7 @@ def test_a_limit_is_held_against_the_oracle():
 @pytest.mark.parametrize(
     ("name", "beams", "compared", "share", "kinds"),
     [
-        ("error_bars", 5000, 0, "frequencies within", {"outside", "wrong-family"}),
+        ("error_bars", 2500, 0, "frequencies within", {"outside", "wrong-family"}),
         ("error_bars_bent", 1000, 1000, "beams within", set()),
     ],
 )

@@ -98,11 +98,11 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
     neighbouring beam."""
     beam, problem = solution.beam, solution.problem
     seen = bent_states([solution])
-    found = []
+    others: list[Solution] = []
     bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
     guesses: Iterable[State | None]
     if near:
-        guesses = (_state_near(beam, problem, one) for one in bent_states(near))
+        guesses = (_state_near(beam, problem, state) for state in bent_states(near))
     else:
         guesses = paths.states_on_both_sides(bent) if beam.spin_up else stable_states(bent)
     for guess in guesses:
@@ -115,8 +115,8 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
             state = other.equilibrium.bent_state
             if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)
-                found.append(other)
-    return found
+                others.append(other)
+    return others
 
 
 def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
@@ -137,7 +137,8 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
 
 
 def bent_states(solutions: Iterable[Solution]) -> list[State]:
-    """The states of the bent ones of some solutions, or those they were computed from."""
+    """The deflected states of those solutions that have one; of method ancf-planar the converged
+    state that its own was computed from."""
     states = (solution.equilibrium.bent_state for solution in solutions)
     return [state for state in states if state is not None]
 
@@ -184,18 +185,21 @@ def _on_mesh(state: State, refined: Mesh) -> State:
         )
     q = state.resampled(refined)
     beam, steady = old.changed(refined), not old.beam.spin_up
-    found = newton(beam, q, stable=steady) or (descend(beam, q) if steady else None)
-    if found is None and steady:
-        found = paths.follow_speed(beam)
-    if found is None:
+    finer = newton(beam, q, stable=steady)
+    if steady:
+        finer = finer or descend(beam, q) or paths.follow_speed(beam)
+    if finer is None:
         raise NotConverged("Newton's method left a bent state when its mesh was refined")
-    return State(beam, found.q, state.iterations + found.iterations)
+    return State(beam, finer.q, state.iterations + finer.iterations)
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s. What the
-    two highest polynomials of each element contribute to v* T(s) v, T(s) = s^2 M + s C + K: those
-    of the state in the tangent, and those of the shapes; over y* T'(s) v it is the change of s."""
+    """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
+
+    The truncation error is what the two highest polynomials of each element contribute to
+    v* T(s) v, T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes.
+    Divided by y* T'(s) v it is the change of s.
+    """
     bent, s, V = state.beam, modes.s, modes.V
     energies = _energies(state, V)
     element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
@@ -230,5 +234,13 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     equilibrium = Equilibrium(modes.status, state.iterations, partial(_curve, kept), kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
-    results = modes.s, partial(np.array, squared), fraction, fields
-    return Solution(bent.beam, bent.problem, equilibrium, stats, *results)
+    return Solution(
+        beam=bent.beam,
+        problem=bent.problem,
+        equilibrium=equilibrium,
+        stats=stats,
+        s=modes.s,
+        estimate_errors=partial(np.array, squared),
+        bending_energy_fraction=fraction,
+        fields=fields,
+    )

@@ -116,8 +116,16 @@ def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
     stats = Stats(len(planar.free), problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)
     along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
-    results = s, partial(np.array, errors), across / (along + across), fields
-    return Solution(beam, problem, equilibrium, stats, *results)
+    return Solution(
+        beam=beam,
+        problem=problem,
+        equilibrium=equilibrium,
+        stats=stats,
+        s=s,
+        estimate_errors=partial(np.array, errors),
+        bending_energy_fraction=across / (along + across),
+        fields=fields,
+    )
 
 
 def _solve(factors: SuperLU, f: NDArray, trans: int = 0) -> NDArray:

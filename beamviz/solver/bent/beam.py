@@ -49,11 +49,17 @@ def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray
 
 
 class BentBeam:
-    """A beam on a mesh whose breaks hold the concentrated mass."""
+    """A beam on a mesh whose breaks hold the concentrated mass.
+
+    It has mass at the n mesh points and, where there is one, at the concentrated mass: m in all.
+    """
 
     def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
         self.mesh, self.beam, self.problem = mesh, beam, problem
-        self.w, self.J, self.R, self.mass = mesh.weights, mesh.J, mesh.J, mesh.weights
+        self.w = mesh.weights  # (n,)
+        self.J = mesh.J  # (n, n) integrates from the clamp to each mesh point
+        self.R = mesh.J  # (m, n) integrates from the clamp to each mass
+        self.mass = mesh.weights  # (m,)
         self.inertia = mesh.G  # (n, n) R' mass R
         if beam.alpha and beam.beta:
             to_mass = np.where(mesh.points < beam.beta, self.w, 0.0)
@@ -71,9 +77,12 @@ class BentBeam:
 
 
 class State:
-    """A state of a bent beam: the stretch f at the n Gauss points and after it kappa, in q (2 n,).
-    iterations: that an equilibrium took. theta (n,): angle [rad]. direction (2, n): cos theta and
-    sin theta. arms (2, m): x and y of each mass from the axis of rotation."""
+    """A state of a bent beam, in equilibrium or not.
+
+    q (2 n,): the stretch f at the n Gauss points, and after it kappa. iterations: number of them
+    that led to the state. theta (n,): angle [rad]. direction (2, n): cos theta and sin theta.
+    arms (2, m): x and y of each mass from the axis of rotation.
+    """
 
     def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
         self.beam, self.q, self.iterations = beam, q, iterations
@@ -117,7 +126,7 @@ class State:
         return self.largest_angle <= STRAIGHT
 
     def step_size(self, step: NDArray) -> float:
-        """The size of a step in units of the largest that descent takes."""
+        """The size of a step of q (2 n,) in units of the largest that descent takes."""
         df, dkappa = np.split(step, 2)
         turn, stretch = abs(self.beam.J @ dkappa).max(), abs(df / self.f).max()
         return float(max(turn / MAX_TURN, stretch / MAX_STRETCH))
@@ -206,13 +215,15 @@ class State:
         # d(x, y) = R (t df + f n J dkappa), on which the load works that moves along.
         load = np.array([[gamma2, spin_up], [-spin_up, gamma2 * bent.softens]])
         t, fn = self.direction, f * np.stack((-self.direction[1], self.direction[0]))
-        along_t, along_n = bent.inertia * (t.T @ load @ t), bent.inertia * (fn.T @ load @ fn)
+        along_t = bent.inertia * (t.T @ load @ t)
+        along_n = bent.inertia * (fn.T @ load @ fn)
         mixed = (-np.diag(across) - bent.inertia * (t.T @ load @ fn)) @ J
         i = np.arange(n)
         K = np.empty((2 * n, 2 * n))
         K[:n, :n] = np.diag(w * (beam.mu**2 * bent.law.stiffness(f) + ddb * kappa**2 / 2)) - along_t
-        K[:n, n:], K[n:, :n] = mixed, mixed.T
-        if spin_up:
+        K[:n, n:] = mixed
+        K[n:, :n] = mixed.T
+        if spin_up:  # the load is not symmetric
             K[n:, :n] = J.T @ (-np.diag(across) - bent.inertia * (fn.T @ load @ t))
         K[n:, n:] = J.T @ (np.diag(f * along) - along_n) @ J
         K[i, n + i] += w * db * kappa
@@ -237,7 +248,7 @@ class State:
 
 
 class BentModes(NamedTuple):
-    """The lowest modes."""
+    """The lowest modes about a deflected state."""
 
     s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
     V: NDArray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
@@ -289,9 +300,13 @@ def _pairing(
 
 
 def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[NDArray, NDArray]:
-    """With p = L' q, K = L L', and r = F q' the inverse of (p, r)' = s (p, r) is the skew matrix
+    """s and vectors (n, count) of the lowest modes of F' F q" + C q' + L L' q = 0, which all
+    vibrate.
+
+    With p = L' q, K = L L', and r = F q' the inverse of (p, r)' = s (p, r) is the skew matrix
     T = [[-L^-1 C L^-T, -X], [X', 0]], X = L^-1 F'. Its eigenvalues
-    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each."""
+    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each.
+    """
     X = lapack.dtrtrs(L, F.T, lower=1)[0]
     C = lapack.dtrtrs(L, lapack.dtrtrs(L, C, lower=1)[0].T, lower=1)[0].T
     n, m = X.shape
@@ -324,7 +339,7 @@ def unsymmetric_modes(
     pairing, rounding = _pairing(stiffness, M, C, s, V, W)
     real = np.where(abs(s.real) <= rounding, 0.0, s.real)
     s = real + 1j * np.where(abs(s.imag) <= rounding, 0.0, s.imag)
-    kept = np.lexsort((-s.real, abs(s)))[:count]
+    kept = np.lexsort((-s.real, abs(s)))[:count]  # the lowest by |s|, by ascending frequency
     kept = kept[np.lexsort((-s.real[kept], s.imag[kept]))]
     return BentModes(s[kept], V[:, kept], pairing[kept], rounding[kept], status_of(s))
 

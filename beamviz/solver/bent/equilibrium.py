@@ -75,9 +75,11 @@ def first_mesh(beam: Beam, problem: Problem) -> Mesh:
         breaks |= {end, *(start + away for away in distances(LAYER * first, GRADING, half))}
         if end < 1:
             breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
-    pieces = ((a, b, math.ceil((b - a) / LONGEST_ELEMENT)) for a, b in pairwise(sorted(breaks)))
-    spread = [a + (b - a) * k / n for a, b, n in pieces for k in range(n)]
-    return make_mesh((*spread, 1.0), (FIRST_ORDER,) * len(spread))
+    starts: list[float] = []  # of the elements
+    for a, b in pairwise(sorted(breaks)):
+        n = math.ceil((b - a) / LONGEST_ELEMENT)
+        starts += [a + (b - a) * k / n for k in range(n)]
+    return make_mesh((*starts, 1.0), (FIRST_ORDER,) * len(starts))
 
 
 def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
@@ -135,10 +137,10 @@ def straight_state(bent: BentBeam) -> State | None:
     """The straight state that is stable along the beam; None where there is none."""
     problem = axial_problem(bent.mesh, stack_of([bent.beam]), bent.law)
     try:
-        found = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
+        axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
     except (NoEquilibrium, NotConverged):
         return None
-    return State(bent, np.append(found.f[0], np.zeros(len(bent.w))), found.iterations)
+    return State(bent, np.append(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
 
 
 def folded_state(bent: BentBeam) -> State | None:
@@ -158,6 +160,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
     for _ in range(DESCENT_TRIALS):
         step, size = _newton_step(state, shift)
         trial = State(beam, state.q + step, state.iterations + 1)
+        # Near the state Newton's steps shrink quadratically, and the energy is rounding error.
         near = not shift and size < min(QUADRATIC, last_size / 2)
         if not (near or (size <= 1 and _falls(state, trial, step))):
             shift = LARGER * shift or last_shift

@@ -136,8 +136,10 @@ def uncoupled_modes(
     tail = tail_energies(mesh, matrices, v)
     truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
     if problem.softening:
-        softened_families = np.array([[problem.chordwise], [True]])
-        omega_squared = omega_squared - softened_families * beams.gamma[..., None] ** 2
+        softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
+        if not problem.chordwise:
+            softening = np.concatenate((np.zeros_like(softening), softening), axis=1)
+        omega_squared = omega_squared - softening
     # The two families in one list of 2 count modes.
     stack, in_family = len(omega_squared), omega_squared.shape[-1]
     listed = omega_squared.reshape(stack, -1)
