@@ -32,7 +32,7 @@ on_linux = pytest.mark.skipif(sys.platform != "linux", reason="one process on ot
 def test_nothing_is_computed_while_nothing_moves(monkeypatch):
     """With a paused visitor, and without any, the frame loop does not wake."""
     sleep = mock.Mock(wraps=app.FrameLoop.sleep)
-    monkeypatch.setattr(app.FrameLoop, "sleep", lambda loop, due: sleep(loop, due))
+    monkeypatch.setattr(app.FrameLoop, "sleep", lambda *given: sleep(*given))
 
     def wakes() -> int:
         sleep.reset_mock()
