@@ -27,6 +27,7 @@ CHECKS = {  # in this order; the types run in the background until the tests are
     "types": ["mypy"],
     "format": ["ruff", "format", "--check", "."],
     "lint": ["ruff", "check", "."],
+    "types of the page": ["scripts.check_page"],
     "tests": ["pytest", "-n", str(WORKERS), "--dist", "worksteal"],
 }
 IN_BACKGROUND = ("types",)

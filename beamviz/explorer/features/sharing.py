@@ -132,8 +132,10 @@ def parse_link(query: str) -> tuple[Scene, dict[str, Any]] | None:
 
 
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
-    """The state that a link describes by its scene and other values."""
+    """The state that a link describes by its scene and other values; those that it does not name
+    are the usual ones."""
     values = dict(values)
+    state = replace(state, **{name: getattr(State, name) for name, _ in KEYS.values()})
     if name := values.pop("lesson", ""):
         state = begun(state, lesson(name), scene)
     else:
@@ -164,7 +166,10 @@ class Links(Feature):
         reserved = tuple(pair for pair in parse_qsl(text) if pair[0] in RESERVED)
         with visitor.lock:
             with visitor.reporting("The link is not valid"):
-                if link := parse_link(text):
+                link = parse_link(text)
+                if link is None and visitor.state.reserved is not None:
+                    link = self.start.opened, {}
+                if link:
                     visitor.change(lambda state: linked(state, *link), loads=True)
             if visitor.state.reserved is None:
                 visitor.history = History()

@@ -104,7 +104,7 @@ const beamviz = (() => {
     setTimeout(() => {
       const latest = address;
       address = null;
-      if (latest !== query) setAddress(latest);
+      if (latest !== location.search.slice(1)) setAddress(latest);
     }, PAUSE);
   }
 
@@ -379,10 +379,11 @@ const beamviz = (() => {
     if (offline !== byId("offline").open) byId("offline")[offline ? "show" : "close"]();
   }
 
-  /* Shows a text beside its question mark. */
-  function placeText(event) {
-    const text = event.target, mark = document.querySelector(`[popovertarget="${CSS.escape(text.id)}"]`);
-    if (event.newState !== "open" || !mark) return;
+  /* Shows the open text, if any, beside its question mark. */
+  function placeText() {
+    const [text] = all(":popover-open"), [mark] = text ? all(`[popovertarget="${CSS.escape(text.id)}"]`) : [];
+    if (!mark) return;
+    text.style.left = "8px"; // where nothing narrows it
     const at = mark.getBoundingClientRect(), { offsetWidth: width, offsetHeight: height } = text;
     const below = at.bottom + 6 + height < innerHeight;
     text.style.left = `${Math.max(8, Math.min(at.left - 12, innerWidth - width - 8))}px`;
@@ -391,7 +392,7 @@ const beamviz = (() => {
 
   function start() {
     setInterval(watchViser, 1000);
-    document.addEventListener("toggle", placeText, true);
+    for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, 900)));
     byId("skip").onclick = (event) => {
       event.preventDefault();

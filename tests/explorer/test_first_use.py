@@ -1,0 +1,186 @@
+"""What a new user does on the real page: reads a text, types a number, goes back, uses keys."""
+
+import pytest
+from live.browser import READY, Page, by_id, page, says, tab
+from live.server import wait_until
+from live.visitor import PAPER
+
+from beamviz.scene import Scene
+
+FIRST = Scene(PAPER.replace(gamma=5))
+
+
+@pytest.fixture
+def desk(shown) -> Page:
+    """The page of this file at its first scene, 1440 x 900."""
+    shown.resize(1440, 900)
+    shown.send("lesson", "")
+    shown.send("reset", None)
+    shown.wait("location.search === '' && document.getElementById('gamma-field').value === '5'")
+    return shown
+
+
+def box(shown: Page, element: str) -> dict[str, float]:
+    return shown.evaluate(f"{element}.getBoundingClientRect().toJSON()")
+
+
+def is_beside(text: dict[str, float], mark: dict[str, float], size: tuple[int, int]) -> bool:
+    """Whether a text is on the page of this size, and at most a line away from its mark."""
+    gap = max(text["top"] - mark["bottom"], mark["top"] - text["bottom"])
+    inside = min(text["left"], text["top"]) >= 0
+    inside = inside and text["right"] <= size[0] and text["bottom"] <= size[1]
+    return inside and text["left"] <= mark["right"] and 0 <= gap <= 20
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844)], ids=str)
+def test_a_text_opens_beside_its_question_mark(desk, size):
+    """All of it on the page, at most a line away, and not cut off by its table."""
+    desk.resize(*size)
+    for name in ("alpha-row", "mode-rows", "modes", "per-rev"):
+        mark = f"document.querySelector('#{name} .hint')"
+        desk.click(mark)
+        text = f"{by_id(desk.evaluate(f'{mark}.getAttribute(`popovertarget`)'))}"
+        desk.wait(f"{text}.matches(':popover-open') && {text}.style.top !== ''")
+        wait_until(lambda text=text, mark=mark: is_beside(box(desk, text), box(desk, mark), size))
+        assert desk.evaluate(f"{text}.scrollWidth <= {text}.clientWidth")
+        desk.evaluate(f"{text}.hidePopover(), {text}.style.top = ''")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_name_of_a_chosen_mode_is_legible_under_the_pointer(desk, scheme):
+    """Its letters have not the colour of what is behind them."""
+    desk.send("dark", scheme == "dark")
+    desk.wait(f"document.documentElement.dataset.theme === '{scheme}'")
+    name = "document.querySelector('#mode-rows tr.shown button.mode')"
+    desk.mouse("mouseMoved", *desk.middle(name))
+    desk.wait(f"{name}.matches(':hover')")
+    colours = desk.evaluate(f"""(e => [getComputedStyle(e).color,
+      getComputedStyle(e).backgroundColor,
+      getComputedStyle(e.closest('tr')).backgroundColor])({name})""")
+    assert colours[1] == "rgba(0, 0, 0, 0)"
+    light, dark = (
+        [sum(map(int, c.removeprefix("rgb(").rstrip(")").split(","))) for c in colours[::2]]
+        if scheme == "dark"
+        else [sum(map(int, c.removeprefix("rgb(").rstrip(")").split(","))) for c in colours[::-2]]
+    )
+    assert light - dark > 450
+    desk.send("dark", False)
+
+
+def enter(shown: Page, text: str) -> None:
+    """Type a text into the field of the mass."""
+    field = by_id("alpha-field")
+    shown.click(field)
+    shown.evaluate(f"{field}.select()")
+    shown.call("Input.insertText", text=text)
+    shown.key("Enter")
+
+
+def test_a_decimal_comma_is_a_decimal_comma(desk):
+    """And what is no number, or could be thousands, is said and stays until it is corrected."""
+    enter(desk, "0,5")
+    desk.wait("location.search.includes('alpha=0.5')")
+    for text, words in (("1,500", "write 1500, or 1.500"), ("heavy", "write a number")):
+        enter(desk, text)
+        desk.wait(says(words))
+        assert desk.evaluate(f"{by_id('alpha-field')}.value") == text
+        assert desk.evaluate(f"{by_id('alpha-field')}.hasAttribute('aria-invalid')")
+        assert "alpha=0.5" in desk.evaluate("location.search")
+    enter(desk, "2.5")
+    desk.wait("location.search.includes('alpha=2.5')")
+
+
+def test_a_bad_value_of_a_real_beam_stays_with_its_reason(desk):
+    """Beside its field; it is not taken back without a word."""
+    desk.send("real.preset", "steel beam")
+    field = "document.querySelector('[data-set=\"real.thickness\"]')"
+    desk.wait(f"{field}?.value === '5'")
+    desk.click(field)
+    desk.evaluate(f"{field}.select()")
+    desk.call("Input.insertText", text="400")
+    desk.key("Enter", until=f"{field}.closest('.field').innerText.includes('must lie in')")
+    desk.evaluate("document.activeElement.blur(); new Promise(done => setTimeout(done, 700))")
+    assert desk.evaluate(f"{field}.value") == "400"
+
+
+def test_the_palette_opens_from_a_number_field(desk):
+    """By Ctrl+K, as from everywhere else."""
+    desk.click(by_id("gamma-field"))
+    desk.key("k", modifiers=2, until="!!document.activeElement.closest('[role=dialog]')")
+    desk.call("Input.insertText", text="mode 3")
+    desk.wait(says("Show mode 3 alone"))
+    shown = "[...document.querySelectorAll('#mode-rows tr.shown')].map(e => e.dataset.row).join()"
+    desk.key("Enter", until=f"{shown} === 'B3'")
+
+
+def test_a_mode_that_changes_its_place_is_told_and_its_row_moves(desk):
+    """S1 and B3 as the mass at the tip becomes lighter."""
+    for name, value in (("gamma", 0.0), ("beta", 1.0), ("alpha", 1.9)):
+        desk.send(name, value)
+    order = "[...document.querySelectorAll('#mode-rows [data-row]')].map(e => e.dataset.row).join()"
+    desk.wait(f"{order} === 'B1,B2,S1,B3,B4'")
+    desk.evaluate("""window.moves = 0; Element.prototype.animate = (real => function (...given) {
+      if (this.matches("#mode-rows [data-row]")) window.moves += 1;
+      return real.apply(this, given); })(Element.prototype.animate)""")
+    desk.send("alpha", 1.0, until=f"{order} === 'B1,B2,B3,S1,B4'")
+    desk.wait(f"{by_id('told')}.textContent === 'B3 is now 3rd, S1 is now 4th'")
+    assert desk.evaluate("window.moves") == 2
+
+
+def test_back_and_forward_go_between_scenes(desk):
+    """A lesson, and the scene before it."""
+    desk.send("lesson", "nodes", until="location.search === '?lesson=nodes'")
+    desk.send("beta", 0.3, until="location.search.includes('beta=0.3')")
+    desk.evaluate("new Promise(done => setTimeout(done, 700))")  # the address is at rest
+    desk.evaluate("history.back()")
+    desk.wait("location.search === '' && document.getElementById('lesson').hidden")
+    wait_until(lambda: desk.number("gamma") == 5)
+    desk.evaluate("history.forward()")
+    desk.wait(
+        "location.search.includes('lesson=nodes') && !document.getElementById('lesson').hidden"
+    )
+    wait_until(lambda: desk.number("beta") == 0.3)
+
+
+def test_on_half_of_a_screen_the_sliders_are_in_view(desk):
+    """960 x 1080: mass, position and speed below the scene, without scrolling."""
+    desk.resize(960, 1080)
+    for name in ("alpha", "beta", "gamma"):
+        assert box(desk, by_id(f"{name}-slider"))["bottom"] <= 1080
+
+
+def test_the_mode_shift_by_keys_alone(url):
+    """From the start: the skip link, the mass and its position by keys; S1 is third then."""
+    with page(url, 1440, 900) as fresh:
+        fresh.wait(f"{READY} && {says('1st stretching')}")
+        fresh.key("Tab", until="document.activeElement.id === 'skip'")
+        fresh.key("Enter", until="document.activeElement.id === 'alpha-slider'")
+        keys = 0
+        for name, key, end in (("beta", "ArrowRight", 1.0), ("alpha", "ArrowRight", 2.0)):
+            while fresh.evaluate("document.activeElement.id") != f"{name}-slider":
+                fresh.key("Tab")
+                keys += 1
+                if keys > 4:  # back to the first slider
+                    fresh.evaluate(f"{by_id(f'{name}-slider')}.focus()")
+            fresh.key("PageUp")
+            while fresh.number(name) < end and keys < 400:
+                fresh.key(key)
+                keys += 1
+                fresh.next_frame(1)
+        order = "[...document.querySelectorAll('#mode-rows [data-row]')].map(e => e.dataset.row)"
+        fresh.wait(f"{order}[2] === 'S1'")
+
+
+def test_no_captions_cover_each_other_in_a_comparison(desk):
+    """One beam above the other: their titles and the speed keep apart."""
+    desk.click(tab("Compare"))
+    for action, value in (("comparison", "mass"), ("stacked", True)):
+        desk.send(action, value)
+    texts = "[...document.querySelectorAll('#caption-layer span:not([hidden])')]"
+    desk.wait(f"{texts}.length >= 2 && {texts}.some(e => e.textContent === 'this beam')")
+    boxes = desk.evaluate(f"{texts}.map(e => e.getBoundingClientRect().toJSON())")
+    for k, one in enumerate(boxes):
+        for other in boxes[:k]:
+            beside = one["right"] <= other["left"] or other["right"] <= one["left"]
+            assert beside or one["bottom"] <= other["top"] or other["bottom"] <= one["top"]
+    desk.send("comparison", "nothing")

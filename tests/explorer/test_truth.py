@@ -1,0 +1,171 @@
+"""The page shows what its numbers say: defects that it had once, each kind with a test."""
+
+import re
+
+import numpy as np
+import pytest
+from live.visitor import TIMEOUT, Visitor, beam_moved, frequency_text, pause, visitor
+
+from beamviz.beam import Beam
+from beamviz.explorer import explorer
+from beamviz.explorer.features import sharing
+from beamviz.explorer.features.lessons import formatted, lesson_rate
+from beamviz.lessons import LESSONS, lesson
+from beamviz.scene import START, Scene
+from beamviz.solver import solve
+
+FIRST = START
+INWARD = START.beam.replace(delta=-1)
+
+
+def points(guest: Visitor) -> np.ndarray:
+    """Positions (n, 3) of the pieces of the beam."""
+    return np.reshape(guest.nodes["/scene/rotor/beam"]["batched_positions"], (-1, 3))
+
+
+def test_an_unstable_beam_is_drawn_with_its_own_numbers_and_grows(guest):
+    """Hub -1 on the start page: the beam points inward. Its bending grows from nearly nothing, and
+    by far more than the stable modes swing; choosing a stable mode says that another one grows."""
+    guest.choose("delta", -1.0, until="Unstable in bending")
+    guest.do("only", 0)
+    sizes: list[float] = []
+    while len(sizes) < 80:
+        if beam_moved(guest.receive(TIMEOUT)):
+            sizes.append(float(np.abs(points(guest)[:, 1]).max()))
+    steps = np.diff(sizes)
+    assert max(sizes) > 10 * min(sizes)
+    assert (steps > 1e-4).sum() > 4 * (steps < -1e-4).sum()  # it falls only where it begins again
+    assert points(guest)[0, 0] < -0.9
+    assert points(guest)[-1, 0] > -0.2
+    assert "displacement" in guest.texts["legend"]  # and is not grey
+    guest.do("only", 3, until=lambda _: "another one does" in guest.texts["scene-caption"])
+
+
+def test_reduced_motion_shows_the_growth_as_a_still(guest):
+    """At its full size, and it stays."""
+    guest.do("preferences", "still")
+    guest.choose("delta", -1.0, until="Unstable in bending")
+    guest.do("only", 0)
+    pause(guest)
+    still = points(guest)
+    assert np.abs(still[:, 1]).max() == pytest.approx(0.15, rel=0.05)
+    guest.choose("ghosts", False)
+    pause(guest)
+    assert np.array_equal(points(guest), still)
+
+
+def test_a_stable_motion_out_of_plane_hides_no_buckling_in_the_plane():
+    """Of a straight beam: the status says so."""
+    beam, options = Beam(delta=-1, gamma=3.1), {"plane": "flapwise"}
+    equilibrium = solve(beam, **options).equilibrium
+    assert equilibrium.stable
+    assert equilibrium.buckled_chordwise
+    with explorer(Scene(beam, options)) as url, visitor(url) as guest:
+        guest.says("Stable out of plane only")
+        assert 'class="state bad"' in guest.texts["equilibrium"]
+
+
+def test_what_is_drawn_without_an_answer_is_said(guest):
+    """The nearest values of numbers out of range; the unloaded beam without an equilibrium."""
+    guest.choose("alpha", 1e9, until="Drawn with the nearest values in range: α = 100, β = 0.5")
+    guest.set(alpha=1.0, strain="biot", mu=10.0, gamma=20.0)
+    guest.says("Drawn unloaded")
+
+
+def test_in_lesson_1_a_faster_vibration_looks_faster(guest):
+    """The time that passes in a second does not change while the speed does, unless unlocked."""
+    name = "stiffening"
+    guest.do("lesson", name, until=formatted(lesson(name).question))
+    guest.wait(lambda _: "locked" in guest.texts["pace-text"])
+    shown = guest.texts["pace-text"]
+    assert f"= {lesson_rate(name):.2g} T*" in shown
+    for gamma in (5.0, 9.0, 10.0, 40.0):
+        guest.choose("gamma", gamma)
+        guest.shows(Beam(gamma=gamma), plane="flapwise")
+        assert guest.texts["pace-text"] == shown
+    guest.do("rate", None, until=lambda _: guest.texts["pace-text"] != shown)
+    guest.wait(lambda _: ">lock<" in guest.texts["pace-text"])
+    guest.do("rate", 0.125, until=lambda _: "= 0.12 T*" in guest.texts["pace-text"])
+    guest.do("rate", "fast")
+    guest.edit(gamma=6.0)
+    assert "= 0.12 T*" in guest.texts["pace-text"]
+
+
+def test_all_modes_have_the_scale_of_one(guest):
+    """In rows each mode has the full amplitude, and the legend says so."""
+    guest.wait(lambda _: "0.3 L" in guest.texts["legend"])  # two modes at once
+    guest.choose("all_modes", True, until=lambda _: "0.15 L" in guest.texts["legend"])
+
+
+def test_a_slider_has_its_usual_range_again(guest):
+    """After a value far beyond it."""
+    guest.choose("alpha", 1e9, until=lambda _: guest.props["alpha-slider"]["max"] == 100)
+    guest.choose("alpha", 1.0, until=lambda _: guest.props["alpha-slider"]["max"] == 5)
+
+
+def test_a_format_that_cannot_be_written_is_not_offered(monkeypatch):
+    """MP4 without PyAV: the button is disabled and says why."""
+    monkeypatch.setattr(sharing, "find_spec", lambda name: None)
+    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', sharing.export_tab())
+    assert " disabled" in button[0]
+    assert "Needs the package PyAV" in sharing.export_tab()
+    monkeypatch.setattr(sharing, "find_spec", lambda name: name)
+    assert " disabled" not in sharing.export_tab()
+
+
+def test_an_event_is_shown_in_its_two_modes(guest):
+    """Going to the crossing of S1 and B3 superimposes these, and no others."""
+    guest.wait(lambda _: "B3 S1 1" in guest.texts.get("loci-events", ""))
+    guest.do("go_to_event", "B3 S1 1", until=lambda _: guest.values["share-3"] == 1)
+    assert [guest.values[f"share-{k}"] for k in range(5)] == [0, 0, 1, 1, 0]
+
+
+def test_a_stranger_is_told_what_this_is_and_where_to_begin(guest):
+    """On the first screen, until the first edit; the button begins lesson 1."""
+    caption = guest.texts["scene-caption"]
+    assert "A beam on a turning hub, with a mass on it" in caption
+    assert re.search(r'data-do="lesson" data-value="&quot;stiffening&quot;"', caption)
+    assert "1st bending" in guest.texts["mode-rows"]
+    guest.edit(gamma=6.0)
+    guest.wait(lambda _: guest.texts["scene-caption"] == "")
+
+
+# Lessons: predict first
+
+
+@pytest.mark.parametrize("one", LESSONS, ids=lambda one: one.name)
+def test_every_lesson_has_guesses_and_begins_unsolved(one):
+    """One of them is right; the first scene does not meet the challenge."""
+    assert 2 <= len({*one.guesses}) == len(one.guesses) <= 4
+    assert one.right in range(len(one.guesses))
+    assert not one.check(one.scene.beam, one.scene.options).met
+
+
+def test_a_lesson_asks_before_it_tells(guest):
+    """What to do and to look for come after a guess, the judgement with the reason."""
+    one = lesson("nodes")
+    guest.do("lesson", one.name, until=formatted(one.question))
+    assert formatted(one.see) not in guest.text
+    for number, words in ((0, "not what you expected"), (one.right, "as you expected")):
+        guest.do("lesson_step", 0)
+        guest.do("lesson_guess", number, until=formatted(one.see))
+        assert guest.parts["point"] == ["beta", "alpha"]
+        guest.do("lesson_step", 1, until=words)
+    for wrong in (7, -1, "most", None):
+        guest.do("lesson_guess", wrong)
+    guest.do("lesson_step", 0, until=formatted(one.see))
+
+
+def test_a_challenge_begins_unsolved_and_a_lesson_that_is_met_is_remembered(guest):
+    """Also if the experiment ended at its answer; the browser keeps the names of those met."""
+    one = lesson("crossing")
+    guest.do("lesson", one.name, until=formatted(one.question))
+    guest.edit(alpha=1.0, beta=1.0, gamma=one.answer)
+    guest.do("lesson_step", 2, until="Not yet.")
+    guest.shows(one.scene.beam)
+    guest.choose("gamma", one.answer, until="Right!")
+    guest.wait(lambda _: guest.parts["met"] == [one.name])
+    guest.do("lesson_step", 0)
+    guest.do("lesson_step", 2)
+    guest.do("met", "nodes nonsense", until=lambda _: guest.parts["met"] == ["crossing", "nodes"])
+    assert frequency_text(one.scene.beam.replace(gamma=one.answer)) not in guest.text
