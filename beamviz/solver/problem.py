@@ -59,6 +59,7 @@ METHODS = {
         *HP,
         "this program: high-order elements in gradient and curvature, split at the mass",
         "unless you are studying another method: fastest to any accuracy",
+        blades=True,
     ),
     "ancf": Method(
         *FEM,
@@ -81,12 +82,14 @@ METHODS = {
         "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
         "to see the classical model of slender rotating beams, right while f is near 1",
         rigid_tension=True,
+        blades=True,
     ),
     "zoac": Method(
         *HP,
         "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
         "to see it fail: it falsely loses stability at gamma = 3.516",
         rigid_tension=True,
+        blades=True,
     ),
     "assumed-modes": Method(
         "series",

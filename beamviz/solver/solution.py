@@ -212,7 +212,8 @@ class Solution:
         """Estimated absolute errors (modes,) of s: of frequency or growth rate, or of both as a
         distance in the complex plane."""
         size, error = abs(self.s) ** 2, self.omega_squared_errors
-        return read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
+        root = np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))
+        return read_only(np.where(root > 0, error, np.sqrt(error)) / np.where(root > 0, root, 1.0))
 
     @cached_property
     def families(self) -> tuple[str, ...]:

@@ -23,11 +23,10 @@ from beamviz.solver.hp.equilibrium import (
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
-    stack_of,
-    unstretched_positions,
 )
 from beamviz.solver.hp.first_mesh import Span, find_spans
 from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.properties import stack_of, unstretched_positions
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
