@@ -180,8 +180,6 @@ def _check_state(beam: Beam, problem: Problem) -> None:
     elif problem.method not in METHODS_WITH_BENT_STATES:
         reason = f"method {problem.method} has no bent states"
         use = {"method": METHODS_WITH_BENT_STATES}
-    elif not beam.is_uniform:
-        reason = "deflected states of blades are not solved yet"
     elif not (problem.stiffening and problem.softening):
         reason = "stiffening and softening cannot be switched off"
     elif beam.spin_up and not problem.chordwise:

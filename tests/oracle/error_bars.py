@@ -99,10 +99,15 @@ def random_blade_scene(seed: int) -> Scene:
     if rng.random() < 0.7:  # usual speeds more often
         usual = min(beam.gamma, 10 ** rng.uniform(-1, 1.5), beam.mu / 3)
         beam = beam.replace(gamma=usual, delta=float(np.clip(beam.delta, -1, 3)))
+    return Scene(with_random_properties(rng, beam), options)
+
+
+def with_random_properties(rng: np.random.Generator, beam: Beam) -> Beam:
+    """The beam with properties along its span, bodies and a root."""
     masses = [random_body(rng) for _ in range(rng.choice([0, 1, 2, 3], p=[0.5, 0.25, 0.15, 0.1]))]
     root = pick(rng, {np.inf: 0.6, 10 ** rng.uniform(-2, 4): 0.3, 0.0: 0.1})
     blade = random_blade(rng) if rng.random() < 0.85 else None
-    return Scene(beam.replace(blade=blade, masses=masses, root=root), options)
+    return beam.replace(blade=blade, masses=masses, root=root)
 
 
 def random_body(rng: np.random.Generator) -> Mass:
@@ -245,8 +250,9 @@ def held(
 # Bent beams.
 
 
-def random_bent_scene(seed: int) -> Scene:
-    """A beam whose straight state is unstable or does not exist, and options."""
+def random_bent_scene(seed: int, blades: bool = False) -> Scene:
+    """A beam whose straight state is unstable or does not exist, and options; or such a blade, in
+    the range of usual speeds."""
     for attempt in count():
         rng = np.random.default_rng([17, seed, attempt])
         strain = random_law(rng)
@@ -258,6 +264,9 @@ def random_bent_scene(seed: int) -> Scene:
             "tolerance": float(rng.choice([1e-6, 10 ** rng.uniform(-8, -3)])),
         }
         beam = _random_bent_beam(rng, 5.0 if LAWS[strain].hardens else LESS)
+        if blades:
+            beam = beam.replace(gamma=min(beam.gamma, 20.0), mu=max(beam.mu, 50.0))
+            beam = with_random_properties(rng, beam)
         try:
             straight = solve(beam, modes=1, strain=strain, state="straight").equilibrium.stable
         except BeamvizError:  # also of a beam with a spin-up: it has no straight state

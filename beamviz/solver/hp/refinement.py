@@ -32,7 +32,8 @@ from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
-MORE_UNKNOWNS = 6  # for each discontinuity of a blade: some more than its least order
+MORE_UNKNOWNS = 30  # for each discontinuity of a blade, with a layer on either side
+MOST_UNKNOWNS = 1200  # of a blade: two seconds
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
@@ -186,7 +187,9 @@ def next_attempt(
 def check_unknowns(elements: Elements, beam: Beam) -> None:
     """NotConverged with a remedy for too many unknowns."""
     unknowns = sum(elements.orders)
-    most = MAX_UNKNOWNS + MORE_UNKNOWNS * (len(ends_of_spans(beam)) - 2)
+    most = MAX_UNKNOWNS
+    if not beam.is_uniform:
+        most = min(most + MORE_UNKNOWNS * len(ends_of_spans(beam)), MOST_UNKNOWNS)
     if unknowns <= most:
         return
     reason = f"{unknowns} unknowns needed in a family, at most {most}"
