@@ -87,11 +87,11 @@ def _mesh(beam: Beam, points: int, layers: float, guess: Callable) -> Mesh:
 class _Problem:
     def __init__(self, beam: Beam, strain: str, curvature: str, mesh: Mesh):
         self.beam, self.strain, self.curvature, self.mesh = beam, strain, curvature, mesh
-        self.skeleton = mesh.differences(D)
+        self.clamped = self.skeleton = mesh.differences(D)
         if beam.root < np.inf:  # instead of a = 0 at the clamp: root a = m
             share = 1 / (1 + beam.root)
-            self.skeleton += mesh.matrix(D, 2, 2, beam.root * share - 1)
-            self.skeleton += mesh.matrix(D, 2, 3, -share)
+            spring = mesh.matrix(D, 2, 2, beam.root * share - 1) + mesh.matrix(D, 2, 3, -share)
+            self.skeleton = self.clamped + spring
         self.EI, self.EA = (properties.at(beam, name, mesh.x) for name in ("bending", "axial"))
         self.turning = [body.inertia[2] for _, body in mesh.bodies]
         self.integral = mesh.integral(D, {(a, a): np.ones_like(mesh.x) for a in range(D)})
@@ -113,7 +113,7 @@ class _Problem:
             slope = np.zeros_like(z)
             mesh.at_points(slope, D)[:] = self._slope(mesh.at_points(z, D), f)[0]
             load = self.integral @ slope + self.load @ z + self.hub_load
-            z.reshape(-1, D)[:, 3:] = splu(self.skeleton).solve(load).reshape(-1, D)[:, 3:]
+            z.reshape(-1, D)[:, 3:] = splu(self.clamped).solve(load).reshape(-1, D)[:, 3:]
         last = np.inf
         scale = np.tile(np.maximum(abs(z.reshape(-1, D)).max(axis=0), 1.0), len(x))
         for _ in range(NEWTON_STEPS):

@@ -188,7 +188,7 @@ def uncoupled_modes(
         size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = tail_energies(mesh, matrices, v)
-    truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
+    truncation, rounding = _errors(axial, state, scale, tail, size, relative_rounding)
     if problem.softening:
         softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
         if not problem.chordwise:
@@ -275,7 +275,7 @@ def gyroscopic_modes(
     if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    truncation, rounding = _errors(mesh, state, scale, tail, size, modes.relative_rounding)
+    truncation, rounding = _errors(axial, state, scale, tail, size, modes.relative_rounding)
     if free.any():
         lowest = abs(omega_squared[0]).argmin()
         omega_squared[0, lowest], truncation[0, lowest] = 0.0, 0.0
@@ -325,7 +325,12 @@ def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
 
 
 def _errors(
-    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, relative: NDArray
+    axial: AxialProblem,
+    state: AxialState,
+    scale: NDArray,
+    tail: NDArray,
+    size: NDArray,
+    relative: NDArray,
 ) -> tuple[NDArray, NDArray]:
     """Estimated errors of omega^2: truncation (..., k, elements), from the order of each element
     and the error of the stretch, and rounding (..., k).
@@ -337,12 +342,18 @@ def _errors(
     A large stretch varies almost singularly along the beam: the truncation error then exceeds the
     tail. Near the limit of equilibrium a relative error of the load changes the stretch 1 / margin
     times as much, and this the least omega^2, which vanishes at the limit, by the same factor.
+
+    The stretch of a blade, 1 plus a force over E A, is no polynomial however small the strain: what
+    a quadrature loses of it is in proportion to the strain, not to its square.
     """
+    mesh, of_blade = axial.mesh, axial.beams.blade is not None
     f, error, elements = state.f, state.error, len(mesh.orders)
     margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
     tails = np.matvec(mesh.tails, f).reshape(len(f), elements, 2)
     # Relative square errors of the stretch (beams, elements): truncation, and Newton's method.
     lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
+    if of_blade:
+        lost /= np.clip(abs(f - 1).max(axis=-1, keepdims=True), EPS, 1.0)
     lost = (lost + error[:, None] / (2 * elements)).reshape(*margin.shape, elements)
     factor = TRUNCATION_FACTOR * np.maximum(f[:, 0].reshape(margin.shape), 1.0) * scale
     tail = np.maximum.accumulate(tail / scale[..., None], axis=-2)
