@@ -3,7 +3,7 @@
 Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -17,9 +17,9 @@ from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.properties import ends_of_spans
+from beamviz.solver.loads import Curve, Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
-    Curve,
     Equilibrium,
     Fields,
     Solution,
@@ -152,18 +152,22 @@ def build_solution(
     size: tuple[int, int, int],
     curve: Curve = straight,
     iterations: int = 0,
+    nodes: Sequence[float] = (),
 ) -> Solution:
-    """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium."""
+    """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium, nodes:
+    between which it is smooth."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
     s = exponents(omega_squared)
     softened = problem.softening and not problem.chordwise and beam.delta < 0
     bending = omega_squared[fraction >= 0.5]
     buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
+    breaks = tuple(sorted({*nodes, *ends_of_spans(beam)}))
+    loads = Loads(beam, problem.chordwise, breaks, curve)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled),
+        equilibrium=Equilibrium(status_of(s), iterations, loads, buckled_chordwise=buckled),
         stats=Stats(dof, problem.method, elements, order),
         s=read_only(s),
         estimate_errors=errors,

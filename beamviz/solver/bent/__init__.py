@@ -30,6 +30,7 @@ from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.modes import TRUNCATION_FACTOR
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
+from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
@@ -238,7 +239,9 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     theta = (bent.R @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = State(bent, state.q, state.iterations)  # without its matrices
-    equilibrium = Equilibrium(modes.status, state.iterations, partial(_curve, kept), kept)
+    breaks = tuple(bent.mesh.breaks.tolist())
+    loads = Loads(bent.beam, bent.problem.chordwise, breaks, partial(_curve, kept))
+    equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     turned = (abs(state.rotations @ modes.V) ** 2).sum(axis=0)
     fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, modes.V)

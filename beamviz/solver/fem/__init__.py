@@ -47,7 +47,7 @@ def solve(beam: Beam, problem: Problem) -> Solution:
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (F[:, 1:], F[:, 2:]), (shapes, shapes))
     size, curve = (len(Ka) + len(Kb), elements, 3), partial(_curve, nodes, position)
-    return build_solution(beam, problem, modes, size, curve, iterations)
+    return build_solution(beam, problem, modes, size, curve, iterations, nodes.tolist())
 
 
 def _ancf(model: PlanarBeam) -> Assembled:

@@ -14,6 +14,7 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes, rotation
 from beamviz.solver.hp.refinement import Answer, converged_modes
+from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
     Equilibrium,
@@ -46,11 +47,11 @@ def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | Beamviz
             buckled = bool(modes.lowest_bending < beam.gamma**2)
         elif beam.delta < 0:
             buckled = is_buckled(beam, problem)
-    curve = partial(_curve, modes)
+    loads = Loads(beam, problem.chordwise, tuple(grid.breaks.tolist()), partial(_curve, modes))
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=Equilibrium(status_of(s), modes.iterations, curve, buckled_chordwise=buckled),
+        equilibrium=Equilibrium(status_of(s), modes.iterations, loads, buckled_chordwise=buckled),
         stats=Stats(unknowns, "hp", len(orders), max(orders)),
         s=s,
         estimate_errors=partial(_errors, modes),
