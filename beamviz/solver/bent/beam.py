@@ -109,8 +109,8 @@ class State:
 
     q (n + turning,): the stretch f at the n Gauss points, after it kappa, and the angle at the root
     where that is not clamped. iterations: number of them that led to the state. theta (n,): angle
-    [rad]. direction (2, n): cos theta and sin theta. arms (2, m): x and y of each mass from the axis
-    of rotation.
+    [rad]. direction (2, n): cos theta and sin theta. arms (2, m): x and y of each mass, measured
+    from the axis of rotation.
     """
 
     def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
