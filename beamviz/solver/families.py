@@ -16,7 +16,8 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.properties import ends_of_spans
+from beamviz.solver.hp.modes import turns_freely
+from beamviz.solver.hp.properties import ends_of_spans, stack_of
 from beamviz.solver.loads import Curve, Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
@@ -81,21 +82,29 @@ def modes_of_matrices(
     without softening. F (m, n): factors of the mass matrices F' F. The softening, a multiple of the
     mass, shifts omega^2, across the beam in the plane of rotation only."""
     Ma, Mb = (f.T @ f for f in F)
+    free = beam.root == 0 and bool(turns_freely(stack_of([beam]), problem)[0])
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
-        coupled = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
+        gamma = np.full((1, 1, 1), beam.gamma)
+        coupled = eigen.gyroscopic_modes(*stacks, gamma, problem.modes, singular=free)
         along, across = shapes[0](coupled.a[0]), shapes[1](coupled.b[0])
         fields = partial(coupled_fields, along, across)
-        return coupled.omega_squared[0], coupled.fraction[0], fields
+        omega_squared = coupled.omega_squared[0]
+        if free:
+            omega_squared[abs(omega_squared).argmin()] = 0.0
+        return omega_squared, coupled.fraction[0], fields
     softening = beam.gamma**2
 
     omega_squared, V = eigen.symmetric_modes(K[0], Ma, problem.modes)
     stretching = Family(omega_squared - softening, shapes[0](V))
 
-    shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
+    shift = eigen.COMPRESSED if beam.delta < 0 or beam.root == 0 else 0.0
     omega_squared, V = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
-    bending = Family(omega_squared - softening * problem.chordwise, shapes[1](V))
+    omega_squared = omega_squared - softening * problem.chordwise
+    if free:  # a rigid rotation about the hinge
+        omega_squared[0] = 0.0
+    bending = Family(omega_squared, shapes[1](V))
     return merge(stretching, bending, problem.modes)
 
 

@@ -65,6 +65,7 @@ METHODS = {
         *FEM,
         "the paper's cubic elements (2017), stretching and bending solved separately",
         "to see the paper's own numbers; 20 elements are the paper's",
+        blades=True,
     ),
     "ancf-planar": Method(
         *FEM,
@@ -76,6 +77,7 @@ METHODS = {
         "linear finite elements with prestress and spin softening, as general codes do it",
         "to see what a linear prestressed analysis says; its limit is foac's",
         rigid_tension=True,
+        blades=True,
     ),
     "foac": Method(
         *HP,
