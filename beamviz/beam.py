@@ -111,14 +111,6 @@ class Units:
         """Frequency [Hz] of a dimensionless one (units of 1/T*)."""
         return frequency / (2 * math.pi * self.time)
 
-    def newtons(self, force):
-        """Force [N] of a dimensionless one (units of E I / L^2); None where the mass is unknown."""
-        return None if self.mass is None else force * (self.mass * self.length / self.time**2)
-
-    def newton_metres(self, moment):
-        """Moment [N m] of a dimensionless one (units of E I / L); None as in `newtons`."""
-        return None if self.mass is None else self.newtons(moment) * self.length
-
     def rpm(self, gamma):
         """Rotation speed [1/min] of a dimensionless one."""
         return 60 * self.hertz(gamma)

@@ -251,6 +251,11 @@ def test_wrong_input_is_named(options, named):
         motion(Beam(gamma=2), **{"until": 1, **options})
 
 
+def test_a_blade_is_refused():
+    with pytest.raises(InvalidInput, match="uniform"):
+        motion(Beam(gamma=2, root=5), 1)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_motions_by_an_independent_integration(seed):

@@ -115,8 +115,8 @@ def test_nothing_holds_a_hinge_about_the_axis(method, coriolis, gamma):
 
 
 def test_a_hinged_inward_beam_turns_over():
-    """As a pendulum: it grows at the root of gamma^2 |delta| times the static moment over the moment
-    of inertia, 3 / 2, if it hardly bends; its stable state points outward."""
+    """As a pendulum: it grows at the root of gamma^2 |delta| times the static moment over the
+    moment of inertia, 3 / 2, if it hardly bends; its stable state points outward."""
     beam = Beam(gamma=2, delta=-1.5, mu=1e4, root=0)
     straight = solve(beam)
     assert straight.equilibrium.status == "unstable"
