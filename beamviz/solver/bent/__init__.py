@@ -239,8 +239,7 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     theta = (bent.R @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = State(bent, state.q, state.iterations)  # without its matrices
-    breaks = tuple(bent.mesh.breaks.tolist())
-    loads = Loads(bent.beam, bent.problem.chordwise, breaks, partial(_curve, kept))
+    loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     turned = (abs(state.rotations @ modes.V) ** 2).sum(axis=0)

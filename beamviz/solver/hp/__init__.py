@@ -47,7 +47,7 @@ def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | Beamviz
             buckled = bool(modes.lowest_bending < beam.gamma**2)
         elif beam.delta < 0:
             buckled = is_buckled(beam, problem)
-    loads = Loads(beam, problem.chordwise, tuple(grid.breaks.tolist()), partial(_curve, modes))
+    loads = Loads(beam, problem.chordwise, grid.breaks, partial(_curve, modes))
     return Solution(
         beam=beam,
         problem=problem,
