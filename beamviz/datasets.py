@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from beamviz.beam import Units
 from beamviz.errors import requires
 from beamviz.protocols import Branch
+from beamviz.units import Units
 from beamviz.version import __version__
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.beam import Units
 from beamviz.errors import requires
 from beamviz.protocols import Event
+from beamviz.units import Units
 
 Columns = Mapping[str, Iterable[Any]]  # the cells of each column of a table, by its heading
 MAX_DECIMALS = 9

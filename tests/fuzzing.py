@@ -16,10 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-from beamviz.beam import PARAMETERS, SI_KEYS, SI_REQUIRED, Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.cli import main
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.frequency_loci import loci
+from beamviz.si import SI_KEYS, SI_REQUIRED
 from beamviz.solver import solve
 from beamviz.solver.problem import CHOICES
 

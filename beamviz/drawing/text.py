@@ -5,9 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam, Units
+from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver.solution import Solution
+from beamviz.units import Units
 
 MILLIMETRES = 1000.0
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution

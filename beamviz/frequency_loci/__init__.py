@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import InvalidInput, NotConverged
 from beamviz.frequency_loci.branches import Branch, Part, branches_at
@@ -23,6 +23,7 @@ from beamviz.frequency_loci.path import Path, check_values, first_error
 from beamviz.frequency_loci.tracking import grid_values, track_loci, values_towards
 from beamviz.solver import parse_keywords
 from beamviz.solver.problem import Problem
+from beamviz.units import Units
 
 MAX_POINTS = 10_000
 MAX_HTML_ROWS = 20

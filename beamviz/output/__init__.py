@@ -1,6 +1,7 @@
 """Results as the command line prints them: tables for a terminal, JSON and CSV."""
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
+from beamviz.units import Units
 
 
 def described_numbers(beam: Beam, without: str = "") -> str:

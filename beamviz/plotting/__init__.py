@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from beamviz.beam import NUMBERS, Units
+from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
+from beamviz.units import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
 
-from beamviz.beam import NUMBERS, Units
+from beamviz.beam import NUMBERS
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
@@ -19,6 +19,7 @@ from beamviz.sweeps.arrays import SOLVED, STATUSES
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import chunks_read, damaged_chunk
+from beamviz.units import Units
 
 if TYPE_CHECKING:
     import xarray

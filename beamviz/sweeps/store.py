@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam, Units
+from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
 from beamviz.signals import defer_signals
@@ -27,6 +27,7 @@ from beamviz.solver import solve_many
 from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.arrays import ARRAYS, STATUSES, Arrays, solve_chunk
 from beamviz.sweeps.plan import Chunk, Plan, Region, axis_text, make_plan
+from beamviz.units import Units
 from beamviz.version import __version__
 
 FORMAT = "beamviz sweep 2"

@@ -8,7 +8,7 @@ from functools import partial
 from html import escape
 from typing import Any, NamedTuple
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.checks import check_float
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
@@ -18,6 +18,7 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
+from beamviz.si import SI_REQUIRED
 
 RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
@@ -154,8 +155,8 @@ PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
 
 def entries(beam: Beam) -> dict[str, float]:
     """The values of the fields in SI: keywords of `Beam.from_si`, and the dimensions of all
-    sections with the area and second moment of the beam; {} for a beam without units."""
-    if not (si := beam.si):
+    sections with the area and second moment of the beam; {} for a beam without units or material."""
+    if "area" not in (si := beam.si):
         return {}
     values = {name: si[name] for name in FIELDS if name in si} | {PERCENT: beam.beta}
     for section in SECTIONS.values():
@@ -220,6 +221,12 @@ def with_section(beam: Beam, kind: str) -> Beam:
     return built(values | section.values(values["thickness"], values["thickness"] / 10))
 
 
+def with_material(beam: Beam, name: str) -> Beam:
+    """The beam of another material, unless its section is not known."""
+    values = entries(beam)
+    return built(values | MATERIALS[name]) if values else beam
+
+
 def material(beam: Beam) -> str:
     """The name of the material with the modulus and density of a beam, else "own"."""
     for name, values in MATERIALS.items():
@@ -261,7 +268,7 @@ class RealBeamPanel(Feature):
         """Set the material; "own" keeps the values."""
         if name in MATERIALS:
             key = "real.material"
-            self.load(key, lambda beam: built(entries(beam) | MATERIALS[name]) if beam.si else beam)
+            self.load(key, lambda beam: with_material(beam, name))
 
     def choose_section(self, kind: Any) -> None:
         if kind in SECTIONS:
@@ -293,7 +300,7 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
         beam = case.beam()
     except InvalidInput:
         return {}
-    if not beam.si:
+    if not entries(beam):
         return page.html("real-beam", INVITATION)
     content = page.html("real-beam", panel(section, beam, refused))
     content |= page.value("real.section", section) | page.value("real.material", material(beam))
