@@ -167,9 +167,23 @@ class Beam:
         names = NUMBERS if self.spin_up else PARAMETERS
         return {name: getattr(self, name) for name in names}
 
+    @property
+    def structure(self) -> list[str]:
+        """What is not uniform, in words: a blade of 5 stations, 2 more masses, hinged root."""
+        texts = []
+        if self.blade:
+            texts.append(f"a blade of {len(self.blade.x)} stations")
+        if self.masses:
+            more, s = " more" if self.alpha else "", "" if len(self.masses) == 1 else "es"
+            texts.append(f"{len(self.masses)}{more} mass{s}")
+        if self.root != math.inf:
+            texts.append(f"root stiffness {self.root:g}" if self.root else "hinged root")
+        return texts
+
     def described(self, names: Iterable[str]) -> str:
-        """Some of the numbers: α = 1, β = 0.5."""
-        return ", ".join(f"{NUMBERS[name].symbol} = {getattr(self, name):g}" for name in names)
+        """Some of the numbers, and in words what is not uniform: α = 1, β = 0.5, hinged root."""
+        numbers = (f"{NUMBERS[name].symbol} = {getattr(self, name):g}" for name in names)
+        return ", ".join([*numbers, *self.structure])
 
     @property
     def record(self) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from beamviz.beam import Beam
 from beamviz.errors import requires
 from beamviz.protocols import Branch
 from beamviz.units import Units
@@ -18,12 +19,11 @@ PER_TIME = {"units": "1/T*"}
 UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}
 
 
-def attributes(
-    numbers: Mapping[str, float], model: Mapping[str, Any], units: Units | None
-) -> dict[str, Any]:
-    """The numbers of a beam, its model, its units and the version; without None, as in files."""
+def attributes(beam: Beam, model: Mapping[str, Any], units: Units | None) -> dict[str, Any]:
+    """The numbers of a beam, its blade and masses as JSON, its model, its units and the version;
+    without None, as in files."""
     sizes = units.attributes if units else {}
-    return {**numbers, **model, **sizes, "beamviz_version": __version__}
+    return {**beam.attributes, **model, **sizes, "beamviz_version": __version__}
 
 
 def mode_dataset(

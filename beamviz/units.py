@@ -60,54 +60,64 @@ class Units:
 
 class Scale(NamedTuple):
     """A unit of one of the numbers of a beam. of: its value where the number is 1, None where the
-    size of the beam is not known so far; key: the name of a column of values in it."""
+    size of the beam is not known so far; quantity: in SI; key: the name of a column of values."""
 
     number: str
     unit: str
-    of: Callable[[Units], float | None]
+    quantity: str
     key: str
+    of: Callable[[Units], float | None]
 
 
 SCALES = (  # of each number the usual one first; mu has none, as T* depends on it
-    Scale("gamma", "rpm", lambda units: units.rpm(1.0), "rpm"),
-    Scale("gamma", "rad/s", lambda units: 1 / units.time, "rad_per_s"),
-    Scale("alpha", "kg", lambda units: units.mass, "kg"),
-    Scale("beta", "mm", lambda units: 1000 * units.length, "mm"),
-    Scale("beta", "m", lambda units: units.length, "m"),
-    Scale("delta", "mm", lambda units: 1000 * units.length, "mm"),
-    Scale("delta", "m", lambda units: units.length, "m"),
-    Scale("spin_up", "rad/s^2", lambda units: 1 / units.time**2, "rad_per_s2"),
+    Scale("gamma", "rpm", "rotation speed", "rpm", lambda units: units.rpm(1.0)),
+    Scale("gamma", "rad/s", "rotation speed", "rad_per_s", lambda units: 1 / units.time),
+    Scale("alpha", "kg", "mass", "kg", lambda units: units.mass),
+    Scale("beta", "mm", "position of the mass", "mm", lambda units: 1000 * units.length),
+    Scale("beta", "m", "position of the mass", "m", lambda units: units.length),
+    Scale("delta", "mm", "hub radius", "mm", lambda units: 1000 * units.length),
+    Scale("delta", "m", "hub radius", "m", lambda units: units.length),
+    Scale("spin_up", "rad/s^2", "spin-up", "rad_per_s2", lambda units: 1 / units.time**2),
 )
 
 
-def usual_scale(number: str, units: Units | None) -> tuple[Scale, float] | None:
-    """The usual unit of a number, and its value in it where it is 1; None without one."""
+# By the name of a number in one of its units, as "gamma:rpm", its unit; by the unit alone, as
+# "rpm", where only one number has it.
+BY_NAME = {f"{scale.number}:{scale.unit}": scale for scale in SCALES}
+BY_NAME |= {
+    scale.unit: scale for scale in SCALES if [one.unit for one in SCALES].count(scale.unit) == 1
+}
+
+
+class Measured(NamedTuple):
+    """A number in a unit: `factor` is its value where the number is 1."""
+
+    scale: Scale
+    factor: float
+
+
+def usual_measure(number: str, units: Units | None) -> Measured | None:
+    """A number in its usual unit; None without one."""
     if units is None:
         return None
     known = ((scale, scale.of(units)) for scale in SCALES if scale.number == number)
-    return next(((scale, factor) for scale, factor in known if factor is not None), None)
+    return next((Measured(scale, of) for scale, of in known if of is not None), None)
 
 
-def parse_over(text: str, units: Units | None) -> tuple[str, float]:
-    """The number that varies, and the value of its unit in that of the number.
+def number_of(name: str) -> str:
+    """The number of a name in a unit: gamma of "rpm"; any other name is returned as it is."""
+    return BY_NAME[name].number if name in BY_NAME else name
 
-    text: a number alone, as "gamma" (then 1); a number with one of its units, as "gamma:rpm",
-    "beta:mm"; or a unit that only one number has, as "rpm", "rad/s", "kg", "rad/s^2". Any other
-    text is returned as it is. Raises InvalidInput for a unit of no or of two numbers, and where the
-    size of the beam is not known.
-    """
-    number, colon, unit = text.partition(":") if ":" in text else ("", "", text)
-    meant = [
-        scale for scale in SCALES if scale.unit == unit and (not colon or scale.number == number)
-    ]
-    choices = [f"{scale.number}:{scale.unit}" for scale in meant or SCALES]
-    if not meant and not colon:
-        return text, 1.0
-    if len(meant) != 1:
-        known = " or ".join(choices) if meant else ", ".join(choices)
-        raise InvalidInput(f"over {text}: must be {known}, or a number alone")
-    factor = meant[0].of(units) if units else None
-    if not factor:
-        known = "the mass of the beam" if units else "the size of the beam"
-        raise InvalidInput(f"over {text}: {known} is not known; give the beam in SI units")
-    return meant[0].number, 1 / factor
+
+def parse_over(name: str, units: Units | None) -> tuple[str, float]:
+    """The number of a name in a unit, as "rpm", "kg" or "beta:mm" (see BY_NAME), and its value in
+    this unit where it is 1; any other name, as "gamma", with 1. Raises InvalidInput where the size
+    of the beam is not known."""
+    scale = BY_NAME.get(name)
+    if scale is None:
+        return name, 1.0
+    factor = scale.of(units) if units else None
+    if factor is None:
+        unknown = "the mass of the beam" if units else "the size of the beam"
+        raise InvalidInput(f"over {name}: {unknown} is not known: give the beam in SI units")
+    return scale.number, factor

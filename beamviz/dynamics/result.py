@@ -123,7 +123,7 @@ class Motion:
         units and version as attributes. Raises Unavailable where xarray is not installed."""
         from beamviz.datasets import attributes, motion_dataset
 
-        notes = attributes(self.beam.numbers, self.model, self.beam.units)
+        notes = attributes(self.beam, self.model, self.beam.units)
         return motion_dataset(self.columns, {**notes, "error": self.error})
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":

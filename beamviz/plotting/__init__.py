@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
-from beamviz.units import Units
+from beamviz.units import Units, usual_measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,9 +56,11 @@ def current_axes() -> "Axes":
 
 def axis_of(name: str, units: Units | None) -> tuple[Callable[[Any], Any], str, str]:
     """Of the axis of a parameter or of the "frequency": the function from numbers to its units, its
-    label, and the template of a text in these units: rpm and Hz for a beam in SI."""
-    if units and name == "gamma":
-        return units.rpm, "rotation speed [rpm]", "{:.5g} rpm"
+    label, and the template of a text in these units: rpm, kg, mm and Hz for a beam in SI."""
+    if measure := usual_measure(name, units):
+        scale, factor = measure
+        unit = scale.unit.replace("^2", "²")
+        return lambda value: factor * value, f"{scale.quantity} [{unit}]", f"{{:.5g}} {unit}"
     if units and name == "frequency":
         return units.hertz, "frequency [Hz]", "{:.3g} Hz"
     if name == "frequency":

@@ -90,8 +90,7 @@ def draw_map(
         met = ", ".join(STATUSES[code] for code in np.unique(status))
         raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
     ax = ax or current_axes()
-    length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
-    units = Units(length, time) if length and time else None
+    units = Units.from_attributes(dataset.attrs)
     (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
     x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
     values = units.hertz(values) if units else values

@@ -132,7 +132,7 @@ class Solution:
         """
         from beamviz.datasets import attributes, mode_dataset
 
-        described = attributes(self.beam.numbers, self.problem.model, self.beam.units)
+        described = attributes(self.beam, self.problem.model, self.beam.units)
         described["status"] = self.equilibrium.status
         return mode_dataset(self.columns, self.along_beam, described)
 

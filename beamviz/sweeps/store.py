@@ -35,6 +35,7 @@ DESCRIPTION = ("title", "format", "beamviz_version")  # attributes that are no a
 NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 DAMAGED = (OSError, RuntimeError, ValueError)  # RuntimeError: of zarr's decoders
 
+RECORDED = (*NUMBERS, "blade", "masses", "root")  # attributes of the beam
 WRITING = threading.Lock()  # zarr's configuration is one for all threads
 
 
@@ -244,9 +245,8 @@ def stored_plan(path: Path) -> Plan:
             axes[name] = group[name][:]
         if axis_text(axes[name]) != group[name].attrs["summary"]:
             raise damaged_chunk(path, f"the values of {name} are missing")
-    fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
-    sizes = [attributes[name] for name in ("unit_length_m", "unit_time_s") if name in attributes]
-    beam = Beam(**fixed, units=Units(*sizes) if sizes else None)
+    fixed = {name: attributes[name] for name in RECORDED if name in attributes}
+    beam = Beam.from_record(fixed, units=Units.from_attributes(attributes))
     return make_plan(axes, beam, **{name: attributes[name] for name in OPTIONS})
 
 

@@ -155,7 +155,7 @@ PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
 
 def entries(beam: Beam) -> dict[str, float]:
     """The values of the fields in SI: keywords of `Beam.from_si`, and the dimensions of all
-    sections with the area and second moment of the beam; {} for a beam without units or material."""
+    sections with the area and second moment of the beam; {} where its material is not known."""
     if "area" not in (si := beam.si):
         return {}
     values = {name: si[name] for name in FIELDS if name in si} | {PERCENT: beam.beta}
