@@ -82,7 +82,7 @@ class Segment(NamedTuple):
     polynomials: "dict[str, Polynomial]"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Blade:
     """Properties along the span, relative to the root section, where each of them but flap is 1.
 
@@ -139,6 +139,12 @@ class Blade:
                 " the root section"
             )
         return values
+
+    def __repr__(self) -> str:
+        rows = ((name, getattr(self, name)) for name in PROPERTIES)
+        ends = [f"{name} {row[0]:.4g} .. {row[-1]:.4g}" for name, row in rows if row]
+        degree = f" of degree {self.degree}" if self.degree > 1 else ""
+        return f"<Blade of {len(self.x)} stations{degree}: {', '.join(ends)}>"
 
     @property
     def record(self) -> dict[str, Any]:

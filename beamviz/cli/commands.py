@@ -132,7 +132,7 @@ def loci(
     else:
         for option in (name for name, value in (("start", start), ("stop", stop)) if value is None):
             raise InvalidInput(f"Missing option '--{option}'.")
-        values = sweep_values("--", over, start, stop, points, beam.units)
+        values = sweep_values("--", over, beam.units, start, stop, points)
         note_unused(beam, [over])
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
     if per_rev and number_of(over) != "gamma":

@@ -210,7 +210,7 @@ def with_keywords(
 
 
 def sweep_values(
-    prefix: str, over: str, start: object, stop: object, points: object, units: Units | None
+    prefix: str, over: str, units: Units | None, start: object, stop: object, points: object
 ) -> list[float]:
     """Equally spaced values of one of the beam's numbers, which may be in a unit, as "rpm";
     InvalidInput names the wrong one, with a prefix as an option has it."""
@@ -243,7 +243,7 @@ def sweep_axes(texts: Iterable[str], units: Units | None) -> dict[str, list[floa
         if name in axes:
             raise InvalidInput(f"--over {text}: {name} is given twice")
         try:
-            axes[name] = sweep_values("", name, *numbers, units=units) if is_range else numbers
+            axes[name] = sweep_values("", name, units, *numbers) if is_range else numbers
         except InvalidInput as error:
             raise InvalidInput(f"--over {text}: {error}") from None
     return axes

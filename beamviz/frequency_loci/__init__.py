@@ -126,11 +126,10 @@ def loci(
     over: "alpha", "beta", "gamma", "delta", "mu" or "spin_up", whose value in `beam` is not used.
     For a beam in SI also one of them in a unit, in which `values` are given: "rpm", "rad/s", "kg",
     "beta:mm", "delta:m" ... (those of the result are dimensionless). values: 2 to 10000 ascending
-    numbers; events between the first and the last do not depend on how many there are.
-    modes: 1 to 20. per_rev: over gamma, multiples of the speed, 1 .. per_rev,
-    whose resonances are among the events. options: as for solve(). Ranges without a stable
-    equilibrium are reported in `limits`. Raises InvalidInput; and NoEquilibrium or NotConverged
-    where no value has a solution.
+    numbers; events between the first and the last do not depend on how many there are. modes: 1 to
+    20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
+    events. options: as for solve(). Ranges without a stable equilibrium are reported in `limits`.
+    Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()
     over, factor = parse_over(over, beam.units)
