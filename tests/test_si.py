@@ -3,6 +3,7 @@
 import json
 import math
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,8 @@ from strategies import blades, physical_beams
 from beamviz import Beam, Blade, ImplausibleInput, InvalidInput, Mass
 from beamviz.plausibility import RULES
 from beamviz.scene import Scene, parse_query
-from beamviz.si import FLAP, SECTION
+from beamviz.si import FILE_KEYS, FLAP, SECTION
+from beamviz.units import BY_NAME
 
 BLADE = {  # a tapered steel blade, 600 mm long, a rectangle of 40 x 12 mm at its root
     "length": 0.6,
@@ -281,3 +283,12 @@ def test_every_rule_has_a_reason_and_a_mistake():
         assert rule.reason
         assert rule.above
         assert rule.below or rule.least == 0
+
+
+def test_the_reference_has_every_key_and_unit():
+    """Keys with their units, and the names of `--over` that are in a unit."""
+    text = (Path(__file__).parents[1] / "assets" / "reference.md").read_text()
+    for key, unit in FILE_KEYS.items():
+        assert f"| `{key}` | {unit} |" in text
+    for name, scale in BY_NAME.items():
+        assert f"`{name}`" in text or f"`{scale.unit}`" in text
