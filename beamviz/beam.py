@@ -91,7 +91,7 @@ MAX_GAMMA_OVER_MU = 5.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Beam:
     """A beam on a rotating hub with a concentrated mass (paper, eq. 45).
 
@@ -166,6 +166,18 @@ class Beam:
         """The five numbers by name, and spin_up where it is not 0."""
         names = NUMBERS if self.spin_up else PARAMETERS
         return {name: getattr(self, name) for name in names}
+
+    def __repr__(self) -> str:
+        values = {name: getattr(self, name) for name in ("units", "blade", "masses", "root")}
+        given = {name: x for name, x in values.items() if x != getattr(type(self), name)}
+        texts = (f"{name}={value!r}" for name, value in (self.numbers | given).items())
+        return f"Beam({', '.join(texts)})"
+
+    @property
+    def summary(self) -> str:
+        """The numbers, rounded, and in words what is not uniform: alpha=1, beta=0.5, ..."""
+        numbers = [f"{name}={value:g}" for name, value in self.numbers.items()]
+        return ", ".join([*numbers, *self.structure])
 
     @property
     def structure(self) -> list[str]:

@@ -58,7 +58,7 @@ class Motion:
     path: Path
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        numbers = self.beam.summary
         _, y = self.tip[np.argmax(abs(self.tip[:, 1]))]
         return (
             f"<Motion of Beam({numbers}) until t = {self.t[-1]:g}: largest deflection of the tip"

@@ -12,6 +12,7 @@ from beamviz.files import csv_text, json_text
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
 from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.limits import Limit
 from beamviz.output import described_numbers, described_units, units_record
 from beamviz.tables import aligned_table, event_columns, plural, significant_decimals
 from beamviz.units import usual_measure
@@ -38,6 +39,7 @@ def loci_json(loci: Loci) -> str:
         data["units"] = units_record(units)
         data |= si_values(loci)
         data["events"] = [vars(event) | event_si(loci, event) for event in loci.events]
+        data["limits"] = [limit._asdict() | limit_si(loci, limit) for limit in loci.limits]
     return json_text(data)
 
 
@@ -83,6 +85,15 @@ def loci_table(loci: Loci) -> str:
     limits = [limit.message for limit in loci.limits]
     parts = [heading, frequency_lines(loci), event_lines(loci), limits, [footer]]
     return "\n\n".join("\n".join(part) for part in parts if part)
+
+
+def limit_si(loci: Loci, limit: Limit) -> dict[str, float]:
+    """The ends of a range without a stable equilibrium, of a beam in SI: start_rpm, stop_rpm."""
+    measure = usual_measure(loci.over, loci.units)
+    if measure is None:
+        return {}
+    key, factor = measure.scale.key, measure.factor
+    return {f"start_{key}": factor * limit.start, f"stop_{key}": factor * limit.stop}
 
 
 def described_range(loci: Loci) -> str:

@@ -116,7 +116,7 @@ class Solution:
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        numbers = self.beam.summary
         lowest = ", ".join(f"{frequency:.6g}" for frequency in self.frequencies[:5])
         more = ", ..." if len(self.frequencies) > 5 else ""
         return (

@@ -137,3 +137,24 @@ def test_a_sweep_over_units_is_one_over_the_numbers(run, uniform, tmp_path, monk
     assert made["gamma"].values == pytest.approx([0, beam.gamma, 2 * beam.gamma], rel=1e-12)
     assert made["beta"].values.tolist() == [0.25, 0.5]
     assert made.attrs["unit_mass_kg"] == beam.units.mass
+
+
+def test_a_motion_is_in_si(run, uniform, tmp_path):
+    """Seconds, rpm, metres and joules beside the dimensionless columns, in CSV, JSON and NPZ."""
+    units = Beam.from_toml(uniform).units
+    line = ["motion", "--si", uniform, "--until", "0.2", "--release", "0.1", "--points", "3"]
+    rows = list(csv.DictReader(io.StringIO(run(*line, "--format", "csv")[1])))
+    data = strict(run(*line, "--format", "json")[1])
+    assert run(*line, str(tmp_path / "a.npz"))[0] == 0
+    arrays = np.load(tmp_path / "a.npz")
+    scales = {
+        "seconds": ("t", units.time),
+        "rpm": ("gamma", units.rpm(1)),
+        "tip_y_m": ("tip_y", units.length),
+        "energy_J": ("energy", units.force * units.length),
+    }
+    for name, (plain, scale) in scales.items():
+        expected = [float(row[plain]) * scale for row in rows]
+        assert [float(row[name]) for row in rows] == pytest.approx(expected, rel=1e-12)
+        assert data["si"][name] == pytest.approx(expected, rel=1e-12)
+        assert arrays[name].tolist() == pytest.approx(expected, rel=1e-12)

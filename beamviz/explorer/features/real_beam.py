@@ -18,7 +18,7 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
-from beamviz.si import SI_REQUIRED
+from beamviz.si import SI_REQUIRED, PhysicalBeam
 
 RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
@@ -192,8 +192,7 @@ def built(values: dict[str, float]) -> Beam:
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
     si = {name: values[name] for name in SI_REQUIRED}
-    units = Beam.from_si(**si).units
-    assert units
+    units = PhysicalBeam.of(si).units
     assert units.mass
     max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * slenderness)
     for name, unit, limits in (
@@ -205,7 +204,8 @@ def built(values: dict[str, float]) -> Beam:
         label, factor = FIELDS[name]
         check_float(label, values[name] / factor, *(limit * unit / factor for limit in limits))
         si[name] = values[name]
-    return Beam.from_si(**si, mass_position=values[PERCENT] * values["length"])
+    si["mass_position"] = values[PERCENT] * values["length"]
+    return Beam.of_physical(PhysicalBeam.of(si))
 
 
 def without_units(beam: Beam) -> Beam:
@@ -354,6 +354,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{''.join(map(field, others))}"
         f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
+        f"{''.join(map(page.note, beam.doubts))}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {significant(units.mass, 4)} kg</p>"
         f'<div class="choices">{BUTTONS}'
