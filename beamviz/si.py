@@ -249,8 +249,8 @@ class PhysicalBeam:
         given = {name: plain(value) for name, value in values.items()}
         if missing := missing_key(given):
             raise InvalidInput(f"missing value {missing}")
-        beam = cls(*span(given), **section(given, span(given)[1]))
-        L = beam.length
+        L, stations = span(given)
+        beam = cls(L, stations, **section(given, stations))
         position = given.get("mass_position")
         return replace(
             beam,

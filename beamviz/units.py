@@ -53,6 +53,14 @@ class Units:
         """Frequency [Hz] of a dimensionless one (units of 1/T*)."""
         return frequency / (2 * math.pi * self.time)
 
+    def newtons(self, force):
+        """Force [N] of a dimensionless one (units of E I / L^2); None where the mass is unknown."""
+        return None if self.force is None else force * self.force
+
+    def newton_metres(self, moment):
+        """Moment [N m] of a dimensionless one (units of E I / L); None as in `newtons`."""
+        return None if self.force is None else moment * self.force * self.length
+
     def rpm(self, gamma):
         """Rotation speed [1/min] of a dimensionless one."""
         return 60 * self.hertz(gamma)
