@@ -242,10 +242,8 @@ class Beam:
         Warns with ImplausibleInput of a value that is likely in another unit. Raises InvalidInput,
         which names for a mistyped keyword the nearest, with its unit.
         """
-        given = PhysicalBeam.of(values)
-        beam = cls.of_physical(given)
-        for text in doubts(given):
-            warnings.warn(text, ImplausibleInput, stacklevel=2)
+        beam = cls.of_physical(PhysicalBeam.of(values))
+        beam.warn_of_doubts(stacklevel=3)
         return beam
 
     @classmethod
@@ -276,6 +274,11 @@ class Beam:
     def doubts(self) -> tuple[str, ...]:
         """A sentence for each value of a beam in SI that is likely in another unit."""
         return doubts(self.physical) if self.physical else ()
+
+    def warn_of_doubts(self, stacklevel: int = 2) -> None:
+        """Warn of each value that is likely in another unit; stacklevel: as in `warnings.warn`."""
+        for text in self.doubts:
+            warnings.warn(text, ImplausibleInput, stacklevel)
 
     @property
     def physical(self) -> PhysicalBeam | None:

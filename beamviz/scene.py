@@ -263,8 +263,11 @@ class Scene:
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """The scene in a TOML file. Raises InvalidInput, which names the file and the mistake."""
-        return cls.from_bytes(read_small(path), str(path), Path(path).parent)
+        """The scene in a TOML file. Raises InvalidInput, which names the file and the mistake, and
+        warns as `Beam.from_si`."""
+        scene = cls.from_bytes(read_small(path), str(path), Path(path).parent)
+        scene.beam.warn_of_doubts(stacklevel=3)
+        return scene
 
     @classmethod
     def from_bytes(cls, text: bytes, name: str, folder: Path | None = None) -> Self:
@@ -358,7 +361,8 @@ def beam_with_units(tables: dict[str, Any], folder: Path | None) -> Beam:
     if "si" in tables:
         if other := {"beam", "units"} & set(tables):
             raise InvalidInput(f"[si] and [{min(other)}] exclude each other")
-        return Beam.from_si(**check_si_table(tables["si"], "[si]", folder))
+        physical = PhysicalBeam.of(check_si_table(tables["si"], "[si]", folder))
+        return Beam.of_physical(physical)
     units = tables.get("units", {})
     if not units:
         return Beam()

@@ -292,3 +292,16 @@ def test_the_reference_has_every_key_and_unit():
         assert f"| `{key}` | {unit} |" in text
     for name, scale in BY_NAME.items():
         assert f"`{name}`" in text or f"`{scale.unit}`" in text
+
+
+def test_a_scene_of_a_file_warns_and_one_of_a_visitor_does_not(tmp_path):
+    """Which has `doubts` to be shown."""
+    text = "[si]\n" + "".join(
+        f"{name} = {value}\n" for name, value in (STEEL | {"density": 7.85}).items()
+    )
+    file = tmp_path / "scene.toml"
+    file.write_text(text)
+    with pytest.warns(ImplausibleInput, match="a density in g/cm"):
+        scene = Scene.from_toml(file)
+    assert Scene.from_bytes(text.encode(), "scene.toml") == scene
+    assert scene.beam.doubts

@@ -131,7 +131,7 @@ class Motion:
         default), and return these."""
         from beamviz.plotting.motion import plot_deflection
 
-        return plot_deflection(self.t, self.tip[:, 1], ax)
+        return plot_deflection(self.t, self.tip[:, 1], ax, self.beam.units)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table

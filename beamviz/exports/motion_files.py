@@ -50,7 +50,9 @@ def export_motion(
     suffix = check_suffix(path, SUFFIXES)
     if suffix in CHARTS:
         spectrum = motion.spectrum()
-        figure = draw_motion(motion.t, motion.tip[:, 1], motion.gamma, spectrum)
+        figure = draw_motion(
+            *(motion.t, motion.tip[:, 1], motion.gamma, spectrum), motion.beam.units
+        )
         save_figure(Path(path), figure)
     elif suffix in FORMATS:
         animate_motion(path, motion, progress=progress)

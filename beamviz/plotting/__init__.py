@@ -97,8 +97,10 @@ def plot_shapes(
     components: Sequence[int],
     frequencies: NDArray,
     axes: "Axes | None" = None,
+    units: Units | None = None,
 ) -> "Axes":
-    """Draw mode shapes (modes, len(x)), their largest values scaled to 1.
+    """Draw mode shapes (modes, len(x)), their largest values scaled to 1; with frequencies in Hz
+    for a beam in SI.
 
     components: the component of each that is drawn, 0 along the beam or 1 across it.
     """
@@ -108,7 +110,8 @@ def plot_shapes(
     ):
         (family, ls), alpha = LINES[component], max(1.2 - 0.2 * int(label[1:]), 0.3)
         style: Any = {"color": COLOURS[family], "ls": ls, "alpha": alpha}
-        axes.plot(x, shape / abs(shape).max(), label=f"{label}  ω = {frequency:.5g}", **style)
+        text = f"{units.hertz(frequency):.5g} Hz" if units else f"ω = {frequency:.5g}"
+        axes.plot(x, shape / abs(shape).max(), label=f"{label}  {text}", **style)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
     axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")
     axes.legend(frameon=False, fontsize=8, loc="upper left")

@@ -142,9 +142,8 @@ class Solution:
 
         x = np.linspace(0.0, 1.0, STATIONS)
         larger = self._larger_components(x).T
-        return plot_shapes(
-            x, larger, self.labels, self.larger_component.tolist(), self.frequencies, ax
-        )
+        components, units = self.larger_component.tolist(), self.beam.units
+        return plot_shapes(x, larger, self.labels, components, self.frequencies, ax, units)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table, mode_columns

@@ -6,8 +6,10 @@ import io
 import numpy as np
 import pytest
 from helpers import strict
+from matplotlib.figure import Figure
 
-from beamviz import Beam, loci
+from beamviz import Beam, Ramp, loci, motion, solve
+from beamviz.plotting.motion import draw_motion
 from beamviz.sweeps import sweep
 
 UNIFORM = """\
@@ -158,3 +160,21 @@ def test_a_motion_is_in_si(run, uniform, tmp_path):
         assert [float(row[name]) for row in rows] == pytest.approx(expected, rel=1e-12)
         assert data["si"][name] == pytest.approx(expected, rel=1e-12)
         assert arrays[name].tolist() == pytest.approx(expected, rel=1e-12)
+
+
+def test_charts_are_in_si(uniform):
+    """The axes of loci over each number, of a motion, and the legend of shapes; nothing of T*."""
+    beam = Beam.from_toml(uniform)
+    labels = {"kg": "mass [kg]", "rpm": "rotation speed [rpm]", "delta:m": "hub radius [mm]"}
+    for over, label in labels.items():
+        axes = loci(beam, over, [0, 1], 2).plot(Figure().subplots())
+        assert (axes.get_xlabel(), axes.get_ylabel()) == (label, "frequency [Hz]")
+    shapes = solve(beam).plot(Figure().subplots())
+    hertz = beam.units.hertz(solve(beam).frequencies[0])
+    assert shapes.get_legend().get_texts()[0].get_text() == f"B1  {hertz:.5g} Hz"
+    moved = motion(beam, 0.2, speed=Ramp(to=4, within=0.1, start=beam.gamma), points=3)
+    figure = draw_motion(moved.t, moved.tip[:, 1], moved.gamma, moved.spectrum(), beam.units)
+    texts = {text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel())}
+    assert texts >= {"time t [s]", "deflection of the tip [mm]", "frequency [Hz]"}
+    assert not [text for text in texts if "T*" in text]
+    assert figure.axes[0].get_xlim()[1] == pytest.approx(0.2 * beam.units.time)
