@@ -16,7 +16,7 @@ from beamviz import Beam, Blade, ImplausibleInput, InvalidInput, Mass
 from beamviz.plausibility import RULES
 from beamviz.scene import Scene, parse_query
 from beamviz.si import FILE_KEYS, FLAP, SECTION
-from beamviz.units import BY_NAME
+from beamviz.units import BY_NAME, Units
 
 BLADE = {  # a tapered steel blade, 600 mm long, a rectangle of 40 x 12 mm at its root
     "length": 0.6,
@@ -305,3 +305,12 @@ def test_a_scene_of_a_file_warns_and_one_of_a_visitor_does_not(tmp_path):
         scene = Scene.from_toml(file)
     assert Scene.from_bytes(text.encode(), "scene.toml") == scene
     assert scene.beam.doubts
+
+
+def test_polynomials_keep_their_degree():
+    """A taper of a polynomial, by its stations and back, in a file and in a link."""
+    beam = Beam(blade=Blade.tapered(0.5), mu=100, units=Units(0.6, 0.02, 2.0))
+    links = Scene.from_query(parse_query(Scene(beam).to_query())).beam
+    for found in (Beam.from_si(**beam.si), links):
+        same_beam(found, beam)
+        assert found.blade.degree == 4
