@@ -18,7 +18,7 @@ from threading import Thread
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_keys
+from beamviz.beam import NUMBERS
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
@@ -44,6 +44,7 @@ from beamviz.explorer.state import (
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
+from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
 from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
