@@ -172,11 +172,11 @@ class Beam:
     def from_si(
         cls,
         *,
-        length: float,
-        density: float,
-        area: float,
-        second_moment: float,
-        youngs_modulus: float,
+        length: float | None = None,
+        density: float | None = None,
+        area: float | None = None,
+        second_moment: float | None = None,
+        youngs_modulus: float | None = None,
         hub_radius: float = 0.0,
         rotation_speed: float = 0.0,
         mass: float = 0.0,
@@ -187,11 +187,15 @@ class Beam:
         """A beam from SI values: length [m], density [kg/m^3], area [m^2], second moment [m^4],
         Young's modulus [Pa], hub radius [m], rotation speed [rad/s], mass [kg] and its
         position [m] from the root (the tip where none is given), angular acceleration [rad/s^2].
-        Raises InvalidInput, which names for a mistyped keyword the nearest, with its unit.
+        The first five are required. Raises InvalidInput, which names for a mistyped keyword the
+        nearest, with its unit.
         """
         for name in unknown:
             raise unknown_keyword("value", name, SI_KEYS, SI_SYNONYMS, SI_KEYS)
         sizes = (length, density, area, second_moment, youngs_modulus)
+        for name, size in zip(SI_REQUIRED, sizes, strict=True):
+            if size is None:
+                raise InvalidInput(f"missing value {name!r} [{SI_KEYS[name]}]")
         L, rho, A, I, E = map(check_positive, SI_REQUIRED, sizes)
         time = L * L * math.sqrt(rho / E) * math.sqrt(A / I)
         for name, value in {"T* [s]": time, "density area length [kg]": rho * A * L}.items():

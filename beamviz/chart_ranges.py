@@ -3,7 +3,7 @@
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
 
 CHART_POINTS = 81
-CHART_RANGES = {  # the upper end is doubled until the beam lies in the lower CHART_FILL
+CHART_RANGES = {  # the least ranges
     "alpha": (0.0, 2.0),
     "beta": (0.0, 1.0),
     "gamma": (0.0, 20.0),
@@ -16,7 +16,9 @@ SI_GAMMA = 5.0  # upper end of gamma for beams in SI units, which rotate slowly
 
 
 def chart_range(beam: Beam, over: str) -> tuple[float, float]:
-    """Lower and upper end of a loci chart of a beam, within the limits of the parameter `over`."""
+    """Lower and upper end of a loci chart of a beam, within the limits of the parameter `over`. The
+    upper end is doubled until the beam lies in the lower CHART_FILL of the range, and a lower end
+    of 0 becomes -1, -2, ... until it is below the beam."""
     (least, most), (low, high) = NUMBERS[over].limits, CHART_RANGES[over]
     if over == "gamma":
         high = SI_GAMMA if beam.units else high
@@ -27,5 +29,5 @@ def chart_range(beam: Beam, over: str) -> tuple[float, float]:
     while value > CHART_FILL * high and high < most:
         high *= 2
     while value < low and low > least:
-        low = 2 * low - (low == 0)
+        low = 2 * low if low else -1.0
     return max(low, least), min(high, most)

@@ -48,11 +48,12 @@ def python_of(venv: Path) -> Path:
     return venv / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 
-def ensure(extra: str = "", root: Path = ROOT, venv: Path = VENV) -> Path:
-    """The interpreter of an environment holding beamviz and one of its extras; made if needed."""
+def ensure(extra: str, root: Path = ROOT, venv: Path = VENV) -> Path:
+    """The interpreter of an environment that has beamviz with one of its extras, "all" or "test",
+    made if needed."""
     python, wanted = python_of(venv), fingerprint(root)
-    # Written last: the installation came to its end. That for the tests holds all the others.
-    stamps = [venv / f"beamviz-{name}.stamp" for name in (extra or "plain", "test")]
+    # Written last: the installation came to its end. That of the tests contains all the others.
+    stamps = [venv / f"beamviz-{name}.stamp" for name in (extra, "test")]
     done = [stamp for stamp in stamps if stamp.exists() and stamp.read_text() == wanted]
     if not (python.exists() and done):
         create(venv)
@@ -102,7 +103,7 @@ def install(venv: Path, root: Path, extra: str) -> None:
     say("installing beamviz and what it needs (once, about a minute)")
     began = time.monotonic()
     pip = [str(python_of(venv)), "-m", "pip", "install", "--disable-pip-version-check"]
-    # In its folder: a path in front of [extra] must not hold brackets.
-    if run([*pip, "--editable", f".[{extra}]" if extra else "."], cwd=root).returncode != 0:
+    # In its folder: a path in front of [extra] must not contain brackets.
+    if run([*pip, "--editable", f".[{extra}]"], cwd=root).returncode != 0:
         sys.exit("beamviz: the installation failed (see above); run the same command to try again")
     say(f"installed in {time.monotonic() - began:.0f} s")

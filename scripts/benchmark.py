@@ -13,7 +13,7 @@ peers     201 speeds against the closest peer, Exudyn (`pip install exudyn`, not
           else): the same planar cubic elements, with the engineering strain and the material
           curvature; its error is against `auto` with these. Nothing but equilibrium and frequencies
           is timed: error bars and the tracking of a chart come on top
-motions   motions in time, to 1e-4 L with error bars: Kane's manoeuvre and a beam that is let go
+motions   motions in time to 1e-4 L, with error bars: Kane's manoeuvre, a beam that is let go
 pictures  a picture and films as whole processes, from a cold start, and frames within one process:
           elapsed time, on a machine that does nothing else
 

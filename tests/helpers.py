@@ -23,7 +23,12 @@ def load_script(name: str) -> ModuleType:
     """A fresh copy of a script as a module, its neighbours importable."""
     if str(SCRIPTS) not in sys.path:
         sys.path.append(str(SCRIPTS))
-    spec = importlib.util.spec_from_file_location(f"script_{name}", SCRIPTS / f"{name}.py")
+    return load_file(SCRIPTS / f"{name}.py")
+
+
+def load_file(file: Path) -> ModuleType:
+    """A fresh copy of a Python file as a module."""
+    spec = importlib.util.spec_from_file_location(f"script_{file.stem}", file)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz import Beam, BeamvizError, InvalidInput, Units
-from beamviz.beam import NUMBERS, PARAMETERS, SI_KEYS
+from beamviz.beam import NUMBERS, PARAMETERS, SI_KEYS, SI_REQUIRED
 
 STEEL = {
     "length": 2.0,
@@ -142,10 +142,17 @@ def test_bad_si_values_are_named(change, message):
     ],
 )
 def test_a_mistyped_si_keyword_gets_the_nearest_name(given, meant):
-    """With its unit, as other names are often in other units."""
-    with pytest.raises(InvalidInput) as caught:
-        Beam.from_si(**STEEL, **{given: 3})
-    assert f"{meant!r} [{SI_KEYS[meant]}]" in str(caught.value)
+    """With its unit, as other names are often in other units; also where others are missing."""
+    for others in (STEEL, {}):
+        with pytest.raises(InvalidInput) as caught:
+            Beam.from_si(**others, **{given: 3})
+        assert f"{meant!r} [{SI_KEYS[meant]}]" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", SI_REQUIRED)
+def test_a_missing_si_value_is_named(name):
+    with pytest.raises(InvalidInput, match=name):
+        Beam.from_si(**{key: value for key, value in STEEL.items() if key != name})
 
 
 def test_toml_holds_the_keywords(tmp_path):

@@ -6,17 +6,21 @@ import re
 import signal
 import subprocess
 import sys
+import tomllib
 from functools import partial
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 from helpers import SCRIPTS, load_script
+from packaging.requirements import Requirement
+
+import beamviz
 
 posix = pytest.mark.skipif(os.name != "posix", reason="writes a shell script")
 PYTHON = Path(sys.executable)
 GOOD = ["timeit", "-n1", "-r1", "pass"]
 BAD = ["timeit", "-n1", "-r1", "raise SystemExit(3)"]
-FIRST = {"fit_mesh_constants": ["LAYER_REACH", "2"]}  # arguments that are required
 COUNTS = [
     (file.stem, option)
     for file in SCRIPTS.glob("*.py")
@@ -96,17 +100,52 @@ def test_an_installation_is_made_once_and_reused(environment, project, tmp_path)
     again for a changed pyproject.toml and for a moved project, to whose old place it points."""
     root, done = project
 
-    def ensured(extra: str = "") -> list[str]:
+    def ensured(extra: str = "all") -> list[str]:
         python = environment.ensure(extra, root=root, venv=root / "venv")
         assert python == environment.python_of(root / "venv")
         return done
 
-    assert ensured() == ensured() == [""]
-    assert ensured("test") == ensured() == ["", "test"]
+    assert ensured() == ensured() == ["all"]
+    assert ensured("test") == ensured() == ["all", "test"]
     (root / "pyproject.toml").write_text("two")
-    assert ensured() == ["", "test", ""]
+    assert ensured() == ["all", "test", "all"]
     root = root.rename(tmp_path.with_name(tmp_path.name + "-moved"))
-    assert ensured() == ["", "test", "", ""]
+    assert ensured() == ["all", "test", "all", "all"]
+
+
+def brought_by(extra: str) -> set[str]:
+    """The packages that pyproject.toml names for beamviz with one of its extras, in lower case."""
+    project = tomllib.loads((SCRIPTS.parent / "pyproject.toml").read_text())["project"]
+    extras, found = project["optional-dependencies"], set()
+    waiting = [*project["dependencies"], *extras[extra]]
+    while waiting:
+        named = Requirement(waiting.pop())
+        found |= {named.name} - {"beamviz"}
+        waiting += [line for other in named.extras for line in extras[other]]
+    return found
+
+
+def test_the_explorer_has_every_package_that_beamviz_imports(monkeypatch):
+    """A user of scripts/serve.py meets no "pip install": its environment has all that any module
+    of beamviz imports anywhere, except the peers of the benchmark. That of the tests has it too."""
+    serve, started = load_script("serve"), []
+    monkeypatch.setattr(serve, "ensure", lambda extra: started.append(extra) or PYTHON)
+    monkeypatch.setattr(serve.os, "execv", lambda *_: None)
+    serve.main()
+    assert started == ["all"]
+    imported = set()
+    for file in (SCRIPTS.parent / "beamviz").rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                imported.add(str(node.module).split(".")[0])
+    distributions = packages_distributions()
+    foreign = imported - {*sys.stdlib_module_names, "beamviz"}
+    needed = {distributions.get(module, [module])[0].lower() for module in foreign}
+    assert {"av", "distributed", "pandas", "xarray", "zarr"} <= needed
+    peers = brought_by("peers")
+    assert needed - peers <= brought_by("all") <= brought_by("test")
 
 
 def test_an_interrupted_installation_is_done_again(
@@ -115,13 +154,13 @@ def test_an_interrupted_installation_is_done_again(
     """The stamp comes last and old ones go first: half an installation is not taken for whole."""
     root, done = project
     ensure = partial(environment.ensure, root=root, venv=root / "venv")
-    ensure()
+    ensure("all")
     with monkeypatch.context() as during:
         during.setattr(environment, "install", lambda *_: signal.raise_signal(signal.SIGINT))
         with pytest.raises(KeyboardInterrupt):
             ensure("test")
-    ensure()
-    assert done == ["", ""]
+    ensure("all")
+    assert done == ["all", "all"]
 
 
 @posix
@@ -178,7 +217,7 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
     """It names the option and the value; nothing is measured."""
     script = load_script(name)
     for value, problem in WRONG.items():
-        monkeypatch.setattr(sys, "argv", [f"{name}.py", *FIRST.get(name, []), f"{option}={value}"])
+        monkeypatch.setattr(sys, "argv", [f"{name}.py", f"{option}={value}"])
         with pytest.raises(SystemExit) as ended:
             script.main()
         error = capsys.readouterr().err
@@ -189,7 +228,7 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
 
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
-    scripts = {"load", "fuzz", "fit_mesh_constants", "measure_error_bars"}
+    scripts = {"load", "fuzz", "measure_error_bars"}
     assert {name for name, _ in COUNTS} == scripts
     text = "".join(file.read_text() for file in SCRIPTS.glob("*.py"))
     assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}
@@ -231,3 +270,12 @@ def test_a_missing_browser_fails_where_every_test_must_run(checks, monkeypatch, 
     assert capfd.readouterr().err.rstrip().endswith("FAILED: browser")
     monkeypatch.setenv("BEAMVIZ_BROWSER", "none")
     assert checks.main([]) == 0
+
+
+@pytest.mark.slow
+def test_the_reference_has_every_public_name(tmp_path):
+    """As pdoc makes it, whose warnings are errors here; each with a docstring."""
+    page = load_script("reference").write_reference(tmp_path).read_text()
+    for name in set(beamviz.__all__) - {"__version__"}:
+        section = page.partition(f'<section id="{name}">')[2].partition("</section>")[0]
+        assert 'class="docstring"' in section, name

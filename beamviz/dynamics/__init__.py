@@ -19,18 +19,18 @@ from beamviz.dynamics.drives import Hub
 from beamviz.dynamics.elements import PositionElements
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
-from beamviz.dynamics.motion import Motion, MotionStats
+from beamviz.dynamics.result import Motion, MotionStats
 from beamviz.dynamics.run import Run, run, start_solution
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
 REFINEMENTS = 12  # after which a motion counts as not converged
-MESH_SHARE = 0.5  # of the tolerance that the mesh may use up
-TAIL = 1.0  # of the first steps, over the tolerance
-# The error estimate over the change by halved steps and a finer mesh, see tests/dynamics: 1/3 is
-# left of an error of the second order, as where the motion is not smooth.
-ESTIMATE = 0.7
+TAIL = 0.3  # of the first steps, over the tolerance
+SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
+# The error estimate: this times the change by halved steps and a finer mesh, and a part of the
+# tolerance for vibrations that neither resolves, see tests/dynamics.
+ESTIMATE, UNRESOLVED = 3.0, 0.1
 COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
 
 
@@ -88,37 +88,34 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
 
     A first run, whose steps adapt to the motion, gives the number of steps in each smooth part; in
     the others they are equal there, since an undamped vibration does not fade. Mesh and steps are
-    first refined together; where that does not suffice, the mesh alone, with few steps, and then
-    the steps. The estimate is made of the last change by each.
+    refined together; where that does not suffice, first the mesh alone, with few steps, and then
+    both again, since few steps hide what a mesh does to fast vibrations.
     """
     mesh = first_mesh(case.beam, case.greatest_speed)
-    steps = halved(case, attempt(case, solution, mesh, None))
+    steps = equal_steps(case, attempt(case, solution, mesh, None), 1)
     coarse = attempt(case, solution, mesh, steps)
-    found, runs = attempt(case, solution, refined(mesh), halved(case, coarse)), 3
-    error = ESTIMATE * difference(case, found, coarse)
+    found, runs = attempt(case, solution, refined(mesh), equal_steps(case, coarse, 2)), 3
+    error = estimate(case, difference(case, found, coarse))
     if isinstance(found, Run) and error <= case.tolerance:
         return found, error, runs
-    last, by_mesh, by_steps = coarse, math.inf, math.inf
-    for runs in range(4, 2 * REFINEMENTS):
-        before, of_mesh = last, ESTIMATE * by_mesh > MESH_SHARE * case.tolerance
-        if of_mesh and runs > REFINEMENTS:
-            break
-        mesh, steps = (refined(mesh), steps) if of_mesh else (mesh, halved(case, last))
+    last, change, mesh_suffices = coarse, math.inf, False
+    for runs in range(4, REFINEMENTS + 4):
+        before, mesh = last, refined(mesh)
+        steps = equal_steps(case, last, 2) if mesh_suffices else steps
         last = attempt(case, solution, mesh, steps)
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
         change = difference(case, last, before)
-        by_mesh, by_steps = (change, math.inf) if of_mesh else (by_mesh, change)
-        error = ESTIMATE * (by_mesh + by_steps)
-        if isinstance(last, Run) and error <= case.tolerance:
+        error = estimate(case, change)
+        if mesh_suffices and isinstance(last, Run) and error <= case.tolerance:
             return last, error, runs
+        mesh_suffices = mesh_suffices or error <= case.tolerance
     if isinstance(last, BeamvizError):
         raise last
-    what, size = ("mesh", by_mesh) if by_steps == math.inf else ("steps", by_steps)
     raise NotConverged(
-        f"the position of the tip still changes by {size:.1e} L with the {what}"
-        f" ({len(mesh.orders)} elements of order {max(mesh.orders)}, {len(last.path.q)} steps);"
-        " ask for a larger tolerance or a shorter time"
+        f"the position of the tip still changes by {change:.1e} L with {len(mesh.orders)} elements"
+        f" of order {max(mesh.orders)} and {len(last.path.q)} steps; ask for a larger tolerance or"
+        " a shorter time"
     )
 
 
@@ -140,6 +137,11 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
     return found, COARSER * difference(case, found, finer), 2
 
 
+def estimate(case: Case, change: float) -> float:
+    """The error bar of a run that differs by a change from a coarser one."""
+    return ESTIMATE * change + UNRESOLVED * case.tolerance
+
+
 def attempt(
     case: Case, solution: Solution, elements: PositionElements, ends: NDArray | None
 ) -> Run | BeamvizError:
@@ -152,17 +154,18 @@ def attempt(
         return error
 
 
-def halved(case: Case, coarse: Run | BeamvizError) -> NDArray | None:
-    """The ends of twice as many steps as in a run, equal in each smooth part of the motion; None
-    where it has failed."""
+def equal_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray | None:
+    """The ends of once or twice as many steps as in a run, equal in each smooth part of the motion;
+    None where it has failed."""
     if isinstance(coarse, BeamvizError):
         return None
     corners = sorted({0.0, *case.corners, case.until})
     ends = [np.zeros(1)]
     for start, end in pairwise(corners):
         t = coarse.path.t
-        count = max(int(((t > start) & (t <= end)).sum()), 1)
-        ends.append(np.linspace(start, end, 2 * count + 1)[1:])
+        lengths = np.diff(t)[(t[1:] > start) & (t[1:] <= end)]
+        count = math.ceil((end - start) / np.quantile(lengths, SHORT) - 1e-6)
+        ends.append(np.linspace(start, end, times * count + 1)[1:])
     return np.concatenate(ends)
 
 

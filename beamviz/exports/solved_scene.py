@@ -141,11 +141,18 @@ class Loop:
     def note(self) -> str:
         """The changes as a sentence, or ""."""
         parts = [
-            f"{name} {'stands still' if change == -1 else f'runs {100 * change:+.1f} %'}"
+            f"{name} {described_change(change)}"
             for name, change in self.changes.items()
             if abs(change) > 5e-4
         ]
         return f"so that the film closes, {', '.join(parts)}" if parts else ""
+
+
+def described_change(change: float) -> str:
+    """A relative change of a rate in words."""
+    if change == -1:
+        return "stands still"
+    return f"runs {100 * abs(change):.1f} % {'faster' if change > 0 else 'slower'}"
 
 
 def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:

@@ -41,7 +41,7 @@ class Loci:
     limits: tuple[Limit, ...]
     solves: int  # number of values solved
     seconds: float
-    tracked: Tracked  # on the grid
+    tracked: Tracked  # the loci on the chart's own grid, in which the events were located
 
     def __getitem__(self, label: str) -> Branch:
         """The branch with this label; KeyError lists the labels."""
@@ -101,13 +101,13 @@ class Loci:
         first, last = self.values[[0, -1]].tolist()
         if not first <= value <= last:
             raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
-        here = branches_at(self.path, np.array([float(value)]), self.tracked.parts)
-        ranks = {int(branch.mode_index[0]): branch.label for branch in here}
-        return tuple(ranks[k] for k in sorted(ranks) if k >= 0)
+        branches = branches_at(self.path, np.array([float(value)]), self.tracked.parts)
+        labels = {int(branch.mode_index[0]): branch.label for branch in branches}  # by mode
+        return tuple(labels[mode] for mode in sorted(labels) if mode >= 0)
 
     @property
     def path(self) -> Path:
-        """The path, nothing solved."""
+        """The path of these loci, without the outcomes: each use solves anew."""
         return Path(self.beam, self.over, self.problem)
 
     @property
@@ -144,10 +144,10 @@ def loci(
         raise first_error(path.solve(values))
     tracked = Tracked(path, grid, parts, per_rev)
     events = locate_events(tracked)
-    merged = [event.at for event in events if event.kind == "coalescence"]
+    coalescences = [event.at for event in events if event.kind == "coalescence"]
     limits = [*limits_of(search.changes, high, over)]
     for part in parts:
-        limits += limits_of(stability_changes(part.track, merged), part.track.high, over)
+        limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
     return Loci(
         beam=beam,
         problem=path.problem,

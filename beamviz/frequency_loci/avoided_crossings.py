@@ -35,8 +35,8 @@ class Candidate(NamedTuple):
     k: int
     low: float
     high: float
-    before: float  # where the gap is greatest on either side
-    after: float
+    before: float  # where the gap is greatest below low
+    after: float  # where it is greatest above high
 
 
 class AvoidedCrossing(NamedTuple):
@@ -67,6 +67,7 @@ def candidates(track: Track) -> list[Candidate]:
     gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
     least = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
     least &= (gap[1:-1] < WIDER * CLOSE * f[1:-1, :, 1:]) & requested[1:-1, :, :-1]
+    # First and last value of the grid, family and k of each candidate.
     places = {(i, i + 2, family, k) for i, family, k in np.argwhere(least).tolist()}
     exchanged = (
         track.continuity.exchanged & requested[:-1, :, :-1] & np.isfinite(gap[:-1] + gap[1:])
@@ -91,63 +92,71 @@ class Search:
 
     def __init__(self, track: Track, candidate: Candidate):
         self.candidate, points = candidate, track.points
-        family, k, low, high, *_ = candidate
-        i = int(abs(track.values - (low + high) / 2).argmin())
-        rank = track.modes.rank[i, family, k : k + 2]
+        middle = (candidate.low + candidate.high) / 2
+        i = int(abs(track.values - middle).argmin())
+        rank = track.modes.rank[i, candidate.family, candidate.k : candidate.k + 2]
         near = slice(max(i - 2, 0), i + 3)
         self.reference = points.shapes[i, rank]
-        self.entries = reduce(self.reference, Points(*(array[near] for array in points)))
+        self.reduced = reduce(self.reference, Points(*(array[near] for array in points)))
         self.least = LeastGap(float(track.values[i]), 0.0, math.inf, 0.0, (0, 1))
-        self.shift = math.inf
+        self.shift = math.inf  # of the place of the least gap by the last solve
         self.is_settled = False
+        self.estimate()
 
-    def next_value(self) -> float | None:
-        """Where to solve next; None once the gap is located, or cannot be."""
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether the two shapes are in the modes of too few solves."""
+        return len(self.reduced.at) < 2
+
+    def estimate(self) -> None:
+        """Locate the least gap by the solves so far; it is settled once it no longer moves."""
+        if self.is_hopeless:
+            return
         low, high = self.candidate.low, self.candidate.high
-        if self.is_settled or len(self.entries) < 2:
-            return None
-        previous, last = self.least, self.shift
-        self.least = closest(self.entries, previous.at, low, high)
+        previous, last_shift = self.least, self.shift
+        self.least = closest(self.reduced, previous.at, low, high)
         self.shift = abs(self.least.at - previous.at)
         fine = max(SETTLED * min(self.least.width, high - low), FINEST * (high - low))
         steady = abs(self.least.gap - previous.gap) <= SAME * self.least.gap
-        rounding = last / 2 < self.shift < ROUGH * (high - low)
+        rounding = last_shift / 2 < self.shift < ROUGH * (high - low)
         self.is_settled = bool(steady and (self.shift <= fine or rounding))
-        if self.is_settled:
-            return None
-        solved = self.entries[:, 0].real
+
+    @property
+    def next_value(self) -> float:
+        """Where to solve next: at the least gap, or where it was solved already in the middle of
+        the widest interval without a solve."""
+        low, high, solved = self.candidate.low, self.candidate.high, self.reduced.at
         if self.least.at not in solved:
             return self.least.at
         inside = np.unique(solved[(solved > low) & (solved < high)])
-        ends = np.concatenate(([low], inside, [high]))  # halve the widest interval
+        ends = np.concatenate(([low], inside, [high]))
         widest = int(np.diff(ends).argmax())
         return float(ends[widest] + ends[widest + 1]) / 2
 
     def add(self, points: Points) -> None:
         """Take in further solves."""
-        self.entries = np.vstack((self.entries, reduce(self.reference, points)))
+        self.reduced = self.reduced.joined(reduce(self.reference, points))
+        self.estimate()
 
     def is_wanted(self, modes: int) -> bool:
         """Whether a small gap of at least one of the lowest modes was located between the ends of
         the bracket. A gap that is least at an end has a kink there, as where a beam buckles."""
-        at, frequency, gap, _, (lower, _) = self.least
-        inside = not gap or at not in (self.candidate.low, self.candidate.high)
-        return self.is_settled and inside and gap <= CLOSE * frequency and lower < modes
+        least = self.least
+        inside = not least.gap or least.at not in (self.candidate.low, self.candidate.high)
+        is_small = least.gap <= CLOSE * least.frequency
+        return self.is_settled and inside and is_small and least.ranks[0] < modes
 
 
 def locate(searches: list[Search], path: Path) -> None:
     """Run searches to their ends, their solves in batches."""
     for _ in range(ROUNDS):
-        wanted = {
-            k: value
-            for k, search in enumerate(searches)
-            if (value := search.next_value()) is not None
-        }
-        if not wanted:
+        active = [search for search in searches if not (search.is_settled or search.is_hopeless)]
+        if not active:
             break
-        points = path.points(np.unique(list(wanted.values())))
-        for k, value in wanted.items():
-            searches[k].add(points.among(np.array([value])))
+        values = [search.next_value for search in active]
+        points = path.points(np.unique(values))
+        for search, value in zip(active, values, strict=True):
+            search.add(points.among(np.array([value])))
 
 
 def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
@@ -158,7 +167,8 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
     path = track.path
     at = np.array([search.least.at for search in searches])
     width = np.array([search.least.width for search in searches])
-    before, after = np.array([search.candidate[4:] for search in searches]).T
+    before = np.array([search.candidate.before for search in searches])
+    after = np.array([search.candidate.after for search in searches])
     step = np.minimum(DIFFERENCE_STEP * width, np.minimum(at - before, after - at))
     near = at[:, None] + np.column_stack((-step, step))
     first = _nearest(track.values, at - REACH * width, before, at)
@@ -166,7 +176,8 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
     ends = np.column_stack((first, last))
     values = np.unique(np.concatenate((near, ends)))
     points, modes = path.points(values), path.modes(values)
-    family, k = np.array([search.candidate[:2] for search in searches]).T
+    family = np.array([search.candidate.family for search in searches])
+    k = np.array([search.candidate.k for search in searches])
     pair = np.stack((k, k + 1), axis=1)
 
     def ranks(at: NDArray) -> NDArray:
@@ -178,10 +189,15 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
     coupling, index = veering_indices(points, near, ranks(near)[:, 0])
     rotation = rotations(points, ends, ranks(ends))
     return [
-        AvoidedCrossing(*search.candidate[:2], search.least, *numbers)
-        for search, *numbers in zip(
-            searches, coupling.tolist(), index.tolist(), rotation.tolist(), strict=True
+        AvoidedCrossing(
+            search.candidate.family,
+            search.candidate.k,
+            search.least,
+            coupling=float(coupling[i]),
+            veering_index=float(index[i]),
+            rotation=float(rotation[i]),
         )
+        for i, search in enumerate(searches)
     ]
 
 
@@ -214,14 +230,14 @@ def rotations(points: Points, ends: NDArray, ranks: NDArray) -> NDArray:
 def veering_indices(points: Points, near: NDArray, pair: NDArray) -> tuple[NDArray, NDArray]:
     """s_ab and the veering index (n,) of pairs of modes (n, 2) (du Bois, Adhikari & Lieven 2011),
     from the rates at which the modes rotate into each other at the least gap, s_ab / (lambda_b -
-    lambda_a), by central differences of the points `near` (n, 2); index 0 where the points or
-    the modes are not known."""
+    lambda_a), by central differences of the points `near` (n, 2), 2 h apart; index 0 where the
+    points or the modes are not known."""
     places, known = _places(points, near)
     known &= near[:, 1] > near[:, 0]
     h, each = np.where(known, near[:, 1] - near[:, 0], 1.0)[:, None] / 2, np.arange(len(near))
-    O = points.shapes[places[:, 0]].conj() @ points.duals[places[:, 1]].mT
+    O = points.shapes[places[:, 0]].conj() @ points.duals[places[:, 1]].mT  # (n, modes, modes)
     diagonal = np.diagonal(O, axis1=1, axis2=2)[:, None]
-    O = O * diagonal.conj() / np.maximum(abs(diagonal), TINY)
+    O = O * diagonal.conj() / np.maximum(abs(diagonal), TINY)  # phases: real on the diagonal
     rates = abs(O - O.conj().mT) / (4 * h[:, None])
     squares = points.omega_squared[places]  # (n, 2, modes)
     mean, slope = squares.mean(axis=1), np.diff(squares, axis=1)[:, 0] / (2 * h)

@@ -92,9 +92,14 @@ class Part:
     def exchanges(self) -> list[Exchange]:
         """The crossings of modes of one family, by ascending value."""
         crossed = [
-            Exchange((pair.family, pair.k), (pair.family, pair.k + 1), *pair.least[:2])
+            Exchange(
+                lower=(pair.family, pair.k),
+                upper=(pair.family, pair.k + 1),
+                at=pair.least.at,
+                frequency=pair.least.frequency,
+            )
             for pair in self.avoided_crossings
-            if not pair.least.gap
+            if pair.least.gap == 0
         ]
         return sorted(crossed, key=lambda exchange: exchange.at)
 
@@ -102,7 +107,9 @@ class Part:
         """The number (n, families * k) of the branch of each mode, by family, at values (n,)."""
         _, families, count = self.track.modes.s.shape
         numbers = np.tile(np.arange(families * count), (len(values), 1))
-        for exchange in self.exchanges if families == 1 else ():
+        if families == 2:  # uncoupled: the order within a family is what labels count
+            return numbers
+        for exchange in self.exchanges:
             pair = np.array([exchange.lower[1], exchange.upper[1]])
             beyond = values > exchange.at
             numbers[np.ix_(beyond, pair)] = numbers[np.ix_(beyond, pair[::-1])]
@@ -143,18 +150,19 @@ class Part:
         rank = modes.rank.reshape(len(modes.at), -1)
         inside = (rank < self.track.path.problem.modes) & modes.known.reshape(rank.shape)
         numbers = self.numbers(modes.at)
+        # By value, then by frequency; rank.size stands for never.
         order = np.where(inside, rank + rank.shape[1] * np.arange(len(rank))[:, None], rank.size)
         first = np.full(rank.shape[1], rank.size)
         np.minimum.at(first, numbers, order)
-        appeared = [n for n in first.argsort(kind="stable").tolist() if first[n] < rank.size]
-        return [number for number in appeared if number in self.labels]
+        by_appearance = first.argsort(kind="stable").tolist()
+        return [n for n in by_appearance if first[n] < rank.size and n in self.labels]
 
     def labels_of(self, places: Iterable[Place], at: float) -> tuple[str, ...]:
         """The labels of the branches of some modes just before a value."""
         count = self.track.modes.s.shape[2]
         (numbers,) = self.numbers(np.array([np.nextafter(at, -np.inf)])).tolist()
-        of_places = [numbers[family * count + k] for family, k in places]
-        return tuple(self.labels.get(number, f"{number + 1}") for number in of_places)
+        numbers_of_places = (numbers[family * count + k] for family, k in places)
+        return tuple(self.labels.get(number, f"{number + 1}") for number in numbers_of_places)
 
 
 def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Branch, ...]:
@@ -168,9 +176,9 @@ def branches_at(path: Path, values: NDArray, parts: Sequence[Part]) -> tuple[Bra
     for part in parts:
         here = np.flatnonzero((values >= part.track.low) & (values <= part.track.high))
         exists[here] = modes.known[here].any(axis=(1, 2))
-        column_of = part.numbers(values[here]).argsort(axis=1)
+        mode_of_branch = part.numbers(values[here]).argsort(axis=1)  # the inverse permutation
         for number in part.shown:
-            mode = column_of[:, number]
+            mode = mode_of_branch[:, number]
             index = rank[here, mode]
             inside = index < count
             rows, mode = here[inside], mode[inside]

@@ -60,8 +60,9 @@ class Tracked(NamedTuple):
 class EventKind(NamedTuple):
     """A kind of event.
 
-    meaning: a sentence for readers. sign: a character for lists. marker, filled: its mark in
-    charts, as matplotlib names it. locate: the events of this kind, in any order.
+    meaning: a sentence for readers. sign: its mark in the charts and lists of the page, a
+    character. marker, filled: the same mark in pictures, as matplotlib names it. locate: the events
+    of this kind, in any order.
     """
 
     meaning: str
@@ -82,17 +83,18 @@ def crossings(tracked: Tracked) -> Iterator[Event]:
     difference of their omega^2; modes of one family where their coupling vanishes (Perkins & Mote
     1986)."""
     for part in tracked.parts:
-        for low, high, at, frequency in part.exchanges:
-            yield Event("crossing", part.labels_of((low, high), at), at, frequency)
+        for lower, upper, at, frequency in part.exchanges:
+            yield Event("crossing", part.labels_of((lower, upper), at), at, frequency)
         if not tracked.path.is_coupled:
             yield from _crossings_of_families(tracked.path, part)
 
 
 def _crossings_of_families(path: Path, part: Part) -> Iterator[Event]:
-    """The crossings of a bending and a stretching locus."""
+    """The crossings of a bending and a stretching locus. Each pair of modes k and l of the two
+    families is a function, number k count + l."""
     modes = part.track.modes
     squares, (n, _, count) = modes.omega_squared, modes.s.shape
-    difference = squares[:, 0, :, None] - squares[:, 1, None, :]
+    difference = squares[:, 0, :, None] - squares[:, 1, None, :]  # (n, count, count)
 
     def between(values: NDArray, pair: NDArray) -> NDArray:
         """The differences (n,) of omega^2 of pairs at values (n,)."""
@@ -104,12 +106,13 @@ def _crossings_of_families(path: Path, part: Part) -> Iterator[Event]:
     roots = find_roots(modes.at, np.where(either, difference, np.nan).reshape(n, -1), between)
     solved = path.modes(roots.at)
     for i, (at, pair, rises) in enumerate(zip(*roots, strict=True)):
-        bending, stretching = (0, int(pair // count)), (1, int(pair % count))
-        square = solved.omega_squared[i, [0, 1], [bending[1], stretching[1]]].mean()
-        ranks = solved.rank[i, [0, 1], [bending[1], stretching[1]]]
+        k, l = divmod(int(pair), count)
+        square = solved.omega_squared[i, [0, 1], [k, l]].mean()
+        ranks = solved.rank[i, [0, 1], [k, l]]
         if ranks.min() < path.problem.modes and square >= 0:
-            pair_before = (bending, stretching) if rises else (stretching, bending)
-            yield Event("crossing", part.labels_of(pair_before, at), float(at), math.sqrt(square))
+            bending, stretching = (0, k), (1, l)
+            lower_first = (bending, stretching) if rises else (stretching, bending)
+            yield Event("crossing", part.labels_of(lower_first, at), float(at), math.sqrt(square))
 
 
 def _is_shown(rank: NDArray, modes: int) -> NDArray:
@@ -125,25 +128,33 @@ def veerings(tracked: Tracked) -> Iterator[Event]:
     """Where two loci come close, turn away and exchange their shapes."""
     for part in tracked.parts:
         for avoided in part.avoided_crossings:
-            at, frequency, gap, width, _ = avoided.least
+            least = avoided.least
             veers = avoided.veering_index >= MIN_INDEX and avoided.rotation >= ROTATED
-            if gap and veers:
+            if least.gap and veers:
                 pair = (avoided.family, avoided.k), (avoided.family, avoided.k + 1)
-                labels = part.labels_of(pair, at)
-                numbers = gap, avoided.coupling, avoided.veering_index, width
-                yield Event("veering", labels, at, frequency, *numbers)
+                yield Event(
+                    "veering",
+                    part.labels_of(pair, least.at),
+                    least.at,
+                    least.frequency,
+                    gap=least.gap,
+                    coupling=avoided.coupling,
+                    index=avoided.veering_index,
+                    width=least.width,
+                )
 
 
 def coalescences(tracked: Tracked) -> Iterator[Event]:
     """Where two frequencies merge and one of the two vibrations begins to grow (flutter): there
-    (s_a^2 - s_b^2)^2, which is real, changes its sign."""
+    (s_a^2 - s_b^2)^2, which is real, changes its sign. Uncoupled modes do not merge: theirs is
+    never negative."""
     for part in tracked.parts:
         modes = part.track.modes
         vibrating = np.asarray(modes.s.imag > 0)
         for k in range(modes.s.shape[2] - 1):
-            merged = _squared_difference(modes.s[:, 0, k : k + 2])
+            difference = _squared_difference(modes.s[:, 0, k : k + 2])
             valid = vibrating[:, 0, k] & vibrating[:, 0, k + 1]
-            changes = valid[:-1] & valid[1:] & (merged[:-1] * merged[1:] < 0)
+            changes = valid[:-1] & valid[1:] & (difference[:-1] * difference[1:] < 0)
             for i in np.flatnonzero(changes).tolist():
                 yield _coalescence(tracked.path, part, k, *modes.at[i : i + 2].tolist())
 
@@ -165,16 +176,17 @@ def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Eve
     return Event("coalescence", part.labels_of(((0, k), (0, k + 1)), at), at, float(frequency))
 
 
-def resonances_with(tracked: Tracked) -> Iterator[Event]:
-    """Where omega = per_rev gamma: a force of per_rev periods per revolution excites the mode."""
+def resonances(tracked: Tracked) -> Iterator[Event]:
+    """Where omega = per_rev gamma: a force of per_rev periods per revolution excites the mode. Each
+    pair of a line and a mode is a function, number line x modes + mode."""
     path, multiples = tracked.path, np.arange(1, tracked.per_rev + 1)
     if not len(multiples) or path.over != "gamma":
         return
     for part in tracked.parts:
         modes = part.track.modes
         n, families, count = modes.s.shape
-        lines = (multiples * modes.at[:, None]) ** 2  # omega^2 on each line
-        above = modes.omega_squared.reshape(n, 1, -1) - lines[..., None]
+        lines = (multiples * modes.at[:, None]) ** 2  # (n, multiples) omega^2 on each line
+        above = modes.omega_squared.reshape(n, 1, -1) - lines[..., None]  # (n, multiples, modes)
         shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, -1)
 
         def above_line(values: NDArray, channel: NDArray, size: int = families * count) -> NDArray:
@@ -185,7 +197,7 @@ def resonances_with(tracked: Tracked) -> Iterator[Event]:
 
         samples = np.where(shown, above, np.nan).reshape(n, -1)
         roots = find_roots(modes.at, samples, above_line)
-        ranks = path.modes(roots.at).rank.reshape(len(roots.at), -1)
+        ranks = path.modes(roots.at).rank.reshape(-1, families * count)
         for at, channel, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
             line, mode = divmod(channel, families * count)
             if rank[mode] < path.problem.modes:
@@ -215,26 +227,52 @@ def second_states(tracked: Tracked) -> Iterator[Event]:
 
 EVENT_KINDS = {
     "crossing": EventKind(
-        "two loci cross: their modes are not coupled", "○", "o", False, crossings
+        meaning="two loci cross: their modes are not coupled",
+        sign="○",
+        marker="o",
+        filled=False,
+        locate=crossings,
     ),
     "veering": EventKind(
-        "two loci come close, turn away and exchange their shapes", "●", "D", True, veerings
+        meaning="two loci come close, turn away and exchange their shapes",
+        sign="◆",
+        marker="D",
+        filled=True,
+        locate=veerings,
     ),
     "coalescence": EventKind(
-        "two frequencies merge: beyond it one of the two vibrations grows",
-        "⋈",
-        "X",
-        True,
-        coalescences,
+        meaning="two frequencies merge: beyond it one of the two vibrations grows",
+        sign="★",
+        marker="*",
+        filled=True,
+        locate=coalescences,
     ),
     "buckling": EventKind(
-        "the straight beam loses its stability and bends", "▽", "v", False, bucklings
+        meaning="the straight beam loses its stability and bends",
+        sign="▽",
+        marker="v",
+        filled=False,
+        locate=bucklings,
     ),
-    "limit point": EventKind("a deflected state ends there", "△", "^", False, limit_points),
+    "limit point": EventKind(
+        meaning="a deflected state ends there",
+        sign="△",
+        marker="^",
+        filled=False,
+        locate=limit_points,
+    ),
     "second state": EventKind(
-        "another stable deflected state begins there", "◇", "s", False, second_states
+        meaning="another stable deflected state begins there",
+        sign="□",
+        marker="s",
+        filled=False,
+        locate=second_states,
     ),
     "resonance": EventKind(
-        "a multiple of the speed equals a frequency", "×", "x", False, resonances_with
+        meaning="a multiple of the speed equals a frequency",
+        sign="×",
+        marker="x",
+        filled=False,
+        locate=resonances,
     ),
 }

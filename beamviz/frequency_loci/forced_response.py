@@ -25,7 +25,9 @@ LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; tim
 DAMPING = (0.001, 0.2)  # least and greatest damping ratio
 MAX_PER_REV = 20
 SPEEDS = 81  # evenly spaced
-NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2  # speeds near a resonance, in its half-widths
+# Speeds near a resonance, in its half-widths: dense at the peak, and as far as 8 of them, where the
+# response is an eighth of it.
+NEAR = np.sinh(np.linspace(-3.5, 3.5, 33)) / 2
 TIP = np.ones(1)
 
 
@@ -79,13 +81,13 @@ class RunUp:
     def amplitudes(self) -> np.ndarray:
         """Amplitude (n,) of the tip over the static deflection: the major semi-axis of its ellipse
         Re (a exp(i p)); nan where there is no stable equilibrium."""
-        found = np.full(len(self.speeds), np.nan)
+        amplitudes = np.full(len(self.speeds), np.nan)
         for k, solution in enumerate(self.solutions):
             if solution is not None:
                 tip = response(solution, self.per_rev * self.speeds[k], self.damping, TIP)[0]
                 a, b = tip.real, tip.imag
-                found[k] = np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b))
-        return found
+                amplitudes[k] = np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b))
+        return amplitudes
 
     def peak(self, resonance: Event) -> float:
         """The amplitude of the tip at a resonance."""
@@ -109,6 +111,6 @@ def run_up(
     near = [event.at * (1 + damping * NEAR) for event in excited]
     speeds = np.unique(np.concatenate([even, *near]))
     speeds = speeds[(speeds >= 0) & (speeds <= stop)]
-    answers = solve_many([beam.replace(gamma=speed) for speed in speeds], modes=modes, **options)
-    solutions = tuple(answer if isinstance(answer, Solution) else None for answer in answers)
+    outcomes = solve_many([beam.replace(gamma=speed) for speed in speeds], modes=modes, **options)
+    solutions = tuple(outcome if isinstance(outcome, Solution) else None for outcome in outcomes)
     return RunUp(beam, per_rev, damping, speeds, solutions, excited)

@@ -16,6 +16,8 @@ from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import Solution, labels_of
 
 LOST = 0.25  # MAC below which two modes do not correspond
+EXTRA_MODES = 2  # solved for without Coriolis forces, where the order of modes may differ
+MIN_SHARE = 0.1  # MAC from which a mode is a part of a mixture
 
 
 class ModeMatch(NamedTuple):
@@ -33,25 +35,24 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     their order.
     """
     count = max(gauss_points([first]), gauss_points([second]))
-    a, b = (
-        mass_weighted([one], one.omega_squared[None], count).reshape(len(one.omega_squared), -1)
-        for one in (first, second)
-    )
+    a, b = _vectors(first, count), _vectors(second, count)
     sizes = np.linalg.norm(a, axis=1)[:, None] * np.linalg.norm(b, axis=1)
     mac = (a @ b.T / sizes) ** 2
     partner = np.full(len(mac), -1)
     rows, columns = linear_sum_assignment(mac, maximize=True)
     alike = mac[rows, columns] >= LOST
     partner[rows[alike]] = columns[alike]
-    for i, j in combinations(rows[alike], 2):
+    for i, j in combinations(rows[alike], 2):  # mixtures of the same two keep their order
         k, l = partner[i], partner[j]
         if k > l and min(mac[i, l], mac[j, k]) >= LOST:
             partner[i], partner[j] = l, k
     return ModeMatch(partner, mac)
 
 
-EXTRA_MODES = 2  # solved for without Coriolis forces, where the order of modes may differ
-MIN_SHARE = 0.1  # MAC from which a mode is a part of a mixture
+def _vectors(solution: Solution, count: int) -> np.ndarray:
+    """The mass-weighted shapes (m, components) of a solution at `count` Gauss points."""
+    squares = solution.omega_squared
+    return mass_weighted([solution], squares[None], count).reshape(len(squares), -1)
 
 
 class ModeIdentity(NamedTuple):
@@ -65,18 +66,23 @@ class ModeIdentity(NamedTuple):
     def summary(self) -> str:
         """The mixtures in one line: "S1 and B3 mixed 55:45" for two modes that are mixtures of each
         other, "B4: B4/S2 mixed 80:20" for one whose other part is not among the modes."""
-        of = dict(zip(self.labels, self.mixtures, strict=True))
-        groups: dict[frozenset[str], list[str]] = {}
-        for label in filter(of.get, of):
-            parts = frozenset(of[label].partition(" ")[0].split("/"))
-            groups.setdefault(parts, []).append(label)
-        lines = []
-        for parts, group in groups.items():
-            if parts == set(group):
-                lines.append(f"{' and '.join(group)} {of[group[0]].partition(' ')[2]}")
+        mixtures = {
+            label: mixture
+            for label, mixture in zip(self.labels, self.mixtures, strict=True)
+            if mixture
+        }
+        groups: dict[frozenset[str], list[str]] = {}  # labels by the modes they are mixtures of
+        for label, mixture in mixtures.items():
+            parts, _, _ = mixture.partition(" ")
+            groups.setdefault(frozenset(parts.split("/")), []).append(label)
+        texts = []
+        for mixed, labels in groups.items():
+            if mixed == set(labels):
+                _, _, shares = mixtures[labels[0]].partition(" ")
+                texts.append(f"{' and '.join(labels)} {shares}")
             else:
-                lines += [f"{label}: {of[label]}" for label in group]
-        return "; ".join(lines)
+                texts += [f"{label}: {mixtures[label]}" for label in labels]
+        return "; ".join(texts)
 
 
 @lru_cache(maxsize=64)
@@ -99,11 +105,10 @@ def identify_modes(solution: Solution) -> ModeIdentity:
         return pure
     partner, mac = match_modes(solution, uncoupled)
     names = [uncoupled.labels[k] if k >= 0 else "" for k in partner]
-    for k, label in enumerate(labels):  # no corresponding mode
-        number = 1
-        while not names[k]:
-            name, number = f"{label[0]}{number}", number + 1
-            names[k] = "" if name in names else name
+    for k, label in enumerate(labels):
+        if not names[k]:  # no corresponding mode: the first free name of its family
+            free = (f"{label[0]}{number}" for number in range(1, MAX_MODES + 1))
+            names[k] = next(name for name in free if name not in names)
     return ModeIdentity(tuple(names), tuple(_mixture(row, uncoupled.labels) for row in mac))
 
 
@@ -121,10 +126,12 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
     branches that veer keep their labels and exchange their shapes, so the names of their modes. A
     solve is needed with Coriolis forces, and where the branches lack a lower mode."""
     k = int(np.argmin(abs(found.values - value)))
-    present = {int(one.mode_index[k]): one for one in found.branches if one.mode_index[k] >= 0}
-    if not found.problem.gyroscopic and max(present, default=0) < len(present):
-        labels = labels_of([present[i].bending_fraction[k] for i in range(len(present))])
+    branches = {int(branch.mode_index[k]): branch for branch in found.branches}  # by mode
+    branches.pop(-1, None)  # not among the modes there
+    if not found.problem.gyroscopic and max(branches, default=0) < len(branches):
+        shares = [branches[mode].bending_fraction[k] for mode in range(len(branches))]
+        labels = labels_of(shares)
     else:
-        solution = next((one.solutions[k] for one in present.values()), None)
+        solution = next((branch.solutions[k] for branch in branches.values()), None)
         labels = identify_modes(solution).labels if solution else ()
-    return {branch.label: labels[i] for i, branch in present.items()}
+    return {branch.label: labels[mode] for mode, branch in branches.items()}

@@ -74,12 +74,19 @@ def kind_of(outcome: Outcome) -> str:
 
 
 class Range(NamedTuple):
-    """A range of a path with solutions, and whether an equilibrium ends at its ends."""
+    """A range of a path with solutions."""
 
     low: float
     high: float
-    ends_low: bool
-    ends_high: bool
+    ends_low: bool  # whether equilibrium ends at `low`; else the path does, or convergence
+    ends_high: bool  # the same at `high`
+
+
+class Excess(NamedTuple):
+    """How far gamma is above its limit of equilibrium at a value without equilibrium."""
+
+    gamma: float
+    value: float
 
 
 class ExistenceSearch:
@@ -119,14 +126,14 @@ class ExistenceSearch:
         if self.remaining <= 0:
             return (low + high) / 2
         after = self.path.outcomes[high]
-        if self.path.over == "gamma" and (excess := self._excess(high, after)):
-            return min(max(high - excess[0][0], low), high)
+        if self.path.over == "gamma" and (excesses := self._excess(high, after)):
+            return min(max(high - excesses[0].gamma, low), high)
         before, after = self._outcome(low), self._outcome(high)
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
         coarse = ROUGH * self.length if numerical else 0.0
         ends_at_stop = isinstance(after, NoEquilibrium)
-        existence = isinstance(before, NoEquilibrium) != ends_at_stop
-        sought = NoEquilibrium if existence else Solution  # solves may fail close to a limit
+        equilibrium_ends = isinstance(before, NoEquilibrium) != ends_at_stop
+        sought = NoEquilibrium if equilibrium_ends else Solution  # solves may fail near a limit
         start, stop, root = low, high, math.nan
         excesses = self._excess(low, before) + self._excess(high, after)
         while self.remaining > 0:
@@ -156,11 +163,11 @@ class ExistenceSearch:
             return NotConverged(str(outcome))  # it exists, but is too near its limit
         return outcome
 
-    def _excess(self, value: float, outcome: Outcome) -> list[tuple[float, float]]:
-        """The excess of gamma over the limit of equilibrium and the value; empty without limit."""
+    def _excess(self, value: float, outcome: Outcome) -> list[Excess]:
+        """The excess of gamma over the limit of equilibrium at a value; empty without limit."""
         if not (isinstance(outcome, NoEquilibrium) and math.isfinite(outcome.limit)):
             return []
-        return [(self.path.at(value).gamma - outcome.limit, value)]
+        return [Excess(self.path.at(value).gamma - outcome.limit, value)]
 
 
 def existence(outcome: Outcome) -> str:
@@ -168,17 +175,17 @@ def existence(outcome: Outcome) -> str:
     return STABLE if isinstance(outcome, Solution) else outcome.kind
 
 
-def _extrapolate(excesses: Sequence[tuple[float, float]]) -> float:
+def _extrapolate(excesses: Sequence[Excess]) -> float:
     """The value of no excess, extrapolated from the least ones; nan for fewer than two."""
-    excess, values = np.array(sorted(excesses)[:EXTRAPOLATED]).reshape(-1, 2).T
-    if len(excess) < 2 or not np.diff(excess).all():
+    gamma, values = np.array(sorted(excesses)[:EXTRAPOLATED]).reshape(-1, 2).T
+    if len(gamma) < 2 or not np.diff(gamma).all():
         return math.nan
-    return float(barycentric_interpolate(excess, values, 0.0))
+    return float(barycentric_interpolate(gamma, values, 0.0))
 
 
-def stability_changes(track: Track, merged: Sequence[float]) -> list[Change]:
+def stability_changes(track: Track, coalescences: Sequence[float]) -> list[Change]:
     """The values of a part with solutions at which its stability changes, and at its beginning the
-    status there. merged: where two frequencies coalesce."""
+    status there. coalescences: where two frequencies merge, and a vibration begins to grow."""
     path, values = track.path, track.values
     kinds = [kind_of(path.outcomes[value]) for value in values.tolist()]
     changes = [Change(track.low, kinds[0])]
@@ -191,8 +198,8 @@ def stability_changes(track: Track, merged: Sequence[float]) -> list[Change]:
         ]
     for k, (low, high) in enumerate(pairwise(values.tolist())):
         if kinds[k] != kinds[k + 1]:
-            here = [at for at in merged if low <= at <= high]
-            at = here[0] if here else _bisected(path, low, high, kinds[k])
+            located = [at for at in coalescences if low <= at <= high]
+            at = located[0] if located else _bisected(path, low, high, kinds[k])
             changes.append(Change(at, kinds[k + 1]))
     return changes
 

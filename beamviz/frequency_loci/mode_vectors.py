@@ -51,7 +51,8 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
-        return Points(at, *(np.empty((0, 0, 0)[:d]) for d in (2, 3, 3)))
+        no_vectors = np.empty((0, 0, 0))
+        return Points(at, np.empty((0, 0)), no_vectors, no_vectors)
     s = np.array([solution.s for solution in solutions])
     squares = np.where(s.imag > 0, s.imag**2, -(s.real**2))
     fields, masses = _fields(solutions, count)
@@ -85,11 +86,11 @@ def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.n
     """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, of arbitrary
     phase; weights and mass there (n, 1, 1, count + 1)."""
     x, w = gauss(count)
-    alpha, beta = np.array([(one.beam.alpha, one.beam.beta) for one in solutions]).T
-    stations, masses = (
-        np.column_stack((np.broadcast_to(common, (len(own), count)), own))
-        for common, own in (((x + 1) / 2, beta), (w / 2, alpha))
-    )
+    alpha = np.array([solution.beam.alpha for solution in solutions])
+    beta = np.array([solution.beam.beta for solution in solutions])
+    n = len(solutions)
+    stations = np.column_stack((np.tile((x + 1) / 2, (n, 1)), beta))
+    masses = np.column_stack((np.tile(w / 2, (n, 1)), alpha))
     fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
     return fields.swapaxes(1, 3), masses[:, None, None, :]
 
@@ -130,9 +131,10 @@ def _complex_vectors(
     (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j, with i phi_i* G phi_j =
     i sum (w_i* u_j - u_i* w_j). The phase makes sum (u^2 - w^2) real: (u, i w) of a straight beam.
     """
-    omega = np.sqrt(abs(np.array([one.omega_squared for one in solutions])))[:, :, None]
-    coriolis = [one.beam.gamma if one.problem.gyroscopic else 0.0 for one in solutions]
-    root = np.sqrt(coriolis)[:, None, None]
+    squares = np.array([solution.omega_squared for solution in solutions])
+    omega = np.sqrt(abs(squares))[:, :, None]
+    gamma = [solution.beam.gamma if solution.problem.gyroscopic else 0.0 for solution in solutions]
+    root = np.sqrt(gamma)[:, None, None]
     fields = fields.astype(complex)
     square = (fields[:, :, 0] ** 2 - fields[:, :, 1] ** 2).sum(axis=2)
     fields = fields * np.exp(-0.5j * np.angle(square))[:, :, None, None]

@@ -1,12 +1,14 @@
 """A path: solutions along one parameter of a beam, and their modes by family."""
 
+import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS, Beam, check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
@@ -18,11 +20,14 @@ from beamviz.solver.solution import Solution, read_only
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
 
 
-def check_values(argument: str, over: str, values: ArrayLike, least: int, most: int) -> NDArray:
-    """The values of a parameter as a read-only array (n,); InvalidInput unless they are least ..
-    most ascending numbers within its limits. argument: where the parameter was named."""
+def check_values(argument: str, over: str, values: Any, least: int, most: int) -> NDArray:
+    """The values of a parameter, an iterable too, as a read-only array (n,); InvalidInput unless
+    they are least .. most ascending numbers within its limits. argument: where the parameter was
+    named."""
     if over not in NUMBERS:
         raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}")
+    if isinstance(values, Iterator):
+        values = [*itertools.islice(values, most + 1)]  # it may be endless
     try:
         array = np.atleast_1d(np.array(values, float)) + 0.0  # -0.0 becomes 0.0
     except (TypeError, ValueError, OverflowError):
@@ -122,12 +127,14 @@ class Path:
     def _solve(self, values: list[float]) -> list[Outcome]:
         """The outcomes at ascending values. Over the speed no equilibrium exists beyond a limit,
         which the error at the highest speed names: speeds beyond it need no solve."""
-        beams, beyond = [self.at(value) for value in values], []
-        if self.over == "gamma" and len(beams) > 1:
-            beyond = self._solve_beams(beams[-1:])
-            if isinstance(beyond[0], NoEquilibrium):
-                beyond = beyond * sum(value > beyond[0].limit for value in values)
-        return self._solve_beams(beams[: len(beams) - len(beyond)]) + beyond
+        beams = [self.at(value) for value in values]
+        if self.over != "gamma" or len(beams) == 1:
+            return self._solve_beams(beams)
+        (fastest,) = self._solve_beams(beams[-1:])
+        count = 1  # of beams with the outcome of the fastest
+        if isinstance(fastest, NoEquilibrium):
+            count = sum(value > fastest.limit for value in values)
+        return self._solve_beams(beams[: len(beams) - count]) + [fastest] * count
 
     def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
         return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)

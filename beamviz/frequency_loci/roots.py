@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import elementwise
 
-REACH = 2.0  # a parabola through three samples may reach zero this many times as easily
+REACH = 2.0  # times the fall of a parabola through three samples: distance examined for two roots
 NEAREST = 5  # most values from which a root is interpolated
 LAST_STEP = 1e-4  # relative to the first bracket: the next step would be its square, or smaller
 SMALL = 1e-3  # value of the function before the last step, relative to that at the ends
-MAX_STEPS = 60
+MAX_STEPS = 60  # bisection alone would need 53 to the last digit
 
 # Values of the parameter (k,) and channels (k,) -> values (k,) of the functions; nan where unknown.
 Function = Callable[[NDArray, NDArray], NDArray]
@@ -35,7 +35,7 @@ class Roots(NamedTuple):
 def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
     """The roots of functions known at ascending values (n,), samples (n, channels).
 
-    A sample that is zero belongs to the interval before it.
+    A sample that is zero belongs to the interval before it; a root at the first value is none.
     """
     sides = np.sign(samples)
     for i in np.flatnonzero((sides == 0).any(axis=1)).tolist():
@@ -45,20 +45,21 @@ def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
     for i, channel in np.argwhere(sides[:-1] * sides[1:] < 0).tolist():
         near = slice(max(i - 2, 0), i + 4)
         brackets.append(Bracket(channel, at[near], samples[near, channel], at[i], at[i + 1]))
-    brackets += _touching(at, samples, sides, function)
+    brackets += _brackets_of_two(at, samples, sides, function)
     _locate(brackets, function)
-    brackets = sorted(
+    located = sorted(
         (bracket for bracket in brackets if bracket.is_located), key=lambda bracket: bracket.root
     )
     return Roots(
-        np.array([bracket.root for bracket in brackets]),
-        np.array([bracket.channel for bracket in brackets], int),
-        np.array([bracket.rises for bracket in brackets], bool),
+        np.array([bracket.root for bracket in located]),
+        np.array([bracket.channel for bracket in located], int),
+        np.array([bracket.rises for bracket in located], bool),
     )
 
 
 class Bracket:
-    """An interval with one root of a function, known at some values in and around it."""
+    """An interval low .. high with one root of a function, known with values y (n,) at some x (n,)
+    in and around it. It is lost where the function is not known at an estimated root."""
 
     def __init__(self, channel: int, x: NDArray, y: NDArray, low: float, high: float):
         self.channel = channel
@@ -100,7 +101,7 @@ class Bracket:
 def _locate(brackets: list[Bracket], function: Function) -> None:
     """Locate the roots in brackets, with one batch of solves for a step of all."""
     for _ in range(MAX_STEPS):
-        active = [one for one in brackets if not (one.is_located or one.is_lost)]
+        active = [bracket for bracket in brackets if not (bracket.is_located or bracket.is_lost)]
         if not active:
             break
         roots = np.array([bracket.root for bracket in active])
@@ -109,7 +110,9 @@ def _locate(brackets: list[Bracket], function: Function) -> None:
             bracket.add(y)
 
 
-def _touching(at: NDArray, samples: NDArray, sides: NDArray, function: Function) -> list[Bracket]:
+def _brackets_of_two(
+    at: NDArray, samples: NDArray, sides: NDArray, function: Function
+) -> list[Bracket]:
     """Brackets of two roots between three samples of one sign: their function comes closest to zero
     at the middle one, and by a parabola it may reach it."""
     size = abs(samples)

@@ -17,7 +17,7 @@ from beamviz.solver.solution import Solution
 
 INTERVALS = 160  # of the grid: the 81 points of a page are every second value
 HALVINGS = 6  # most of an interval
-RECOGNISED = 0.8  # least share of a shape that it and one neighbour have at the next value
+RECOGNISED = 0.8  # least share of a shape that the same mode and a neighbour have at the next value
 TOWARDS_LIMIT = np.array([0.75, 0.5, 0.25, 0.1, 0.03])  # roots of the relative distances from it
 
 
@@ -35,8 +35,8 @@ def values_towards(limit: float, last: float) -> NDArray:
 class Continuity(NamedTuple):
     """How the modes at each value continue at the next one."""
 
-    exchanged: NDArray  # (n - 1, families, k - 1) whether modes k and k + 1 exchange their shapes
-    is_known: NDArray  # (n - 1,) whether each requested mode is recognised
+    exchanged: NDArray  # (n - 1, families, k - 1) whether modes j and j + 1 exchange their shapes
+    is_known: NDArray  # (n - 1,) whether each requested mode is recognised at the next value
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +91,7 @@ def continuity(modes: Modes, points: Points, count: int) -> Continuity:
     """How the modes on a grid continue, `count` of them requested, by the shares of each shape in
     those at the next value."""
     before, after = points.shapes[:-1], points.duals[1:]
-    shares = abs(before.conj() @ after.mT) ** 2  # (n - 1, m, m)
+    shares = abs(before.conj() @ after.mT) ** 2  # (n - 1, m, m) among all modes, by frequency
     rank = modes.rank
     n, families, k = rank.shape
     place = np.minimum(rank, shares.shape[-1] - 1)
@@ -100,19 +100,19 @@ def continuity(modes: Modes, points: Points, count: int) -> Continuity:
 
     def share(shift: int) -> NDArray:
         """The share (n - 1, families, k) of mode j in mode j + shift of its family."""
-        found = np.zeros((n - 1, families, k))
+        by_mode = np.zeros((n - 1, families, k))
         first, last = max(0, -shift), k - max(0, shift)
         now, then = slice(first, last), slice(first + shift, last + shift)
         both = known[:-1, :, now] & known[1:, :, then]
-        found[:, :, now] = both * shares[row, place[:-1, :, now], place[1:, :, then]]
-        return found
+        by_mode[:, :, now] = both * shares[row, place[:-1, :, now], place[1:, :, then]]
+        return by_mode
 
     stays, rises, falls = share(0), share(1), share(-1)
     kept = stays[..., :-1] + stays[..., 1:]
     exchanged = rises[..., :-1] + falls[..., 1:] > kept
     requested = known & (rank < count)
     on_both_sides = requested[:-1] & requested[1:]
-    has_left = (requested[:-1] & ~known[1:]) | (requested[1:] & ~known[:-1])
+    on_one_side = (requested[:-1] & ~known[1:]) | (requested[1:] & ~known[:-1])
     recognised = stays + np.maximum(rises, falls) >= RECOGNISED
-    is_known = (recognised | ~on_both_sides) & ~has_left
+    is_known = (recognised | ~on_both_sides) & ~on_one_side
     return Continuity(exchanged, is_known.all(axis=(1, 2)))

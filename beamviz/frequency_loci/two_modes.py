@@ -15,12 +15,12 @@ from scipy.optimize import brentq
 
 from beamviz.frequency_loci.mode_vectors import Points
 
-TOUCHING = 1e-8  # relative gap, of omega^2, below which it is rounding
+TOUCHING = 1e-8  # relative gap, of omega^2, below which it is rounding error
 NEAREST = 6  # most points from which the entries are interpolated
 CAPTURED = 0.7  # least share of the reference shapes in the two modes of a point used
 SPACING = 1e-3  # of the interval: least distance of the points interpolated from
 SAMPLES = 33  # of an interpolated gap, between two of which is the minimum
-FLOOR = 1e-12  # replaces an interpolated omega^2 below it
+FLOOR = 1e-12  # replaces an interpolated omega^2 below it, whose root is taken
 TINY = float(np.finfo(float).tiny)
 
 
@@ -30,13 +30,25 @@ class LeastGap(NamedTuple):
     at: float
     frequency: float  # mean of the two
     gap: float  # 0 where the loci touch
-    width: float  # gap sqrt(2 / (gap^2)"); by solves |(d, c)| / |(d', c')|, equal for a constant c
+    width: float  # |(d, c)| / |(d', c')|; for a constant c there the gap is sqrt(2) times the least
     ranks: tuple[int, int]  # indices of the two among all modes
 
 
-def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
-    """Parameter, mean, d, c and the indices (n, 6) of the two modes most like two shapes (2, d).
-    Points whose modes do not contain the shapes are left out."""
+class Reduced(NamedTuple):
+    """The 2 x 2 problem at some values of the parameter, in any order."""
+
+    at: np.ndarray  # (n,)
+    entries: np.ndarray  # (n, 3) mean, d and c
+    ranks: np.ndarray  # (n, 2) indices of the two modes among all, ascending
+
+    def joined(self, other: "Reduced") -> "Reduced":
+        """With the values of another one."""
+        return Reduced(*map(np.concatenate, zip(self, other, strict=True)))
+
+
+def reduce(reference: np.ndarray, points: Points) -> Reduced:
+    """The 2 x 2 problem of the two modes of each point most like two reference shapes
+    (2, components). Points whose modes do not contain the shapes are left out."""
     B = reference.conj() @ points.duals.swapaxes(1, 2)
     modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
     U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
@@ -44,12 +56,14 @@ def reduce(reference: np.ndarray, points: Points) -> np.ndarray:
     squares = np.take_along_axis(points.omega_squared, modes, axis=1)
     H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
     mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
-    entries = np.column_stack((points.at, mean, d, H[:, 0, 1], np.sort(modes)))
-    return entries[size[:, 1] ** 2 > CAPTURED]
+    entries = np.column_stack((mean, d, H[:, 0, 1]))
+    captured = size[:, 1] ** 2 > CAPTURED
+    return Reduced(points.at[captured], entries[captured], np.sort(modes)[captured])
 
 
 class TwoModes(NamedTuple):
-    """The 2 x 2 problem: its entries as polynomials of x = (p - origin) / scale."""
+    """The 2 x 2 problem: its entries as polynomials of x = (p - origin) / scale. Its functions take
+    a float or an array; of floats, because brentq calls them with one number at a time."""
 
     origin: float
     scale: float
@@ -92,24 +106,24 @@ class TwoModes(NamedTuple):
         return brentq(self.slope, low, high, xtol=1e-14 * (high - low))
 
 
-def closest(entries: np.ndarray, near: float, low: float, high: float) -> LeastGap:
-    """The least gap by the `entries` (n, 6) from `reduce`. These are interpolated through the
-    points nearest to `near` that are at least SPACING apart, as the difference of closer ones is
-    rounding error."""
-    p = entries[:, 0].real
+def closest(reduced: Reduced, near: float, low: float, high: float) -> LeastGap:
+    """The least gap within low .. high. The entries are interpolated through the values nearest to
+    `near` that are at least SPACING apart, as the difference of closer ones is rounding error."""
+    p = reduced.at
     nearest: list[int] = []
     for k in np.argsort(abs(p - near)).tolist():
         if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
             nearest.append(k)
-    values, scale = entries[nearest, 1:4], float(np.ptp(p[nearest]))
+    values, scale = reduced.entries[nearest], float(np.ptp(p[nearest]))
     powers = polyvander((p[nearest] - near) / scale, len(nearest) - 1)
     coefficients = np.linalg.solve(powers, values)[::-1].tolist()
-    uncoupled = bool((abs(values[:, 2]) <= TOUCHING * abs(values[:, 0])).all())
+    mean, c = values[:, 0], values[:, 2]
+    uncoupled = bool((abs(c) <= TOUCHING * abs(mean)).all())
     local = TwoModes(near, scale, coefficients, uncoupled)
     at = local.closest(low, high)
     frequency, gap = map(float, local.frequencies(at))
     touching = gap <= TOUCHING * frequency
     (_, *pair), (_, *rates) = local.entries(at)
     width = math.hypot(*map(abs, pair)) / max(math.hypot(*map(abs, rates)), TINY)
-    i, j = entries[abs(p - at).argmin(), -2:].real.astype(int).tolist()
-    return LeastGap(at, frequency, 0.0 if touching else gap, width, (i, j))
+    lower, upper = reduced.ranks[abs(p - at).argmin()].tolist()
+    return LeastGap(at, frequency, 0.0 if touching else gap, width, (lower, upper))

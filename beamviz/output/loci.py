@@ -45,8 +45,9 @@ def loci_csv(loci: Loci) -> str:
     if loci.units and loci.over == "gamma":
         columns["rpm"] = loci.units.rpm(loci.values)
     columns |= {branch.label: branch.frequency for branch in loci.branches}
-    if loci.units:
-        columns |= {f"{b.label}_hertz": loci.units.hertz(b.frequency) for b in loci.branches}
+    if units := loci.units:
+        hertz = {f"{branch.label}_hertz": units.hertz(branch.frequency) for branch in loci.branches}
+        columns |= hertz
     growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
     columns |= {f"{branch.label}_growth_rate": branch.growth_rate for branch in growing}
     columns |= {f"{branch.label}_bending": branch.bending_fraction for branch in loci.branches}

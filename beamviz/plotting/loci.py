@@ -87,7 +87,9 @@ class Chart:
         self.y, ylabel, self.height = axis_of("frequency", loci.units)
         for branch in loci.branches:
             self.draw_branch(axes, loci, branch)
-        axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, 1.05 * axes.dataLim.y1))
+        highest = float(axes.dataLim.y1)
+        top = 1.05 * highest if math.isfinite(highest) and highest > 0 else 1.0  # no mode vibrates
+        axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, top))
         axes.set(xlabel=xlabel, ylabel=ylabel)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
@@ -124,24 +126,20 @@ class Chart:
         return self.value.format(self.x(value)).replace("-", "−")
 
     def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
-        """One locus; its colour changes from one family to the other where the mode does."""
-        here = np.isfinite(branch.bending_fraction)
-        if not here.any():
+        """One locus, through the events of it; its colour changes from one family to the other
+        where the mode does. loci: of the branch, these or others over the same values."""
+        known = np.isfinite(branch.bending_fraction)
+        if not known.any():
             return
         labels = {branch.label for branch in loci.branches}
-        met = (event for event in self.events if labels.issuperset(event.branches))
-        events = [event for event in met if branch.label in event.branches]
-        sides = [
-            0.5 if event.gap and branch.label == _upper(loci, event) else -0.5 for event in events
-        ]
-        heights = [
-            event.frequency + side * event.gap for event, side in zip(events, sides, strict=True)
-        ]
+        shown = (event for event in self.events if labels.issuperset(event.branches))
+        events = [event for event in shown if branch.label in event.branches]
+        heights = [_height(loci, event, branch) for event in events]
         x = np.concatenate((loci.values, [event.at for event in events]))
         y = np.concatenate((branch.frequency, heights))
         order = x.argsort(kind="stable")
         x, y = x[order], y[order]
-        fraction = np.interp(x, loci.values[here], branch.bending_fraction[here])
+        fraction = np.interp(x, loci.values[known], branch.bending_fraction[known])
         shade = np.round(fraction * SHADES).astype(int)
         starts = np.flatnonzero(np.diff(shade, prepend=-1)).tolist()
         for start, stop in zip(starts, [*starts[1:], len(x)], strict=True):
@@ -224,6 +222,15 @@ class Chart:
             place = self.x(self.loci.values[first]), self.y(branch.frequency[first])
             colour = FAMILIES(branch.bending_fraction[first])
             self.axes.annotate(branch.label, place, (4, 2), color=colour, **START)
+
+
+def _height(loci: Loci, event: Event, branch: Branch) -> float:
+    """The frequency of a branch at one of its events: half a gap above or below that of a veering,
+    which is the mean of both branches."""
+    if not event.gap:
+        return event.frequency
+    side = 0.5 if branch.label == _upper(loci, event) else -0.5
+    return event.frequency + side * event.gap
 
 
 def _upper(loci: Loci, event: Event) -> str:

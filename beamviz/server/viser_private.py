@@ -28,7 +28,7 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.signals import defer_signals
 
 PROTOCOL = f"viser-v{viser.__version__}"  # WebSocket subprotocol of viser's page
-SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=14,<17'"
+SUPPORTED = "pip install 'viser>=1.1,<1.2' 'websockets>=14.2,<17'"
 PAUSE = 0.08  # [s] between two groups of messages, except those of frames
 INTERNAL_ERROR = 1011  # WebSocket close code
 PACKED = {np.dtype(float): np.float32, np.dtype(int): np.uint32}  # types of arrays in messages

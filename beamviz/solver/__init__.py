@@ -77,7 +77,8 @@ def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> l
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
     extra_modes: number of modes beyond those asked for, 0 to 20, whose errors may exceed the
-    tolerance.
+    tolerance; where the mesh that resolves those asked for has fewer, the others are nan or left
+    out.
     Raises InvalidInput for wrong options.
     """
     problem = parse_keywords(**options)
@@ -123,7 +124,7 @@ def _solver_of_one_beam(method: str) -> SolveOne:
 
 
 def _attempt(solve_one: Callable[..., Solution], *arguments: Any) -> Answer:
-    """What a solver of one beam returns, or NoEquilibrium or NotConverged in its place."""
+    """The Solution of a solver of one beam, or the NoEquilibrium or NotConverged that it raises."""
     interruption.get()()
     try:
         return solve_one(*arguments)
@@ -132,16 +133,16 @@ def _attempt(solve_one: Callable[..., Solution], *arguments: Any) -> Answer:
 
 
 def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list[Answer]:
-    """The straight state of each beam where "stable" is asked for and it is, else a bent state;
-    each bent state is the first guess for the next beam."""
+    """The straight state of each beam where state="stable" is asked for and the straight state is
+    stable, else a bent state; each bent state is the first guess for the next beam."""
     for beam in beams:
         _check_state(beam, problem)
     straight: dict[int, Answer] = {}
     if problem.state == "stable":
-        where = [k for k, beam in enumerate(beams) if not beam.spin_up]
-        first = replace(problem, state="straight")
-        straight_answers = _solve([beams[k] for k in where], first, extra_modes)
-        straight = dict(zip(where, straight_answers, strict=True))
+        steady = [k for k, beam in enumerate(beams) if not beam.spin_up]
+        straight_problem = replace(problem, state="straight")
+        straight_answers = _solve([beams[k] for k in steady], straight_problem, extra_modes)
+        straight = dict(zip(steady, straight_answers, strict=True))
     answers: list[Answer] = []
     near: Any = None  # the last bent state
     for k, beam in enumerate(beams):

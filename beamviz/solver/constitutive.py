@@ -20,6 +20,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium
@@ -29,95 +30,108 @@ Function = Callable[[Any], Any]  # of a number or an array, elementwise
 
 @dataclass(frozen=True)
 class StrainLaw:
-    """An axial strain e(f) of the stretch f, and its derivatives.
+    """An axial strain e(f) of the stretch f. A new law is a record in STRAIN_LAWS: the choices of
+    `solve`, the documentation and the tests of random beams follow from these.
 
-    force: n = e e', the axial force divided by mu^2. stiffness: n'. stretch: f of a force n, for
-    Hencky's law approximately. series: a and b in f = 1 + n - a n^2 + b n^3 - ... of a small n.
-    The force grows with the stretch between min_stretch and max_stretch only: outside, n' < 0 and
-    a bar under dead load has no stable state. hardens: the stiffness grows with the stretch, so an
-    outward beam always has an equilibrium.
+    force: n = e e', the axial force divided by mu^2. stiffness: n'. The force grows with the
+    stretch between min_stretch and max_stretch only: outside, n' < 0 and a bar under dead load has
+    no stable state. stretch: f of a force n in closed form, where there is one; that of the nearest
+    limit for a force beyond it.
     """
 
     name: str
+    description: str
     strain: Function
     force: Function
     stiffness: Function
-    stretch: Function
-    series: tuple[float, float]
     min_stretch: float
     max_stretch: float
-    hardens: bool
+    stretch: Function | None = None
 
-    def __reduce__(self) -> str:  # pickled as the constant of its name
-        return self.name.upper()
+    def __reduce__(self) -> tuple[Function, tuple[str]]:  # pickled by its name
+        return strain_law, (self.name,)
 
-    def stretch_series(self, n: Any) -> Any:
-        """`stretch` for a small force, cheaper, to about 10 n^4."""
-        a, b = self.series
-        return 1 + n * (1 - n * (a - b * n))
+    def stretch_from_force(self, n: NDArray) -> NDArray:
+        """The stretch that carries a force n; that of the nearest limit for a force beyond it."""
+        if self.stretch is not None:
+            return self.stretch(n)
+        least, most = ((1 - LIMIT) * limit for limit in self.force_limits)
+        n = np.clip(n, least, most)
+        f = np.ones_like(n)
+        for _ in range(NEWTON_ITERATIONS):
+            step = (n - self.force(f)) / self.stiffness(f)
+            f = np.clip(f + np.clip(step, -f / 2, f), self.min_stretch, self.max_stretch)
+            if np.all(abs(step) <= 1e-10 * f):
+                break
+        return f
+
+    @cached_property
+    def stiffens(self) -> bool:
+        """Whether the stiffness grows with the stretch in tension: then an outward beam always has
+        an equilibrium."""
+        return bool((np.diff(self.stiffness(np.geomspace(1.0, 100.0, 50))) > 0).all())
 
     @cached_property
     def force_limits(self) -> tuple[float, float]:
         """The least and the greatest force n."""
-        with np.errstate(divide="ignore"):  # Hencky's force has no lower limit
+        with np.errstate(all="ignore"):  # a force may have no limit
             least, most = map(float, self.force(np.array([self.min_stretch, self.max_stretch])))
         return least, most
 
 
+LIMIT = 1e-6  # relative distance from a limit of the force, where the stiffness vanishes
+NEWTON_ITERATIONS = 40
 _ROOT3 = math.sqrt(3)
 
 
-def _cubic(n: Any) -> Any:
+def _cubic(n: NDArray) -> NDArray:
     """The largest root of f^3 - f = 2 n; the least stretch where there is none."""
     x = np.maximum(3 * _ROOT3 * n, -1)
     below, above = np.arccos(np.minimum(x, 1)), np.arccosh(np.maximum(x, 1))  # one of them is 0
     return 2 / _ROOT3 * np.cos(below / 3) * np.cosh(above / 3)
 
 
-def _exponential(n: Any) -> Any:
-    """The smaller root of f = exp(n f) by fixed-point iteration, slow near the greatest
-    force n = 1 / e, where f = e; that for a greater one."""
-    n = np.minimum(n, 1 / math.e)
-    f = 1 + n
-    for _ in range(8):
-        f = np.exp(n * f)
-    return f
+STRAIN_LAWS = {
+    law.name: law
+    for law in (
+        StrainLaw(
+            name="green",
+            description="Green-Lagrange (f^2 - 1) / 2, the paper's",
+            strain=lambda f: (f - 1) * (f + 1) / 2,
+            force=lambda f: (f - 1) * (f + 1) * f / 2,
+            stiffness=lambda f: 1.5 * f * f - 0.5,
+            min_stretch=1 / math.sqrt(3),
+            max_stretch=math.inf,
+            stretch=_cubic,
+        ),
+        StrainLaw(
+            name="biot",
+            description="engineering strain f - 1",
+            strain=lambda f: f - 1,
+            force=lambda f: f - 1,
+            stiffness=np.ones_like,
+            min_stretch=0.0,
+            max_stretch=math.inf,
+            stretch=lambda n: np.maximum(1 + n, 0),
+        ),
+        StrainLaw(
+            name="hencky",
+            description="logarithmic strain ln f, whose force has a maximum",
+            strain=np.log,
+            force=lambda f: np.log(f) / f,
+            stiffness=lambda f: (1 - np.log(f)) / f**2,
+            min_stretch=0.0,
+            max_stretch=math.e,
+        ),
+    )
+}
 
 
-GREEN = StrainLaw(  # Green-Lagrange strain (f^2 - 1) / 2 (paper, eq. 15)
-    name="green",
-    strain=lambda f: (f - 1) * (f + 1) / 2,
-    force=lambda f: (f - 1) * (f + 1) * f / 2,
-    stiffness=lambda f: 1.5 * f * f - 0.5,
-    stretch=_cubic,
-    series=(1.5, 4.0),
-    min_stretch=1 / math.sqrt(3),
-    max_stretch=math.inf,
-    hardens=True,
-)
-BIOT = StrainLaw(  # Biot (engineering) strain f - 1, of Gerstmayr & Irschik (2008)
-    name="biot",
-    strain=lambda f: f - 1,
-    force=lambda f: f - 1,
-    stiffness=np.ones_like,
-    stretch=lambda n: 1 + n,
-    series=(0.0, 0.0),
-    min_stretch=0.0,
-    max_stretch=math.inf,
-    hardens=False,
-)
-HENCKY = StrainLaw(  # Hencky (logarithmic) strain ln f; its force ln f / f has its maximum at f = e
-    name="hencky",
-    strain=np.log,
-    force=lambda f: np.log(f) / f,
-    stiffness=lambda f: (1 - np.log(f)) / f**2,
-    stretch=_exponential,
-    series=(-1.5, 8 / 3),
-    min_stretch=0.0,
-    max_stretch=math.e,
-    hardens=False,
-)
-STRAIN_LAWS = {law.name: law for law in (GREEN, BIOT, HENCKY)}
+def strain_law(name: str) -> StrainLaw:
+    """The strain law of a name."""
+    return STRAIN_LAWS[name]
+
+
 CURVATURES = {  # the power c of each curvature measure
     "spatial": 3,  # curvature of the deformed axis, per deformed length (paper, eq. 16)
     "material": 2,  # rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)
@@ -141,8 +155,9 @@ def rigid_tension(beam: Beam, x: np.ndarray) -> np.ndarray:
     return beam.gamma**2 * (distributed + carried)
 
 
-def no_equilibrium(beam: Beam, limit: float, law: StrainLaw) -> NoEquilibrium:
-    """The error of a beam whose gamma is above `limit`, the greatest possible, or just below it."""
+def no_equilibrium(beam: Any, limit: float, law: StrainLaw) -> NoEquilibrium:
+    """The error of a beam, or of its numbers, whose gamma is above `limit`, the greatest possible,
+    or just below it."""
     where = f"no equilibrium beyond gamma = {limit:.9g}"
     if beam.gamma <= limit:
         where = f"too near the limit of equilibrium, gamma = {limit:.9g}, to be solved"

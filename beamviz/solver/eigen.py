@@ -19,66 +19,68 @@ from scipy.linalg import blas, lapack
 
 from beamviz.errors import NotConverged
 
-EPS = float(np.finfo(float).eps)
+EPS = float(np.finfo(float).eps)  # 2.2e-16
 COMPRESSED = 16.0  # shift of beams that may buckle: omega^2 of bending at rest is 12
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
+NEARLY_SINGULAR = 4.0  # ratio of shift to least shifted eigenvalue above which both lose digits
 FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all
 BLOCK = 8  # columns that LAPACK reduces at once: faster than its choice of 32 up to 250 unknowns
 FAR_APART = 1e10  # ratio of eigenvalues from which the eigenvectors of Z Z' are too inaccurate
 HIGHEST = 1e10  # ratio to the lowest eigenvalue above which modes are rounding error
 MAX_INDEFINITE = 400  # most unknowns of an unstable gyroscopic problem: 0.05 s
-INDEFINITE_CONDITION = 2e4  # of omega^2 in such a problem, measured on random beams
+INDEFINITE_ROUNDING = 2e4  # of omega^2 in such a problem, in units of EPS, on random beams
 
 
 def symmetric_modes(
     K: np.ndarray, M: np.ndarray, count: int, shift: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, their vectors
-    (n, count), V' M V = 1, and all eigenvalues (n,), of which the highest have rounding errors.
+) -> tuple[np.ndarray, np.ndarray]:
+    """The `count` lowest eigenvalues lambda of K v = lambda M v, ascending, and their vectors
+    (n, count), V' M V = 1.
 
     M is positive semidefinite. shift: the eigenvalues of K + shift M are computed, with a larger
     shift where that is not positive definite. Give one for an indefinite K (a compressed beam): an
     eigenvalue near -shift makes the others inaccurate. Raises NotConverged.
     """
-    count = min(count, len(K))
-    nu, V, added = _largest(M, K, count, shift)
-    with np.errstate(divide="ignore"):
-        spectrum = 1 / nu - added
-    return spectrum[:count], V.T / np.sqrt(abs(nu[:count])), spectrum
+    nu, rows, added = inverse_modes_with_shift(M, K, count, shift)
+    return 1 / nu - added, rows.T / np.sqrt(abs(nu))  # from V' (K + added M) V = 1
 
 
 def family_modes(
     K: np.ndarray, M: np.ndarray, S: np.ndarray, A: np.ndarray, count: int, shift: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and the
     smaller problem c = lambda A c, A (beams, r, r), v = S c, which needs no shift.
 
     Returns the vectors (beams, 2, n, count); lambda + shift (beams, 2, count), which has the
-    rounding error; the shift (beams, 2, 1); and 1 / (lambda + shift) of all modes (beams, 2, n).
-    Beyond the r modes of the second family lambda and the vectors are nan.
+    rounding error; and the shift (beams, 2, 1). Lambda and the vectors are nan beyond the r modes
+    of the second family, and where 1 / (lambda + shift) is only rounding error: of either sign, it
+    would pass for an instability.
     """
     n, r = S.shape[-2:]
     count = min(count, n)
     few = min(count, r)
-    nu, added = np.zeros((len(S), 2, n)), np.zeros((len(S), 2, 1))
+    nu, added = np.full((len(S), 2, count), np.nan), np.zeros((len(S), 2, 1))
     V = np.empty((len(S), 2, count, n))
     for k in range(len(S)):
-        nu[k, 0], V[k, 0], added[k, 0] = _largest(M[k], K[k], count, shift)
-        nu[k, 1, :r], C = largest(A[k], few)
+        nu[k, 0], V[k, 0], added[k, 0] = inverse_modes_with_shift(M[k], K[k], count, shift)
+        nu[k, 1, :few], C = eigh_largest(A[k], few)
         np.matmul(C, S[k].T, out=V[k, 1, :few])
-    lowest = nu[..., :count]
     if few < count:
-        lowest, V[:, 1, few:] = np.where(lowest, lowest, np.nan), np.nan
-    size = 1 / lowest
+        V[:, 1, few:] = np.nan
+    # An element beside a mass near the clamp is short, and has hardly any mass.
+    nu[nu <= EPS * nu[..., :1]] = np.nan
+    size = 1 / nu
     V *= np.sqrt(abs(size))[..., None]
-    return V.mT, size, added, nu
+    return V.mT, size, added
 
 
-def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """All eigenvalues (n,), descending, of symmetric A (n, n), of which the upper triangle is read,
-    and the vectors of the `count` largest, each a row.
+def eigh_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """The `count` largest eigenvalues (count,), descending, of symmetric A (n, n), of which the
+    upper triangle is read, and their vectors, each a row.
 
-    All vectors are computed by QR, or of a larger problem a few by inverse iteration.
+    Of a larger problem a few vectors are computed by inverse iteration on the tridiagonal matrix:
+    scipy.linalg.eigh with subset_by_index takes twice as long, which is a tenth to a fifth of a
+    solve with Coriolis forces or of a fast beam. Below that size its checks alone are 7 % of one.
     """
     # The transpose is in column order as LAPACK requires: no copy.
     n, count = len(A), min(count, len(A))
@@ -89,11 +91,11 @@ def largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
             V, failed = lapack.dstein(d, e, nu[n - count :], *_one_block(n))
         if not failed:
             V[1:] = lapack.dormqr("L", "N", reflectors[1:, :-1], tau, V[1:], BLOCK * n)[0]
-            return nu[::-1], V.T[count - 1 :: -1]
-    nu, V, info = (lapack.dsyev if n < FEW else lapack.dsyevd)(A.T, lower=1)
+            return nu[: -count - 1 : -1], V.T[count - 1 :: -1]
+    nu, V, info = lapack.dsyevd(A.T, lower=1)
     if info:
         raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return nu[::-1], V.T[: -count - 1 : -1]
+    return nu[: -count - 1 : -1], V.T[: -count - 1 : -1]
 
 
 @lru_cache
@@ -102,37 +104,38 @@ def _one_block(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.ones(n, np.int32), np.full(n, n, np.int32)
 
 
-def _largest(
+def generalized_eigh(
+    M: np.ndarray, K: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """The `count` largest nu, descending, of M v = nu K v, V K V' = 1, their v as rows; None for an
+    indefinite K."""
+    L, info = lapack.dpotrf(K.T, lower=1)
+    if info:
+        return None
+    A, _ = lapack.dsygst(M.T, L, lower=1)
+    nu, V = eigh_largest(A.T, count)
+    return nu, blas.dtrsm(1, L, V.T, lower=1, trans_a=1).T
+
+
+def inverse_modes_with_shift(
     M: np.ndarray, K: np.ndarray, count: int, shift: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """All nu (descending) of M v = nu (K + added M) v, the first `count` v as rows, and added."""
+    """The `count` largest nu, descending, of M v = nu (K + added M) v, their v as rows, and the
+    shift added: the one given, or one that makes it positive definite."""
     for added in chain((shift,), SHIFTS):
-        found = definite(M, K + added * M if added else K, count)
-        if found is not None:
-            if found[0][0] * added > 4:  # almost singular: inaccurate
-                again = definite(M, K + 2 * added * M, count)
-                found, added = (found, added) if again is None else (again, 2 * added)
-            return *found, added
+        modes = generalized_eigh(M, K + added * M if added else K, count)
+        if modes is None:
+            continue
+        nu, vectors = modes
+        if nu[0] * added > NEARLY_SINGULAR:
+            modes = generalized_eigh(M, K + 2 * added * M, count)
+            if modes is not None:
+                return *modes, 2 * added
+        return nu, vectors, added
     raise NotConverged(
         f"the stiffness is not positive definite, nor with {SHIFTS[-1]:.3g} times the mass added:"
         " the beam may be too near a limit of its equilibrium"
     )
-
-
-def definite(M: np.ndarray, K: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """All nu (descending) of M v = nu K v, the first `count` v as rows; None for indefinite K."""
-    n = len(K)
-    if n >= FEW:
-        L, info = lapack.dpotrf(K.T, lower=1)
-        if info:
-            return None
-        A, _ = lapack.dsygst(M.T, L, lower=1)
-        nu, V = largest(A.T, count)
-        return nu, blas.dtrsm(1, L, V.T, lower=1, trans_a=1).T
-    nu, V, info = lapack.dsygv(M.T, K.T)
-    if 0 < info <= n:
-        raise NotConverged(f"the eigenvalues did not converge (LAPACK: {info})")
-    return None if info else (nu[::-1], V.T[: -count - 1 : -1])
 
 
 class GyroscopicModes(NamedTuple):
@@ -143,9 +146,8 @@ class GyroscopicModes(NamedTuple):
     a: np.ndarray  # (beams, na, count) complex, unit modal mass
     b: np.ndarray  # (beams, nb, count)
     fraction: np.ndarray  # (beams, count) share of b in the kinetic energy
-    stored: np.ndarray  # (beams, 2, count) a* Ka a and b* Kb b
-    condition: np.ndarray  # (beams, count) relative rounding error of omega^2 in units of EPS
-    spectrum: np.ndarray  # (beams, n) all omega^2; infinite where only rounding error is known
+    stored: np.ndarray  # (beams, count) a* Ka a + b* Kb b
+    relative_rounding: np.ndarray  # (beams, count) rounding error of omega^2, in units of EPS
     definite: bool  # whether K is positive definite
 
 
@@ -153,33 +155,25 @@ Stacks = tuple[np.ndarray, np.ndarray]  # matrices of each beam, of family a and
 
 
 def gyroscopic_modes(
-    K: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_condition: float = 1e6
+    K: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_rounding: float = 1e6
 ) -> GyroscopicModes:
     """The `count` lowest modes of a stack of problems, gamma (beams, 1, 1).
 
     Frequencies are real by construction where K is positive definite; LinAlgError is raised where
-    it is not for one of several. max_condition: condition of omega^2 above which a more accurate
-    algorithm is used. Raises NotConverged.
+    it is not for one of several. max_rounding: rounding error of omega^2, in units of EPS, above
+    which a more accurate algorithm is used. Raises NotConverged.
     """
     try:
         L = np.linalg.cholesky(K[0]), np.linalg.cholesky(K[1])
     except np.linalg.LinAlgError:
         if len(gamma) > 1:
             raise
-        one = K[0][0], F[0][0], K[1][0], F[1][0]
-        arrays = _indefinite(*one, gamma.item(), count)
-        omega_squared, a, b, spectrum = (part[None] for part in arrays)
-        along, across = (abs(F[0] @ a) ** 2).sum(axis=1), (abs(F[1] @ b) ** 2).sum(axis=1)
-        stored = [(q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((K[0], a), (K[1], b))]
-        mass, root = along + across, np.sqrt(along + across)[:, None]
-        condition = np.full(omega_squared.shape, INDEFINITE_CONDITION)
-        found = a / root, b / root, across / mass, np.stack(stored, axis=1) / mass[:, None]
-        return GyroscopicModes(omega_squared, *found, condition, spectrum, False)
-    return _definite_gyroscopic(L, F, gamma, count, max_condition)
+        return _indefinite_gyroscopic(K, F, gamma.item(), count)
+    return _definite_gyroscopic(L, F, gamma, count, max_rounding)
 
 
 def _definite_gyroscopic(
-    L: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_condition: float
+    L: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_rounding: float
 ) -> GyroscopicModes:
     """The modes for K = diag(La La', Lb Lb').
 
@@ -200,55 +194,87 @@ def _definite_gyroscopic(
     """
     (La, Lb), (Fa, Fb) = L, F
     na, nb = La.shape[-1], Lb.shape[-1]
-    Ya, Yb = _solve_lower(La, Fa).mT, _solve_lower(Lb, Fb)
+    Ya = _divide_by_factor(La, Fa, transposed=True).mT
+    Yb = _divide_by_factor(Lb, Fb, transposed=True)
     P = Yb @ Yb.mT
     n = na + P.shape[-1]
-    H = np.empty((len(P), n, n))  # its upper triangle
-    H[:, :na, na:] = coupling = -2 * gamma * (Ya @ P)
-    H[:, :na, :na], H[:, na:, na:] = (Ya - 2 * gamma * coupling) @ Ya.mT, P
-    # One by one: numpy's stacked call starts threads, slower on small problems.
-    nu, X = map(np.array, zip(*(largest(one, count) for one in H), strict=True))
+    H = np.empty((len(P), n, n))  # Z Z', of which only the upper triangle is read
+    coupling = -2 * gamma * (Ya @ P)
+    H[:, :na, :na] = (Ya - 2 * gamma * coupling) @ Ya.mT
+    H[:, :na, na:] = coupling
+    H[:, na:, na:] = P
+    # One by one: numpy's stacked call computes all vectors, not a few.
+    nu, X = map(np.array, zip(*(eigh_largest(h, count) for h in H), strict=True))
     with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite
-        spectrum, X = 1 / nu[:, : na + nb], X.mT
-    omega_squared = spectrum[:, :count]
-    condition = abs(omega_squared / omega_squared[:, :1])
+        omega_squared, X = 1 / nu, X.mT
+    rounding = abs(omega_squared / omega_squared[:, :1])
 
     def times_transposed(X: np.ndarray) -> np.ndarray:
         """Z' X: from (La' a, omega Fb b) to (Lb' b, omega Fa a) / omega."""
         velocity = Ya.mT @ X[:, :na]
         return np.concatenate((Yb.mT @ (X[:, na:] - 2 * gamma * velocity), velocity), axis=1)
 
-    if condition.max() > max_condition:
-        few = condition.max() < FAR_APART
-        basis = X if few else np.broadcast_to(np.eye(n), H.shape)
-        _, inverse, rotation = np.linalg.svd(times_transposed(basis), full_matrices=False)
-        omega_squared, X = 1 / inverse[:, :count] ** 2, basis @ rotation[:, :count].mT
-        spectrum[:, :count] = omega_squared
-        condition = omega_squared / omega_squared[:, :1]
-        condition = np.sqrt(condition) + (EPS * condition**2 if few else 0)  # values, vectors
+    if rounding.max() > max_rounding:
+        restricted = rounding.max() < FAR_APART
+        basis = X if restricted else np.broadcast_to(np.eye(n), H.shape)
+        _, singular, rotation = np.linalg.svd(times_transposed(basis), full_matrices=False)
+        omega_squared, X = 1 / singular[:, :count] ** 2, basis @ rotation[:, :count].mT
+        ratio = omega_squared / omega_squared[:, :1]
+        rounding = np.sqrt(ratio)  # of the singular values
+        if restricted:
+            rounding = rounding + EPS * ratio**2  # of the vectors that they are restricted to
     Y = times_transposed(X) * np.sqrt(omega_squared)[:, None]
     along, across = np.square(Y[:, nb:]).sum(axis=1), np.square(X[:, na:]).sum(axis=1)
     mass = (along + across) / omega_squared
-    stored = np.square(X[:, :na]).sum(axis=1), np.square(Y[:, :nb]).sum(axis=1)
+    stored = np.square(X[:, :na]).sum(axis=1) + np.square(Y[:, :nb]).sum(axis=1)
     root = np.sqrt(mass)[:, None]
-    a, b = (_solve_lower(l, (q / root).mT, 1).mT for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb])))
-    energies = across / (along + across), np.stack(stored, axis=1) / mass[:, None]
-    shapes = a.astype(complex), 1j * b
-    return GyroscopicModes(omega_squared, *shapes, *energies, condition, spectrum, True)
+    a, b = (
+        _divide_by_factor(l, (q / root).mT, transposed=False).mT
+        for l, q in ((La, X[:, :na]), (Lb, Y[:, :nb]))
+    )
+    return GyroscopicModes(
+        omega_squared=omega_squared,
+        a=a.astype(complex),
+        b=1j * b,
+        fraction=across / (along + across),
+        stored=stored / mass,
+        relative_rounding=rounding,
+        definite=True,
+    )
 
 
-def _solve_lower(L: np.ndarray, B: np.ndarray, transposed: int = 0) -> np.ndarray:
-    """B L^-T, or B L^-1 if `transposed`, of stacks of lower triangles L and matrices B."""
-    # The transposes are in column order as BLAS requires.
-    one_by_one = zip(L, B, strict=True)
-    return np.array([blas.dtrsm(1, l.T, b.T, trans_a=1 - transposed).T for l, b in one_by_one])
+def _divide_by_factor(L: np.ndarray, B: np.ndarray, transposed: bool) -> np.ndarray:
+    """B L^-T if `transposed`, else B L^-1, of stacks of lower triangles L (beams, n, n) and
+    matrices B (beams, m, n)."""
+    # l.T and b.T are in column order, as BLAS requires: to BLAS l.T is an upper triangle.
+    pairs = zip(L, B, strict=True)
+    return np.array([blas.dtrsm(1, l.T, b.T, trans_a=transposed).T for l, b in pairs])
+
+
+def _indefinite_gyroscopic(K: Stacks, F: Stacks, gamma: float, count: int) -> GyroscopicModes:
+    """The modes of a single problem where either Ka or Kb is indefinite."""
+    (Ka, Kb), (Fa, Fb) = K, F
+    omega_squared, a, b = _indefinite(Ka[0], Fa[0], Kb[0], Fb[0], gamma, count)
+    a, b = a[None], b[None]
+    along, across = (abs(Fa @ a) ** 2).sum(axis=1), (abs(Fb @ b) ** 2).sum(axis=1)
+    stored = sum((q.conj() * (k @ q)).real.sum(axis=1) for k, q in ((Ka, a), (Kb, b)))
+    mass = along + across
+    root = np.sqrt(mass)[:, None]
+    return GyroscopicModes(
+        omega_squared=omega_squared[None],
+        a=a / root,
+        b=b / root,
+        fraction=across / mass,
+        stored=stored / mass,
+        relative_rounding=np.full((1, len(omega_squared)), INDEFINITE_ROUNDING),
+        definite=False,
+    )
 
 
 def _indefinite(
     Ka: np.ndarray, Fa: np.ndarray, Kb: np.ndarray, Fb: np.ndarray, gamma: float, count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """The lowest modes (omega^2, a, b) of one problem where either Ka or Kb is indefinite, and all
-    omega^2.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The lowest modes (omega^2, a, b) of one problem where either Ka or Kb is indefinite.
 
     Let it be Kb. In the modal coordinates of the other family, Ka = diag(l), Fa' Fa = 1 and
     C = Fa' Fb; with y = sqrt(l) a and z = b' (q = (a, b) e^(s t)) the problem is symmetric:
@@ -264,28 +290,26 @@ def _indefinite(
             f"the straight beam is unstable; with Coriolis forces its {unknowns} unknowns are too"
             f" many (at most {MAX_INDEFINITE}): leave out Coriolis forces, or lower gamma"
         )
-    l, A, _ = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
+    l, A = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
     if l[0] <= 0:
         if np.linalg.eigvalsh(Kb)[0] <= 0:
             raise NotConverged(
                 "both families are unstable; such a beam is not solved with Coriolis forces: leave"
                 " them out, or lower gamma"
             )
-        omega_squared, b, a, spectrum = _indefinite(Kb, Fb, Ka, Fa, -gamma, count)
-        return omega_squared, a, b, spectrum
+        omega_squared, b, a = _indefinite(Kb, Fb, Ka, Fa, -gamma, count)
+        return omega_squared, a, b
     kept = (l >= l[0]) & (l < HIGHEST * (1 + l[0]))
     l, A = l[kept], A[:, kept]
     na, n = len(l), len(l) + len(Kb)
     C = (Fa @ A).T @ Fb
-    P, M = np.zeros((n, n)), np.eye(n)
-    P[:na, :na], P[na:, na:] = np.diag(l), Kb + 4 * gamma**2 * C.T @ C
-    P[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
-    P[na:, :na], M[na:, na:] = P[:na, na:].T, Fb.T @ Fb
-    nu, V, added = _largest(M, P, count, COMPRESSED)
-    spectrum = np.full(len(Ka) + len(Kb), np.inf)
-    known = nu > nu[0] / HIGHEST
-    spectrum[: known.sum()] = 1 / nu[known] - added
-    omega_squared, V = spectrum[:count], V.T / np.sqrt(nu[:count])
+    K, M = np.zeros((n, n)), np.eye(n)
+    K[:na, :na] = np.diag(l)
+    K[:na, na:] = -2 * gamma * np.sqrt(l)[:, None] * C
+    K[na:, :na] = K[:na, na:].T
+    K[na:, na:] = Kb + 4 * gamma**2 * C.T @ C
+    M[na:, na:] = Fb.T @ Fb
+    omega_squared, V = symmetric_modes(K, M, count, COMPRESSED)
     s = np.sqrt(-omega_squared + 0j)
     a = A @ (s * V[:na] / np.sqrt(l)[:, None])
-    return omega_squared.copy(), a, V[na:].astype(complex), spectrum
+    return omega_squared, a, V[na:].astype(complex)

@@ -4,9 +4,9 @@ Errors are estimated by the difference from the default method, which converges 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
-from itertools import pairwise, zip_longest
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +42,6 @@ class Family(NamedTuple):
 
     omega_squared: np.ndarray  # (modes,) ascending
     shapes: Shapes
-    spectrum: np.ndarray | None = None  # (n,) all omega^2 of the matrices
 
 
 Modes = tuple[np.ndarray, np.ndarray, Fields]  # omega^2 and bending energy fraction (modes,)
@@ -53,42 +52,24 @@ def merge(stretching: Family, bending: Family, modes: int) -> Modes:
     omega_squared = np.concatenate((stretching.omega_squared, bending.omega_squared))
     order = omega_squared.argsort(kind="stable")[:modes]
     fraction = (order >= len(stretching.omega_squared)).astype(float)
-    known = [
-        family.omega_squared if family.spectrum is None else family.spectrum
-        for family in (bending, stretching)
-    ]
-    spectrum = np.array([*zip_longest(*known, fillvalue=np.inf)]).T
-    fields = FamilyFields(stretching.shapes, bending.shapes, order, spectrum)
+    fields = partial(fields_of_families, stretching.shapes, bending.shapes, order)
     return omega_squared[order], fraction, fields
 
 
-@dataclass(frozen=True, eq=False)
-class FamilyFields:
-    """Displacements of the modes of both families: the `fields` of a Solution."""
+def fields_of_families(
+    along: Shapes, across: Shapes, order: np.ndarray, x: np.ndarray
+) -> np.ndarray:
+    """Displacements (len(x), 2, modes) along and across the beam of the modes of both families in
+    this order."""
+    u, w = along(x), across(x)
+    uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
+    uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
+    return uncoupled[:, :, order]
 
-    along: Shapes
-    across: Shapes
-    order: np.ndarray | None  # of the modes of merged families; None: all have both components
-    spectrum: np.ndarray  # (families, n) all omega^2 that are known, bending first
-    stored: np.ndarray | None = None  # (2, modes) with Coriolis forces: see `hp.Shapes.stored`
 
-    @property
-    def families(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """omega^2 (2, n) of merged families, nan beyond the last, and their errors, which are not
-        estimated: nan."""
-        if self.order is None:
-            return None
-        squares = np.where(np.isfinite(self.spectrum), self.spectrum, np.nan)
-        return squares, np.full_like(squares, np.nan)
-
-    def __call__(self, x: np.ndarray) -> np.ndarray:
-        """Displacements (len(x), 2, modes) along and across the beam."""
-        u, w = self.along(x), self.across(x)
-        if self.order is None:
-            return np.stack((u, w), axis=1)
-        uncoupled = np.zeros((len(x), 2, u.shape[1] + w.shape[1]))
-        uncoupled[:, 0, : u.shape[1]], uncoupled[:, 1, u.shape[1] :] = u, w
-        return uncoupled[:, :, self.order]
+def coupled_fields(along: Shapes, across: Shapes, x: np.ndarray) -> np.ndarray:
+    """Displacements (len(x), 2, modes) of modes that have both components."""
+    return np.stack((along(x), across(x)), axis=1)
 
 
 def modes_of_matrices(
@@ -101,22 +82,24 @@ def modes_of_matrices(
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
-        found = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
-        along, across = shapes[0](found.a[0]), shapes[1](found.b[0])
-        fields = FamilyFields(along, across, None, found.spectrum, found.stored[0])
-        return found.omega_squared[0], found.fraction[0], fields
+        coupled = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
+        along, across = shapes[0](coupled.a[0]), shapes[1](coupled.b[0])
+        fields = partial(coupled_fields, along, across)
+        return coupled.omega_squared[0], coupled.fraction[0], fields
+    softening = beam.gamma**2
+
+    omega_squared, V = eigen.symmetric_modes(K[0], Ma, problem.modes)
+    stretching = Family(omega_squared - softening, shapes[0](V))
+
     shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
-    softening = beam.gamma**2, beam.gamma**2 * problem.chordwise
-    families = []
-    for k, M in enumerate((Ma, Mb)):
-        omega_squared, V, spectrum = eigen.symmetric_modes(K[k], M, problem.modes, k * shift)
-        families.append(Family(omega_squared - softening[k], shapes[k](V), spectrum - softening[k]))
-    return merge(families[0], families[1], problem.modes)
+    omega_squared, V = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
+    bending = Family(omega_squared - softening * problem.chordwise, shapes[1](V))
+    return merge(stretching, bending, problem.modes)
 
 
 def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights of an integral over the mass of a beam: `points` Gauss points on
-    either side of the concentrated mass and, as the last one, that."""
+    """Points (n,) and weights (n,) of an integral over the mass of a beam: `points` Gauss points on
+    either side of the concentrated mass and, as the last point, the concentrated mass."""
     xi, weights = gauss(points)
     parts = list(pairwise(sorted({0.0, beam.beta, 1.0})))
     x = [a + (b - a) * (xi + 1) / 2 for a, b in parts]
@@ -138,11 +121,17 @@ def build_solution(
     softened = problem.softening and not problem.chordwise and beam.delta < 0
     bending = omega_squared[fraction >= 0.5]
     buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
-    equilibrium = Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled)
-    stats = Stats(dof, problem.method, elements, order)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
-    results = read_only(s), errors, read_only(fraction), fields
-    return Solution(beam, problem, equilibrium, stats, *results)
+    return Solution(
+        beam=beam,
+        problem=problem,
+        equilibrium=Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled),
+        stats=Stats(dof, problem.method, elements, order),
+        s=read_only(s),
+        estimate_errors=errors,
+        bending_energy_fraction=read_only(fraction),
+        fields=fields,
+    )
 
 
 def errors_against_reference(
@@ -153,15 +142,16 @@ def errors_against_reference(
     Infinite where the default method has no answer."""
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
-    reference = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
-    (exact,) = solve_hp([beam], replace(reference, tolerance=REFERENCE_TOLERANCE))
-    if isinstance(exact, BeamvizError):
+    finer = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
+    (reference,) = solve_hp([beam], replace(finer, tolerance=REFERENCE_TOLERANCE))
+    if isinstance(reference, BeamvizError):
         return np.full(modes, np.inf)
     errors = np.empty(modes)
     for bending in (True, False):
-        own = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
-        partners = np.flatnonzero((exact.bending_energy_fraction >= 0.5) == bending)
-        partners = np.append(partners, [2 * modes - 1] * modes)[: len(own)]  # or the highest one
-        errors[own] = abs(omega_squared[own] - exact.omega_squared[partners])
-        errors[own] += exact.omega_squared_errors[partners]
+        places = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
+        partners = np.flatnonzero((reference.bending_energy_fraction >= 0.5) == bending)
+        # A mode whose partner is not among the reference modes is compared with the highest.
+        partners = np.append(partners, [2 * modes - 1] * modes)[: len(places)]
+        errors[places] = abs(omega_squared[places] - reference.omega_squared[partners])
+        errors[places] += reference.omega_squared_errors[partners]
     return errors

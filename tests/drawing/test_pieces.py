@@ -122,6 +122,7 @@ def test_pieces_are_as_many_as_the_picture_needs():
 @given(BEAMS, st.integers(0, 4))
 @example(PAPER.replace(beta=1e-4), 1)
 @example(PAPER.replace(beta=0.9999), 1)
+@example(Beam(beta=0.9999885559, mu=40), 0)
 def test_the_mass_lies_where_two_pieces_meet(beam, mode):
     """Where it is drawn, and the stretch is discontinuous; also next to an end. The strain of a
     piece is its relative elongation in the equilibrium, which is straight. Stations of the shapes,
@@ -134,8 +135,10 @@ def test_the_mass_lies_where_two_pieces_meet(beam, mode):
         assert places.x[places.mass] == pytest.approx(beam.beta, abs=CLOSE)
     assert (shapes.x < LAYER).mean() > 1.2 * LAYER
     assert not shapes.centreline[:, 1].any()
-    longer = np.diff(pieces.centreline[:, 0]) / np.diff(pieces.x) - 1
-    assert pieces.strain == pytest.approx(longer, abs=1e-3 * max(longer.max(), 1e-9))
+    lengths = np.diff(pieces.x)
+    longer = np.diff(pieces.centreline[:, 0]) / lengths - 1
+    rounding = 4 * np.finfo(float).eps / lengths  # of a difference of two positions near 1
+    assert (abs(pieces.strain - longer) <= 1e-3 * abs(longer).max() + rounding).all()
 
 
 def test_an_overlay_has_faces_for_its_vertices():

@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
-from helpers import strict
+from helpers import slow, strict
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -111,7 +111,7 @@ def test_failures_of_the_command(run, arguments, code, kind):
     assert "Traceback" not in err
 
 
-@pytest.mark.parametrize("suffix", ["csv", "npz", "png", "svg", "pdf", "webp", "gif"])
+@pytest.mark.parametrize("suffix", ["csv", "npz", "png", "svg", "pdf", *slow("webp", "gif")])
 def test_every_file(run, tmp_path, suffix, moved):
     file = tmp_path / f"motion.{suffix}"
     code, out, _ = run("motion", str(file), *ARGUMENTS, "--points", "41")

@@ -13,10 +13,13 @@ from hypothesis import strategies as st
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import frequencies, measure
+from beamviz.explorer import page
 from beamviz.explorer.features import loci_chart, veering
 from beamviz.explorer.features.loci_chart import Chart, ChartRequest, chart_data
 from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
+from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver import solve
 
@@ -179,8 +182,8 @@ def pairs(tip) -> tuple[LociPair, LociPair]:
 
 
 def request(chart: Chart, number: int) -> VeeringRequest:
-    """The request for an event of a chart."""
-    return VeeringRequest(chart.request, list(chart.events.values())[number])
+    """The request for a crossing or a veering of a chart."""
+    return VeeringRequest(chart.request, list(chart.pairs.values())[number])
 
 
 def test_buckling_is_no_veering():
@@ -190,6 +193,20 @@ def test_buckling_is_no_veering():
     assert "Buckling ▽" in loci_chart.event_table(chart)
     assert buckling not in chart.pairs
     assert f'data-value="{buckling}"' not in loci_chart.event_buttons(chart)
+
+
+def test_every_kind_of_event_has_styles_of_its_own():
+    """A limit point is no "point", which the page hides, and a second state no "second" line: a
+    mark has one class for its kind, the same at its place and in the key of the chart."""
+    axes = measure("gamma", None), frequencies(None)
+    for kind in EVENT_KINDS:
+        mark = page.mark("B1 1", kind, axes, (1.0, 2.0), "a mark")
+        first, *classes = mark["style"].split()
+        assert first == "mark"
+        assert len(classes) == 1
+        assert not {"point", "second", "line", "here"} & set(classes)
+        (key,) = page.keys([], [mark])
+        assert (key["style"], key["sign"]) == (mark["style"], EVENT_KINDS[kind].sign)
 
 
 def test_a_crossing_becomes_a_veering_with_coriolis_forces(tip, pairs):

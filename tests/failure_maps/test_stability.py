@@ -15,8 +15,8 @@ from beamviz.failure_maps.lines import Cell, onset, subdivided
 from beamviz.failure_maps.maps import PLANES
 from beamviz.failure_maps.methods import METHODS, MODELS
 from beamviz.plotting import STYLE, new_figure
-from beamviz.solver import CHOICES
 from beamviz.solver import METHODS as SOLVER_METHODS
+from beamviz.solver.problem import CHOICES
 
 BY_NAME = {method.name: method for method in METHODS}
 SLENDER = 1000.0  # nearly rigid along itself: its errors are discretisation errors

@@ -37,6 +37,15 @@ def test_resonances():
         assert abs(frequencies - one.frequency).min() < 1e-6 * one.frequency
 
 
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_no_resonance_is_no_event(coriolis):
+    """From gamma 10 to 20 all frequencies are below or above the speed itself: B1 is 3.1 .. 3.9,
+    B2 42 .. 78."""
+    found = loci(HEAVY, "gamma", [10, 20], per_rev=1, coriolis=coriolis)
+    assert [event for event in found.events if event.per_rev] == []
+    assert resonances(found) == []
+
+
 @pytest.mark.parametrize(
     ("delta", "points", "expected"),
     [

@@ -1,16 +1,20 @@
 """loci(): branches and their labels, wrong input, and the result: branches by label, the branch of
 each mode, text, pickling."""
 
+import itertools
 import math
 import pickle
 import re
+import unicodedata
 
 import numpy as np
 import pytest
 from helpers import sorted_frequencies
+from matplotlib.markers import MarkerStyle
 
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.frequency_loci import Event, at_values
+from beamviz.frequency_loci.events import EVENT_KINDS
 
 TIP = Beam(alpha=1, beta=1)
 FEW_TERMS = "modes = 5: at most 3 with terms = 3; ask for more"
@@ -62,6 +66,7 @@ def test_the_solutions_of_one_mass_inside_and_one_at_the_tip():
         (TIP, "gamma", [0, 201], {}, "gamma = 201: must lie in 0 .. 200"),
         (TIP, "gamma", ["fast", "slow"], {}, "must be numbers"),
         (TIP, "alpha", 10**400, {}, "must be numbers"),
+        (TIP, "gamma", itertools.count(), {}, "must be 2 .. 10000 numbers"),
         (TIP, "beta", [0, 1.5], {}, "beta = 1.5: must lie in 0 .. 1"),
         (TIP, "speed", [0, 1], {}, "over = 'speed': must be one of alpha, beta, gamma, delta, mu"),
         (Beam(gamma=150), "mu", [20, 100], {}, "gamma / mu = 7.5: must be at most 5"),
@@ -73,6 +78,12 @@ def test_wrong_input(beam, over, values, options, message):
     """The error names the value and the range, before anything is solved; or the remedy."""
     with pytest.raises(InvalidInput, match=re.escape(message)):
         loci(beam, over, values, **options)
+
+
+def test_values_of_a_generator():
+    """They are those of the list."""
+    found = loci(TIP, "gamma", (float(gamma) for gamma in range(4)))
+    assert found.values.tolist() == [0, 1, 2, 3]
 
 
 @pytest.mark.parametrize(
@@ -117,6 +128,17 @@ def test_modes_that_enter_a_buckled_sweep_with_coriolis_do_not_veer(count):
     (event,) = found.events
     assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
     assert event.at == pytest.approx(-0.6658, abs=2e-4)
+
+
+@pytest.mark.parametrize("kind", EVENT_KINDS.values(), ids=EVENT_KINDS)
+def test_the_sign_of_an_event_is_its_marker(kind):
+    """The character on the page and the marker of matplotlib are the same mark: both name their
+    shapes, as BLACK DIAMOND and (filled) diamond."""
+    shape, _, direction = MarkerStyle.markers[kind.marker].partition("_")
+    name = unicodedata.name(kind.sign)
+    assert {"x": "MULTIPLICATION"}.get(shape, shape.upper()) in name
+    assert direction.upper() in name
+    assert kind.filled == ("BLACK" in name)
 
 
 @pytest.fixture(scope="module")

@@ -42,7 +42,7 @@ from beamviz.beam import Beam
 from oracle import eigen
 from oracle.collocation import Coefficients
 from oracle.eigen import Pencil, UnresolvedError, sign_changes
-from oracle.equilibrium import STIFFNESS, Resolution, equilibrium, resolving_mesh, shoot, stretch
+from oracle.equilibrium import LAWS, Resolution, equilibrium, resolving_mesh, shoot, stretch
 
 AT_REST = 12.0  # omega^2 of a beam at rest, its lowest
 CURVATURE = {"spatial": 1, "material": 0}  # c
@@ -125,7 +125,7 @@ class Spectrum:
         self.tip = float(state[-2] - beam.delta)
         self.N = self.mesh.at_points(state, 2)[..., 1]  # (elements, p)
         self.f = stretch(strain, self.N / beam.mu**2)
-        self.stiffness = beam.mu**2 * STIFFNESS[strain](self.f)
+        self.stiffness = beam.mu**2 * LAWS[strain].stiffness(self.f)
         # units of p, V and of m that keep all unknowns of one size
         self.force = np.max(self.stiffness), np.max(np.abs(self.N)) + 1
         self.moment = np.sqrt(self.force[1])

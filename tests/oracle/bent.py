@@ -23,7 +23,7 @@ from beamviz import Beam
 from oracle import eigen
 from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import Pencil, UnresolvedError
-from oracle.equilibrium import FORCE, STIFFNESS
+from oracle.equilibrium import LAWS
 
 POWER = {"spatial": -2, "material": 0}  # of b(f)
 STEP = 1e-30  # of a complex derivative
@@ -138,7 +138,7 @@ class _Problem:
     def _stretch(self, m: np.ndarray, pull: np.ndarray, f: np.ndarray) -> np.ndarray:
         """f from the force along the beam, on the branch where it grows with the force; by Newton's
         method, through which small imaginary parts pass."""
-        n, dn = FORCE[self.strain], STIFFNESS[self.strain]
+        n, dn = LAWS[self.strain].force, LAWS[self.strain].stiffness
         p, mu2 = POWER[self.curvature], self.beam.mu**2
         f = f.astype(m.dtype)
         for _ in range(60):

@@ -13,16 +13,6 @@ from beamviz.beam import Beam
 from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import UnresolvedError, factorised
 
-FORCE = {  # n(f)
-    "green": lambda f: (f * f - 1) * f / 2,
-    "biot": lambda f: f - 1,
-    "hencky": lambda f: np.log(f) / f,
-}
-STIFFNESS = {  # n'(f)
-    "green": lambda f: (3 * f * f - 1) / 2,
-    "biot": lambda f: 1 + 0 * f,
-    "hencky": lambda f: (1 - np.log(f)) / (f * f),
-}
 WAVES = 2.0  # local lengths of a compressed beam in an element, in units of Resolution.layers
 Piece = tuple[float, float, OdeSolution]  # from, to, (X, N, ..)(x)
 
@@ -41,19 +31,50 @@ class Resolution:
     layers: float
 
 
-def stretch(strain: str, n: np.ndarray) -> np.ndarray:
-    """f from n(f), on the branch that starts at rest; nan beyond its end (hencky: n = 1/e, green:
-    f = 1/sqrt(3)). Biot has no end but f > 0, which `shoot` watches: its line may be extended.
-    """
-    if strain == "biot":
-        return 1 + n
-    if strain == "hencky":
-        return np.where(n < np.exp(-1), np.exp(-lambertw(-n).real), np.nan)
+@dataclass(frozen=True)
+class Law:
+    """n(f), n'(f) and f(n) of a strain law: nan beyond the end of the branch that starts at rest.
+    hardens: whether n' grows in tension."""
+
+    force: Callable
+    stiffness: Callable
+    stretch: Callable
+    hardens: bool
+
+
+def _green_stretch(n: np.ndarray) -> np.ndarray:
     z = 3 * np.sqrt(3) * n  # f^3 - f = 2 n by Viete's formulas
     z = np.where(z > -1, z, np.nan)
     angle = np.arccos(np.clip(z, -1, 1)) / 3
     f = 2 / np.sqrt(3) * np.where(z < 1, np.cos(angle), np.cosh(np.arccosh(np.maximum(z, 1)) / 3))
-    return f - (FORCE["green"](f) - n) / STIFFNESS["green"](f)  # one step of Newton's
+    return f - ((f * f - 1) * f / 2 - n) / ((3 * f * f - 1) / 2)  # one step of Newton's
+
+
+LAWS = {
+    "green": Law(
+        force=lambda f: (f * f - 1) * f / 2,
+        stiffness=lambda f: (3 * f * f - 1) / 2,
+        stretch=_green_stretch,  # down to 1 / sqrt(3)
+        hardens=True,
+    ),
+    "biot": Law(
+        force=lambda f: f - 1,
+        stiffness=lambda f: 1 + 0 * f,
+        stretch=lambda n: 1 + n,  # ends at f = 0, which `shoot` watches: the line may be extended
+        hardens=False,
+    ),
+    "hencky": Law(
+        force=lambda f: np.log(f) / f,
+        stiffness=lambda f: (1 - np.log(f)) / (f * f),
+        stretch=lambda n: np.where(n < np.exp(-1), np.exp(-lambertw(-n).real), np.nan),
+        hardens=False,
+    ),
+}
+
+
+def stretch(strain: str, n: np.ndarray) -> np.ndarray:
+    """f from n(f)."""
+    return LAWS[strain].stretch(n)
 
 
 @lru_cache(maxsize=1)
@@ -66,7 +87,7 @@ def shoot(beam: Beam, strain: str) -> tuple[Piece, ...]:
         f = stretch(strain, y[1] / beam.mu**2)
         if np.isnan(f):
             raise NoStateError(f"{beam.numbers}: no stretch bears a force of {y[1]:g}")
-        stiffness = beam.mu**2 * STIFFNESS[strain](f)
+        stiffness = beam.mu**2 * LAWS[strain].stiffness(f)
         return [f, -(beam.gamma**2) * y[0], y[3] / stiffness, -(beam.gamma**2) * y[2]]
 
     def march(tip: float) -> tuple[Piece, ...]:
@@ -97,7 +118,7 @@ def newton_tip(march: Callable, beam: Beam, strain: str) -> tuple[Piece, ...]:
     concave for hencky (softening), wherever it grows with the tip's: where the state is stable.
     """
     tip = 1 + beam.delta
-    if strain == "green":  # it hardens: beyond the equilibrium
+    if LAWS[strain].hardens:  # beyond the equilibrium
         tip = first_tip(march, max(tip, 0.1) * 1.5 ** np.arange(50), beam.delta)
     elif beam.delta < 0:  # it softens: stiffer in compression
         tip = first_tip(march, tip - np.array([0.0, *(0.1 * 2.0 ** np.arange(8))]), -np.inf)
@@ -146,7 +167,7 @@ def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarr
     X, N = state[:2]
     f = stretch(strain, N / beam.mu**2)
     layer = 1 / np.sqrt(abs(N) * f ** (1 + 2 * c) + 1)
-    growth = f * beam.mu**2 * STIFFNESS[strain](f) / (beam.gamma**2 * abs(X) + 1e-30)
+    growth = f * beam.mu**2 * LAWS[strain].stiffness(f) / (beam.gamma**2 * abs(X) + 1e-30)
     return np.minimum(layer, growth)
 
 
@@ -169,7 +190,7 @@ def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) 
         rate = np.zeros_like(y)
         mesh.at_points(rate, 2)[..., 0] = f
         residual = linear @ y - stretching @ rate - clamp
-        compliance = 1 / (beam.mu**2 * STIFFNESS[strain](f))
+        compliance = 1 / (beam.mu**2 * LAWS[strain].stiffness(f))
         step = factorised(linear - mesh.integral(2, {(0, 1): compliance}))(residual)
         y = y - step
         if np.all(np.abs(step).reshape(-1, 2) <= 1e-12 * np.max(np.abs(y.reshape(-1, 2)), axis=0)):

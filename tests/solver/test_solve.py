@@ -84,6 +84,28 @@ def test_every_bending_mode_has_one_node_more_than_the_last(beam):
         assert len(nodes) == int(label[1:]) - 1
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 0.1])
+@pytest.mark.parametrize("delta", [0.0, -1.0])
+def test_a_mass_beside_the_hub_is_almost_at_the_hub(delta, tolerance):
+    """The element between has hardly any mass; all its modes are far above those asked for."""
+    options = {"modes": 20, "tolerance": tolerance}
+    beside = solve(Beam(alpha=100, beta=1e-9, delta=delta), **options)
+    at_hub = solve(Beam(delta=delta), **options)
+    assert beside.equilibrium.stable
+    difference = abs(beside.frequencies - at_hub.frequencies)
+    assert (difference <= beside.errors + at_hub.errors).all()
+
+
+@pytest.mark.parametrize("distance", [0.999e-13, 1.001e-13, 1.14e-13, 2e-13])
+def test_a_mass_at_rounding_distance_from_an_end_is_at_the_end(distance):
+    """Whether an element is given to what lies between or not."""
+    for beta, end in ((distance, 0.0), (1 - distance, 1.0)):
+        beside = solve(Beam(alpha=1, beta=beta, gamma=1))
+        at_end = solve(Beam(alpha=1, beta=end, gamma=1))
+        difference = abs(beside.frequencies - at_end.frequencies)
+        assert (difference <= beside.errors + at_end.errors).all()
+
+
 def test_coriolis_vanishes_with_the_speed():
     """The coupled answer tends to the uncoupled one as gamma^2."""
     apart = solve(Beam(alpha=1, beta=0.7, gamma=1e-4), tolerance=1e-10)

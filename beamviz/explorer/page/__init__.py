@@ -214,7 +214,14 @@ def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **
     """A mark of a chart at a point; action=, value=: what a click on it sends. The sign of a kind
     is the same in charts, keys and lists."""
     x, y = (float(measure.factor * place) for measure, place in zip(axes, at, strict=True))
-    return {"key": key, "kind": kind, "sign": sign(kind), "text": text, "x": x, "y": y, **to}
+    shown = {"kind": kind, "style": mark_style(kind), "sign": sign(kind), "text": text}
+    return {"key": key, **shown, "x": x, "y": y, **to}
+
+
+def mark_style(kind: str) -> str:
+    """The CSS classes of a mark. Those of "limit point" and "second state" are one word, lest they
+    get the styles of the marks "point" and of lines "second"."""
+    return f"mark {kind.replace(' ', '-')}"
 
 
 def keys(lines: Iterable[Data], marks: Iterable[Data] = ()) -> list[Data]:
@@ -227,7 +234,7 @@ def keys(lines: Iterable[Data], marks: Iterable[Data] = ()) -> list[Data]:
     kinds = dict.fromkeys(one["kind"] for one in marks)
     return [
         *({"style": style, "text": text} for style, text in found),
-        *({"style": f"mark {kind}", "text": kind, "sign": sign(kind)} for kind in kinds),
+        *({"style": mark_style(kind), "text": kind, "sign": sign(kind)} for kind in kinds),
     ]
 
 

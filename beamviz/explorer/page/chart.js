@@ -12,7 +12,7 @@ of the page.
   keys     [{style, text}]: the key: styles of lines and marks
   perRev   {slope, multiples}: lines y = k slope x; the y axis ends where the last of them ends
   gaps     [[from, to, text] ...]: parts of the x axis without lines
-  marks    [{key, kind, x, y, text, action, value}]: those with an action are buttons
+  marks    [{key, kind, style, x, y, text, action, value}]: those with an action are buttons
   cursor   {action, x}: the line of the beam shown, and the action that sets x
   chosen   key of the mark at the beam                                                 */
 const BeamvizChart = (() => {
@@ -126,7 +126,7 @@ const BeamvizChart = (() => {
       for (const { mark, x, y } of this.places) {
         const button = this.buttons.get(mark.key) ?? this.addMark(mark);
         old.delete(mark.key);
-        button.className = `mark ${mark.kind}`;
+        button.className = mark.style;
         button.dataset.sign = mark.sign;
         button.style.translate = `${px(x)}px ${px(y)}px`;
         if (!mark.action) continue;

@@ -21,6 +21,7 @@ interface Mark {
   key: string;
   kind: string;
   sign: string;
+  style: string;
   text: string;
   x: number;
   y: number;

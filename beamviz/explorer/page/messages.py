@@ -42,6 +42,7 @@ class Mark(Struct, omit_defaults=True):
     key: str
     kind: str
     sign: str
+    style: str
     text: str
     x: float
     y: float

@@ -1,6 +1,7 @@
-"""Modes about bent states, to a tolerance: meshes, refinement, error estimates.
+"""Modes about deflected equilibria, to a tolerance: first states, refinement, error estimates.
 
-Imported when a bent state is asked for, or a beam has a spin-up: a straight beam needs none of it.
+Imported when a deflected equilibrium is asked for, or a beam has a spin-up: a straight beam needs
+none of it.
 """
 
 import math
@@ -16,23 +17,25 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import (
+    TINY,
     BentBeam,
     BentModes,
     State,
     bent_modes,
-    in_axes_of_the_beam,
+    corotational_components,
 )
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
-from beamviz.solver.eigen import EPS
 from beamviz.solver.hp import solve_hp
+from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.modes import TRUNCATION_FACTOR
+from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
-REFINEMENTS, MAX_UNKNOWNS, HIGHEST_ORDER = 14, 1000, 16
-TRUNCATION_FACTOR, ROUNDING_FACTOR = 4.0, 100.0  # of the two error estimates, see the tests
+MAX_UNKNOWNS = 1000  # two for each point
 
 
 def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -47,7 +50,7 @@ def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     c, s = state.direction[..., None]
     turn, rows = state.f[:, None] * (state.beam.J @ dkappa), state.beam.mesh.grid.from_clamp(x)
     moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
-    return in_axes_of_the_beam(*moved, rows @ state.kappa)
+    return corotational_components(*moved, rows @ state.kappa)
 
 
 def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_modes: int) -> Solution:
@@ -64,44 +67,42 @@ def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_mode
 def solve_bent(
     beam: Beam, problem: Problem, near: State | None = None, extra_modes: int = 0
 ) -> Solution:
-    """The lowest modes about the stable bent state of lowest energy, or about the state of a beam
-    that spins up.
+    """The lowest modes about the stable deflected equilibrium of lowest energy, or about the state
+    of a beam that spins up.
 
     near: a state of a neighbouring beam, to start from. Raises NoEquilibrium where the stable
     states are straight, NotConverged where refinement does not reach the tolerance.
     """
     count = problem.modes + extra_modes
     state = _state_near(beam, problem, near) or _first_state(beam, problem)
-    coarser: np.ndarray | None = None  # omega^2 on the mesh before; a neighbour's mesh is known
-    verified = near is not None and state.beam.mesh is near.beam.mesh
-    for _ in range(REFINEMENTS):
+    for _ in range(MAX_ATTEMPTS):
         modes = bent_modes(state, count)
-        omega_squared = _squared(modes.s)
         truncation, rounding = _errors(state, modes)
-        if coarser is not None:
-            truncation = np.maximum(truncation, abs(omega_squared - coarser))
-        allowed = 2 * problem.tolerance * abs(omega_squared) + rounding
-        excess = float((truncation / allowed)[: problem.modes].max())
-        if excess <= 1 and (verified or coarser is not None):
-            return _solution(state, modes, truncation + rounding)
-        state = _on_mesh(state, _refined_mesh(state, modes, problem.tolerance))
-        coarser = omega_squared
+        allowed = problem.tolerance * abs(modes.s) + rounding
+        excess = (truncation / allowed)[:, : problem.modes]
+        worst = excess.sum(axis=0).argmax()
+        if excess[:, worst].sum() <= 1:
+            return _solution(state, modes, truncation.sum(axis=0) + rounding)
+        mesh = state.beam.mesh
+        elements = Elements(mesh.breaks.tolist(), mesh.orders, mesh.orders)
+        state = _on_mesh(state, make_mesh(*refined(elements, excess[:, worst].tolist())))
     raise NotConverged(
-        f"errors are still {excess:.1e} times the tolerance {problem.tolerance:g} with"
-        f" {len(state.q)} unknowns; ask for a larger tolerance or fewer modes"
+        f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
+        f" {problem.tolerance:g} with {len(state.q)} unknowns; ask for a larger one or fewer modes"
     )
 
 
 def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> list[Solution]:
-    """The other stable bent states found of the beam of a solution, with their modes, without
-    mirror images. Ordered by energy, or to match the states `near` of a neighbouring beam."""
+    """The other stable deflected equilibria of the beam of a solution that are found, with their
+    modes and without mirror images, ordered by energy, or to match the states `near` of a
+    neighbouring beam."""
     beam, problem = solution.beam, solution.problem
     seen = bent_states([solution])
-    found = []
+    others: list[Solution] = []
     bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
     guesses: Iterable[State | None]
     if near:
-        guesses = (_state_near(beam, problem, one) for one in bent_states(near))
+        guesses = (_state_near(beam, problem, state) for state in bent_states(near))
     else:
         guesses = paths.states_on_both_sides(bent) if beam.spin_up else stable_states(bent)
     for guess in guesses:
@@ -114,14 +115,14 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
             state = other.equilibrium.bent_state
             if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)
-                found.append(other)
-    return found
+                others.append(other)
+    return others
 
 
 def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | None:
-    """The limit point of a bent state: the value of the parameter `over`, between that of the beam
-    and `stop`, beyond which the state does not exist; None where it exists up to `stop`. Located
-    again on the mesh that resolves the state there."""
+    """The limit point of a deflected equilibrium: the value of the parameter `over`, between that
+    of the beam and `stop`, beyond which the state does not exist; None where it exists up to
+    `stop`. It is located again on the mesh that resolves the state there."""
     (state,) = bent_states([solution])
     end = paths.follow(state, over, stop).limit
     if end is None:
@@ -136,7 +137,8 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
 
 
 def bent_states(solutions: Iterable[Solution]) -> list[State]:
-    """The states of the bent ones of some solutions, or those they were computed from."""
+    """The deflected states of those solutions that have one; of method ancf-planar the converged
+    state that its own was computed from."""
     states = (solution.equilibrium.bent_state for solution in solutions)
     return [state for state in states if state is not None]
 
@@ -174,26 +176,6 @@ def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
     return np.concatenate([T @ half for half in np.split(Q, 2)])
 
 
-def _refined_mesh(state: State, modes: BentModes, tolerance: float) -> Mesh:
-    """A mesh with a higher order, or halves, where the tails of the state or of a shape are."""
-    bent, mesh = state.beam, state.beam.mesh
-    starts, lengths = np.append(0, np.cumsum(mesh.orders))[:-1], np.diff(mesh.breaks)
-    q = bent.w * np.reshape(_tails(bent, state.q), (2, -1)) ** 2
-    q = lengths * np.add.reduceat(q, starts, axis=1).max(axis=0)  # (elements,)
-    V = abs(_tails(bent, modes.V) / bent.scale[:, None] / modes.s) ** 2
-    V = np.add.reduceat(np.add(*np.split(V, 2)), starts).max(axis=1)  # (elements,)
-    needed = np.maximum(10 * np.sqrt(q), np.sqrt(V)) / math.sqrt(tolerance)
-    breaks, orders = [0.0], []
-    for order, end, length, need in zip(mesh.orders, mesh.breaks[1:], lengths, needed, strict=True):
-        if need > 1 and order >= HIGHEST_ORDER:
-            breaks += [end - length / 2, end]
-            orders += [order, order]
-        else:
-            breaks.append(end)
-            orders.append(order + (6 if need > 10 else 4 if need > 1 else 2))
-    return make_mesh(tuple(breaks), tuple(orders))
-
-
 def _on_mesh(state: State, refined: Mesh) -> State:
     """The same state on another mesh."""
     old = state.beam
@@ -203,46 +185,47 @@ def _on_mesh(state: State, refined: Mesh) -> State:
         )
     q = state.resampled(refined)
     beam, steady = old.changed(refined), not old.beam.spin_up
-    found = newton(beam, q, stable=steady) or (descend(beam, q) if steady else None)
-    if found is None and steady:
-        found = paths.follow_speed(beam)
-    if found is None:
+    finer = newton(beam, q, stable=steady)
+    if steady:
+        finer = finer or descend(beam, q) or paths.follow_speed(beam)
+    if finer is None:
         raise NotConverged("Newton's method left a bent state when its mesh was refined")
-    return State(beam, found.q, state.iterations + found.iterations)
+    return State(beam, finer.q, state.iterations + finer.iterations)
 
 
 def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
-    """Estimated truncation and rounding errors (modes,) of omega^2. What the two highest
-    polynomials of each element contribute: those of the state to its tangent, and those of the
-    shapes to their energies; neighbouring elements apart, since they may cancel."""
-    bent, omega, V = state.beam, modes.s.imag, modes.V
-    squares = -(modes.s**2)
-    exact = _energies(state, V)
-    stiffness, _, inertia = exact
-    size = abs(squares) * inertia + abs(stiffness)
-    truncation = np.zeros_like(omega)
+    """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
+
+    The truncation error is what the two highest polynomials of each element contribute to
+    v* T(s) v, T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes.
+    Divided by y* T'(s) v it is the change of s.
+    """
+    bent, s, V = state.beam, modes.s, modes.V
+    energies = _energies(state, V)
     element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
-    for part in (element % 2 == 0, element % 2 == 1):
-        lower = State(bent, state.q - part * _tails(bent, state.q))
-        lower_shapes = V - part[:, None] * _tails(bent, V)
-        for energies in (_energies(lower, V), _energies(state, lower_shapes)):
-            dK, dG, dM = energies - exact
-            truncation += abs(dK + omega * dG - squares * dM) * 2 * abs(squares) / size
-    rounding = (abs(np.diag(state.stiffness))[:, None] * abs(V) ** 2).sum(axis=0)
-    return TRUNCATION_FACTOR * truncation, ROUNDING_FACTOR * EPS * rounding
+    state_tails, shape_tails = _tails(bent, state.q), _tails(bent, V)
+    truncation = np.zeros((len(bent.mesh.orders), len(s)))
+    for k in range(len(truncation)):
+        part = element == k
+        lower = State(bent, state.q - part * state_tails)
+        for changed in (_energies(lower, V), _energies(state, V - part[:, None] * shape_tails)):
+            dK, dC, dM = changed - energies
+            truncation[k] += abs(dK + s * dC + s**2 * dM)
+    return TRUNCATION_FACTOR * truncation / np.maximum(modes.pairing, TINY), modes.rounding
 
 
 def _energies(state: State, V: np.ndarray) -> np.ndarray:
-    """Stiffness v' K v, gyroscopic and inertia terms (3, modes) of shapes."""
+    """v' K v, v' C v with the Coriolis matrix C, and v' M v (3, modes) of shapes."""
     moved = state.displacements @ V  # (2, m, modes)
-    stiffness = (V.conj() * (state.stiffness @ V)).sum(axis=0).real
+    stiffness = (V.conj() * (state.stiffness @ V)).sum(axis=0)
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
-    inertia = (abs(moved) ** 2).sum(axis=(0, 1))
-    return np.array([stiffness, (1j * coriolis * swirl).real, inertia])
+    return np.array([stiffness, coriolis * swirl, (abs(moved) ** 2).sum(axis=(0, 1))])
 
 
 def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
+    """The Solution of modes with these errors of s."""
+    squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.mesh.orders
     moved = state.displacements @ modes.V
     theta = (bent.R @ state.kappa)[:, None]
@@ -251,10 +234,13 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     equilibrium = Equilibrium(modes.status, state.iterations, partial(_curve, kept), kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
-    results = modes.s, partial(np.array, errors), fraction, fields
-    return Solution(bent.beam, bent.problem, equilibrium, stats, *results)
-
-
-def _squared(s: np.ndarray) -> np.ndarray:
-    """omega^2, or minus the squared growth rate of a mode without a frequency."""
-    return np.where(s.imag > 0, s.imag**2, -(s.real**2))
+    return Solution(
+        beam=bent.beam,
+        problem=bent.problem,
+        equilibrium=equilibrium,
+        stats=stats,
+        s=modes.s,
+        estimate_errors=partial(np.array, squared),
+        bending_energy_fraction=fraction,
+        fields=fields,
+    )

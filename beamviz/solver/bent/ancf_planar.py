@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver.bent.beam import in_axes_of_the_beam, inverse_modes
+from beamviz.solver.bent.beam import corotational_components, unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.families import quadrature
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
@@ -85,37 +85,52 @@ class PlanarProblem:
             )
         except NotConverged:
             raise NotConverged(
-                f"{len(self.model.nodes) - 1} elements have no state next to the exact one; use"
+                f"{len(self.model.nodes) - 1} elements have no state next to the converged one; use"
                 " more elements"
             ) from None
         return path.state.reshape(-1, 4), path.iterations
 
 
-def solve_planar(beam: Beam, problem: Problem, exact: Solution) -> Solution:
-    """The modes about the elements' state next to the exact one, a solution of method auto."""
+def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
+    """The modes about the elements' state next to the converged one, a solution of method auto."""
     count, elements = problem.modes, problem.resolution
     planar = PlanarProblem(beam, problem, elements)
     nodes = planar.model.nodes
-    position, f, angle = exact.equilibrium.curve(nodes)
+    position, f, angle = converged.equilibrium.curve(nodes)
     slopes = f[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
     q, iterations = planar.equilibrium(np.hstack((position, slopes)))
     C = 2 * beam.gamma * planar.G if problem.gyroscopic and beam.gamma else None
-    s, free, status = inverse_modes(splu(planar.tangent(q.ravel())).solve, planar.M, C, count)
+    tangent = planar.tangent(q.ravel())
+    factors, diagonal = splu(tangent), abs(tangent.diagonal())
+    modes = unsymmetric_modes(partial(_solve, factors), diagonal, planar.M, C, count)
+    s, free = modes.s, modes.V
     if not (beam.spin_up or problem.gyroscopic):
         free = free.real
     V = np.zeros((q.size, count), free.dtype)
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
-    omega_squared = np.where(s.imag > 0, s.imag**2, -(s.real**2))
     fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
-    errors = abs(omega_squared - exact.omega_squared[:count]) + exact.omega_squared_errors[:count]
+    errors = abs(s**2 - converged.s[:count] ** 2) + converged.omega_squared_errors[:count]
     equilibrium = Equilibrium(
-        status, iterations, partial(_curve, nodes, q), exact.equilibrium.bent_state
+        modes.status, iterations, partial(_curve, nodes, q), converged.equilibrium.bent_state
     )
     stats = Stats(len(planar.free), problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)
     along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)
-    results = s, partial(np.array, errors), across / (along + across), fields
-    return Solution(beam, problem, equilibrium, stats, *results)
+    return Solution(
+        beam=beam,
+        problem=problem,
+        equilibrium=equilibrium,
+        stats=stats,
+        s=s,
+        estimate_errors=partial(np.array, errors),
+        bending_energy_fraction=across / (along + across),
+        fields=fields,
+    )
+
+
+def _solve(factors: SuperLU, f: NDArray, trans: int = 0) -> NDArray:
+    """K^-1 f, or with trans=1 K'^-1 f, by the factors of K."""
+    return factors.solve(f, "T" if trans else "N")
 
 
 def _curve(nodes: NDArray, q: NDArray, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -129,4 +144,4 @@ def _curve(nodes: NDArray, q: NDArray, x: NDArray) -> tuple[NDArray, NDArray, ND
 def _fields(nodes: NDArray, q: NDArray, V: NDArray, x: NDArray) -> NDArray:
     """Displacements (len(x), 2, modes) along and across the bent beam; V (N, 4, modes)."""
     moved = components(nodes, V, x)
-    return in_axes_of_the_beam(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])
+    return corotational_components(moved[:, 0], moved[:, 1], _curve(nodes, q, x)[2])

@@ -26,7 +26,7 @@ from scipy.linalg import lapack, lu_factor, lu_solve
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver.eigen import symmetric_modes
+from beamviz.solver.eigen import EPS, symmetric_modes
 from beamviz.solver.hp.mesh import Mesh
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Status, status_of
@@ -36,22 +36,30 @@ MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative cha
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 FEW = 60  # number of unknowns up to which all modes are computed faster than some
-STILL = 1e-9  # share of |s| up to which a growth rate or a frequency is rounding
+MORE_MODES = 4  # beyond those asked for, in which an instability is seen
+ROUNDING_FACTOR = 100.0  # of the estimated rounding error, see scripts/measure_error_bars.py
+TINY = 1e-300
 
 
-def in_axes_of_the_beam(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
-    """Displacements (k, 2, modes) along and across the beam at points with an angle (k,), of those
-    in x and in y (k, modes)."""
+def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray:
+    """Corotational components (k, 2, modes), along and across the deflected beam, of displacements
+    dx and dy (k, modes) at points where it has an angle (k,)."""
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
 
 class BentBeam:
-    """A beam on a mesh whose breaks hold the concentrated mass."""
+    """A beam on a mesh whose breaks hold the concentrated mass.
+
+    It has mass at the n mesh points and, where there is one, at the concentrated mass: m in all.
+    """
 
     def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
         self.mesh, self.beam, self.problem = mesh, beam, problem
-        self.w, self.J, self.R, self.mass = mesh.weights, mesh.J, mesh.J, mesh.weights
+        self.w = mesh.weights  # (n,)
+        self.J = mesh.J  # (n, n) integrates from the clamp to each mesh point
+        self.R = mesh.J  # (m, n) integrates from the clamp to each mass
+        self.mass = mesh.weights  # (m,)
         self.inertia = mesh.G  # (n, n) R' mass R
         if beam.alpha and beam.beta:
             to_mass = np.where(mesh.points < beam.beta, self.w, 0.0)
@@ -69,9 +77,12 @@ class BentBeam:
 
 
 class State:
-    """A state of a bent beam: the stretch f at the n Gauss points and after it kappa, in q (2 n,).
-    iterations: that an equilibrium took. theta (n,): angle [rad]. direction (2, n): cos theta and
-    sin theta. arms (2, m): x and y of each mass from the axis of rotation."""
+    """A state of a bent beam, in equilibrium or not.
+
+    q (2 n,): the stretch f at the n Gauss points, and after it kappa. iterations: number of them
+    that led to the state. theta (n,): angle [rad]. direction (2, n): cos theta and sin theta.
+    arms (2, m): x and y of each mass from the axis of rotation.
+    """
 
     def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
         self.beam, self.q, self.iterations = beam, q, iterations
@@ -115,7 +126,7 @@ class State:
         return self.largest_angle <= STRAIGHT
 
     def step_size(self, step: NDArray) -> float:
-        """The size of a step in units of the largest that descent takes."""
+        """The size of a step of q (2 n,) in units of the largest that descent takes."""
         df, dkappa = np.split(step, 2)
         turn, stretch = abs(self.beam.J @ dkappa).max(), abs(df / self.f).max()
         return float(max(turn / MAX_TURN, stretch / MAX_STRETCH))
@@ -204,13 +215,15 @@ class State:
         # d(x, y) = R (t df + f n J dkappa), on which the load works that moves along.
         load = np.array([[gamma2, spin_up], [-spin_up, gamma2 * bent.softens]])
         t, fn = self.direction, f * np.stack((-self.direction[1], self.direction[0]))
-        along_t, along_n = bent.inertia * (t.T @ load @ t), bent.inertia * (fn.T @ load @ fn)
+        along_t = bent.inertia * (t.T @ load @ t)
+        along_n = bent.inertia * (fn.T @ load @ fn)
         mixed = (-np.diag(across) - bent.inertia * (t.T @ load @ fn)) @ J
         i = np.arange(n)
         K = np.empty((2 * n, 2 * n))
         K[:n, :n] = np.diag(w * (beam.mu**2 * bent.law.stiffness(f) + ddb * kappa**2 / 2)) - along_t
-        K[:n, n:], K[n:, :n] = mixed, mixed.T
-        if spin_up:
+        K[:n, n:] = mixed
+        K[n:, :n] = mixed.T
+        if spin_up:  # the load is not symmetric
             K[n:, :n] = J.T @ (-np.diag(across) - bent.inertia * (fn.T @ load @ t))
         K[n:, n:] = J.T @ (np.diag(f * along) - along_n) @ J
         K[i, n + i] += w * db * kappa
@@ -235,11 +248,13 @@ class State:
 
 
 class BentModes(NamedTuple):
-    """The lowest modes."""
+    """The lowest modes about a deflected state."""
 
     s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
     V: NDArray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
-    status: Status  # by all modes that are known
+    pairing: NDArray  # (count,) |y* (2 s M + C) v|, y the left vector: small where modes coalesce
+    rounding: NDArray  # (count,) estimated rounding error of s
+    status: Status  # by these modes and, with a spin-up, MORE_MODES beyond them
 
 
 def bent_modes(state: State, count: int) -> BentModes:
@@ -253,25 +268,45 @@ def bent_modes(state: State, count: int) -> BentModes:
     if bent.problem.gyroscopic and gamma:
         S = B[1].T @ B[0]
         C = 2 * gamma * (S - S.T)  # e3 x r' against virtual displacements
-    L, info = lapack.dpotrf((K + K.T) / 2, lower=1, clean=1)
-    status: Status = "stable"
     if bent.beam.spin_up:
-        s, V, status = inverse_modes(partial(lu_solve, lu_factor(K)), M, C, count)
-    elif info:
-        raise NotConverged("the stiffness of a bent state is not positive definite")
-    elif C is not None:
+        factors = lu_factor(K)
+        modes = unsymmetric_modes(partial(lu_solve, factors), abs(np.diag(K)), M, C, count)
+        return modes._replace(V=scale[:, None] * modes.V)
+    L, info = lapack.dpotrf(K, lower=1, clean=1)
+    if info:
+        raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
+    if C is not None:
         s, V = _steady_gyroscopic(L, F, C, count)
     else:
-        omega_squared, V, _ = symmetric_modes(K, M, count)
+        omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
-    return BentModes(s, scale[:, None] * V, status)
+    pairing, rounding = _pairing(abs(np.diag(K)), M, C, s, V, V)
+    return BentModes(s, scale[:, None] * V, pairing, rounding, "stable")
+
+
+def _pairing(
+    stiffness: NDArray, M: Any, C: Any, s: NDArray, V: NDArray, W: NDArray
+) -> tuple[NDArray, NDArray]:
+    """|y* T'(s) v| with T(s) = s^2 M + s C + K, for the vectors of modes V and the left ones W,
+    both of unit modal mass, and the rounding error of s: that of y* K v over it. stiffness: the
+    diagonal of K."""
+    slope = 2 * s * (M @ V)
+    if C is not None:
+        slope = slope + C @ V
+    pairing = abs((W.conj() * slope).sum(axis=0))
+    size = stiffness @ (abs(V) * abs(W))
+    return pairing, ROUNDING_FACTOR * EPS * size / np.maximum(pairing, TINY)
 
 
 def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[NDArray, NDArray]:
-    """With p = L' q, K = L L', and r = F q' the inverse of (p, r)' = s (p, r) is the skew matrix
+    """s and vectors (n, count) of the lowest modes of F' F q" + C q' + L L' q = 0, which all
+    vibrate.
+
+    With p = L' q, K = L L', and r = F q' the inverse of (p, r)' = s (p, r) is the skew matrix
     T = [[-L^-1 C L^-T, -X], [X', 0]], X = L^-1 F'. Its eigenvalues
-    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each."""
+    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each.
+    """
     X = lapack.dtrtrs(L, F.T, lower=1)[0]
     C = lapack.dtrtrs(L, lapack.dtrtrs(L, C, lower=1)[0].T, lower=1)[0].T
     n, m = X.shape
@@ -285,17 +320,38 @@ def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[
     return 1j * omega, V[:, :count] + 1j * V[:, count:]
 
 
-def inverse_modes(
+def unsymmetric_modes(
+    solve: Callable[..., NDArray], stiffness: NDArray, M: Any, C: Any, count: int
+) -> BentModes:
+    """The lowest modes of s^2 M v + s C v + K v = 0, by ascending frequency, with an unsymmetric
+    K; of a pair of one frequency that grows and decays, the growing mode first.
+
+    solve: f -> K^-1 f, with trans=1 K'^-1 f. stiffness: |diagonal| of K. A growth rate, or a
+    frequency, within the rounding error of s is 0. The left vectors are the vectors of K' and C'.
+    """
+    s, V = _inverse_spectrum(solve, M, C, count + MORE_MODES)
+    transposed = None if C is None else C.T
+    s_left, W = _inverse_spectrum(partial(solve, trans=1), M, transposed, count + MORE_MODES)
+    W = W[:, abs(s[:, None] - s_left).argmin(axis=1)].conj()
+    V, W = (
+        vectors / np.sqrt(abs((vectors.conj() * (M @ vectors)).sum(axis=0))) for vectors in (V, W)
+    )
+    pairing, rounding = _pairing(stiffness, M, C, s, V, W)
+    real = np.where(abs(s.real) <= rounding, 0.0, s.real)
+    s = real + 1j * np.where(abs(s.imag) <= rounding, 0.0, s.imag)
+    kept = np.lexsort((-s.real, abs(s)))[:count]  # the lowest by |s|, by ascending frequency
+    kept = kept[np.lexsort((-s.real[kept], s.imag[kept]))]
+    return BentModes(s[kept], V[:, kept], pairing[kept], rounding[kept], status_of(s))
+
+
+def _inverse_spectrum(
     solve: Callable[[NDArray], NDArray], M: Any, C: Any, count: int
-) -> tuple[NDArray, NDArray, Status]:
-    """s and vectors (n, count) of the lowest modes of s^2 M v + s C v + K v = 0, by ascending
-    frequency, and the status by all modes found, from the largest eigenvalues 1/s^2, or with
-    C (n, n) 1/s, of the inverse problem. Of a pair of one frequency that grows and decays, the
-    growing mode comes first.
-    solve: f -> K^-1 f. K may be unsymmetric. Arnoldi's method finds a few of many in a subspace
-    that is large enough not to be restarted often."""
+) -> tuple[NDArray, NDArray]:
+    """s, with Im s >= 0, and vectors (n, count) of the modes of smallest |s|, from the largest
+    eigenvalues 1/s^2, or with C (n, n) 1/s, of the inverse problem. Arnoldi's method finds a few of
+    many in a subspace that is large enough not to be restarted often."""
     n = M.shape[0]
-    size, wanted = (n, count + 2) if C is None else (2 * n, 2 * count + 2)  # s comes with -s
+    size, wanted = (n, count) if C is None else (2 * n, 2 * count)  # s comes with -s or s*
     start = np.random.default_rng(0).standard_normal(size)
     unit = np.sqrt(np.linalg.norm(solve(M @ start[:n])) / np.linalg.norm(start[:n]))
 
@@ -315,15 +371,12 @@ def inverse_modes(
         nu, V = eigs(operator, wanted, ncv=2 * wanted + 8, v0=start)
     else:
         nu, V = np.linalg.eig(inverse(np.eye(size)))
-    s = 1 / nu if C is not None else np.sqrt(1 / nu.astype(complex))
-    rounding = STILL * abs(s)
-    s = np.where(abs(s.real) <= rounding, 0.0, s.real) + 1j * np.where(
-        abs(s.imag) <= rounding, 0.0, s.imag
-    )
-    backward = np.where(s.imag == 0, s.real < 0, s.imag < 0)
     if C is None:
-        s, backward = np.where(backward, -s, s), np.zeros(len(s), bool)
-    forward = np.flatnonzero(~backward)
-    kept = forward[np.lexsort((-s.real[forward], abs(s[forward])))[:count]]
-    kept = kept[np.lexsort((-s.real[kept], s.imag[kept]))]
-    return s[kept], V[:n, kept], status_of(s[forward])
+        s = np.sqrt(1 / nu.astype(complex))
+        s = np.where(s.imag < 0, -s, s)
+        lowest = abs(s).argsort()[:count]
+    else:
+        s = 1 / nu
+        forward = np.flatnonzero((s.imag > 0) | ((s.imag == 0) & (s.real > 0)))
+        lowest = forward[abs(s[forward]).argsort()[:count]]
+    return s[lowest], V[:n, lowest]

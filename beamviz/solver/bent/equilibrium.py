@@ -8,6 +8,7 @@ folded over at the clamp, from where it points outward.
 
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import pairwise
 from operator import attrgetter
 
@@ -17,10 +18,16 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
-from beamviz.solver.hp.equilibrium import axial_problem, single
+from beamviz.solver.hp.equilibrium import (
+    axial_problem,
+    coarse_equilibrium,
+    has_unique_equilibrium,
+    is_small_strain,
+    stack_of,
+    unstretched_positions,
+)
+from beamviz.solver.hp.first_mesh import Span, find_spans
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.mesh_design import Span, distances, find_spans, unstretched_positions
-from beamviz.solver.hp.refinement import design
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
@@ -48,14 +55,14 @@ def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]
     """The parts of the beam folded over, and the widths of the bending layers at both ends of each:
     sqrt of bending stiffness over tension."""
     folded, law = folded_over(beam), problem.strain_law
-    try:
-        spans = design(folded, problem).spans
-    except (NoEquilibrium, NotConverged):  # more force than the law has
-        spans = find_spans(folded, unstretched_positions(folded), law)
+    positions = unstretched_positions(folded)
+    if not is_small_strain(folded, law):
+        with suppress(NoEquilibrium, NotConverged):  # more force than the law has
+            _, positions = coarse_equilibrium(folded, law)
+    spans = find_spans(folded, positions, law)
     power = 2 * problem.curvature_power - 3
     return [
-        (span, [1 / math.sqrt(max(N, 1.0) * f**power) for N, f in zip(span.N, span.f, strict=True)])
-        for span in spans
+        (span, [1 / math.sqrt(max(end.N, 1.0) * end.f**power) for end in span]) for span in spans
     ]
 
 
@@ -63,13 +70,23 @@ def first_mesh(beam: Beam, problem: Problem) -> Mesh:
     """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
     breaks = {0.0}
     for span, (first, last) in layer_widths(beam, problem):
-        half, end = span.length / 2, span.end
-        breaks |= {end, *(span.start + away for away in distances(LAYER * first, GRADING, half))}
+        start, end = span.start.x, span.end.x
+        half = (end - start) / 2
+        breaks |= {end, *(start + away for away in distances(LAYER * first, GRADING, half))}
         if end < 1:
             breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
-    pieces = ((a, b, math.ceil((b - a) / LONGEST_ELEMENT)) for a, b in pairwise(sorted(breaks)))
-    spread = [a + (b - a) * k / n for a, b, n in pieces for k in range(n)]
-    return make_mesh((*spread, 1.0), (FIRST_ORDER,) * len(spread))
+    starts: list[float] = []  # of the elements
+    for a, b in pairwise(sorted(breaks)):
+        n = math.ceil((b - a) / LONGEST_ELEMENT)
+        starts += [a + (b - a) * k / n for k in range(n)]
+    return make_mesh((*starts, 1.0), (FIRST_ORDER,) * len(starts))
+
+
+def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
+    """Distances of graded breaks from the end of a span, below `longest`."""
+    while first < longest:
+        yield first
+        first *= ratio
 
 
 def stable_states(beam: BentBeam) -> list[State]:
@@ -118,12 +135,12 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
 
 def straight_state(bent: BentBeam) -> State | None:
     """The straight state that is stable along the beam; None where there is none."""
-    problem = axial_problem(bent.mesh, single(bent.beam), bent.law)
+    problem = axial_problem(bent.mesh, stack_of([bent.beam]), bent.law)
     try:
-        found = problem.solve()
+        axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
     except (NoEquilibrium, NotConverged):
         return None
-    return State(bent, np.append(found.f[0], np.zeros(len(bent.w))), found.iterations)
+    return State(bent, np.append(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
 
 
 def folded_state(bent: BentBeam) -> State | None:
@@ -143,6 +160,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> State | None:
     for _ in range(DESCENT_TRIALS):
         step, size = _newton_step(state, shift)
         trial = State(beam, state.q + step, state.iterations + 1)
+        # Near the state Newton's steps shrink quadratically, and the energy is rounding error.
         near = not shift and size < min(QUADRATIC, last_size / 2)
         if not (near or (size <= 1 and _falls(state, trial, step))):
             shift = LARGER * shift or last_shift

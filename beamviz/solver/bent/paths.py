@@ -26,7 +26,7 @@ from beamviz.solver.continuation import LIMIT_PRECISION, Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 
 FIRST_STEP = 0.4  # of a speed, relative: the first increase
-SLOWER, SLOWEST = 0.8, 30  # ratio of speeds, and their number, where a stable state is looked for
+SLOWER, SLOWEST = 0.8, 30  # ratio and number of lower speeds at which a stable state is sought
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 FIRST_ARC, SMALLEST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 1e-6, 0.3, 300  # steps around limit points
 DIFFERENCE = 1e-4  # step of a derivative by the load
@@ -85,11 +85,12 @@ def _slower(bent: BentBeam) -> State:
     while low < high:
         k = (low + high) // 2
         beam = bent.beam.replace(gamma=bent.beam.gamma * SLOWER**k)
-        slower, found = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem), None
+        slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
+        stable = None
         if folded_state(slower):
-            found = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
-        if found:
-            state, high = found, k
+            stable = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
+        if stable:
+            state, high = stable, k
         else:
             low = k + 1
     if state is None:
@@ -101,12 +102,12 @@ def _slower(bent: BentBeam) -> State:
 
 
 def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
-    """A bent state just beyond the speed at which the straight one ceases to be stable."""
+    """A deflected equilibrium just beyond the speed at which the straight one loses stability."""
     beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
-        found = descend(beyond, guess)
-        if found and not found.is_straight:
-            return found
+        state = descend(beyond, guess)
+        if state and not state.is_straight:
+            return state
     return None
 
 
@@ -117,33 +118,34 @@ def follow(
     first_step: float = math.inf,
     precision: float = LIMIT_PRECISION,
 ) -> Path:
-    """Follow the stable states from one to another value of the beam's number `over`. first_step:
-    relative to its own value. precision: relative to the distance. Raises NotConverged."""
-    bent, own = start.beam, float(getattr(start.beam.beam, over))
-    sign = math.copysign(1.0, stop - own)
+    """Follow the stable states from that at the start to another value of the beam's number `over`.
+    first_step: relative to the first value. precision: relative to the distance. Raises
+    NotConverged."""
+    bent, first = start.beam, float(getattr(start.beam.beam, over))
+    sign = math.copysign(1.0, stop - first)
 
     def at(distance: float) -> BentBeam:
-        return bent.changed(**{over: own + sign * distance})
+        return bent.changed(**{over: first + sign * distance})
 
     def solve_at(distance: float, guess: NDArray) -> Root | None:
-        found = newton(at(distance), guess)
-        return Root(found.q, found.iterations) if found else None
+        state = newton(at(distance), guess)
+        return Root(state.q, state.iterations) if state else None
 
-    first = _margins(start)
+    margins_at_start = _margins(start)
 
     def margin(distance: float, q: NDArray) -> NDArray:
-        return _margins(State(at(distance), q)) / first
+        return _margins(State(at(distance), q)) / margins_at_start
 
-    step = first_step * abs(own) if first_step < math.inf else math.inf
-    path = continue_load(solve_at, start.q, abs(stop - own), margin, step, precision)
-    value = stop if path.limit is None else own + sign * path.limit
+    step = first_step * abs(first) if first_step < math.inf else math.inf
+    path = continue_load(solve_at, start.q, abs(stop - first), margin, step, precision)
+    value = stop if path.limit is None else first + sign * path.limit
     state = State(bent.changed(**{over: value}), path.state, path.iterations)
     return Path(state, None if path.limit is None else value)
 
 
 def _margins(state: State) -> NDArray:
-    """Margins of stability, positive for a stable state: the lowest eigenvalue of the stiffness,
-    the least stretch, and the least local stiffness."""
+    """Margins of stability (3,), positive for a stable state: the lowest eigenvalue of the
+    stiffness, the least stretch, and the least local stiffness."""
     if state.beam.beam.spin_up:
         lowest = np.linalg.eigvals(state.scaled_stiffness).real.min()
     else:
@@ -161,24 +163,26 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
     """
     target = beam.beam.spin_up
     start = _on_the_side_of_the_force(rest, target)
-    found = newton(beam, start.q)
-    if found is None or found.collapses:
+    state = newton(beam, start.q)
+    if state is None or state.collapses:
         path = follow(start, "spin_up", target)
-        found = _around_limit_points(path.state, target) if path.limit else path.state
-    return State(beam, found.q, rest.iterations + found.iterations)
+        state = path.state
+        if path.limit is not None:
+            state = _around_limit_points(path.state, target)
+    return State(beam, state.q, rest.iterations + state.iterations)
 
 
 def states_on_both_sides(beam: BentBeam) -> list[State]:
     """The stable states of a beam that spins up on the side to which the Euler force bends it, and
     on the other one: of those none is left once it has snapped through."""
     target = beam.beam.spin_up
-    found = []
+    states = []
     for rest, side in product(stable_states(beam.changed(spin_up=0.0)), (target, -target)):
         with suppress(NotConverged):
             path = follow(_on_the_side_of_the_force(rest, side), "spin_up", target)
             if path.limit is None and not rest.is_straight:
-                found.append(path.state)
-    return found
+                states.append(path.state)
+    return states
 
 
 def _on_the_side_of_the_force(state: State, spin_up: float) -> State:
@@ -196,34 +200,42 @@ def _around_limit_points(start: State, target: float) -> State:
     def at(p: float) -> BentBeam:
         return start.beam.changed(spin_up=float(np.clip(p * target, *SPIN_UP.limits)))
 
-    n, w, limit = len(start.q), np.sqrt(start.beam.w), start.beam.beam.spin_up / target
+    size, largest_share = len(start.q), start.beam.beam.spin_up / target
+    # Arc lengths are in the mean squares of the stretch and, relative to the start, of kappa.
+    w = np.sqrt(start.beam.w)
     unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * start.kappa)), [1.0]))
-    direction, arc, z = np.append(np.zeros(n), 1.0), FIRST_ARC, np.append(start.q, limit)
-    steps, end, most = 0, "", start.largest_angle + 2 * math.pi
-    while not end and steps < MAX_ARCS and arc > SMALLEST_ARC:
-        ahead = np.linalg.solve(_bordered(at, z, direction * unit**2)[0], np.append(np.zeros(n), 1))
-        ahead /= np.linalg.norm(ahead * unit)
-        found = _corrected(at, z + arc * ahead, ahead * unit**2)
-        if found is None:
+    along_p = np.append(np.zeros(size), 1.0)
+    z, direction = np.append(start.q, largest_share), along_p  # (q, p), and the tangent before it
+    arc, steps = FIRST_ARC, 0
+    failure, largest_angle = "", start.largest_angle + 2 * math.pi
+    while not failure and steps < MAX_ARCS and arc > SMALLEST_ARC:
+        A, _ = _bordered(at, z, direction * unit**2)
+        tangent = np.linalg.solve(A, along_p)
+        tangent /= np.linalg.norm(tangent * unit)
+        ahead = _corrected(at, z + arc * tangent, tangent * unit**2)
+        if ahead is None:
             arc /= 2
             continue
-        state = State(at(float(found[-1])), found[:-1])
+        share = float(ahead[-1])
+        state = State(at(share), ahead[:-1])
         if state.collapses:
-            end = f"collapses ({start.beam.problem.strain} strain)"
-        elif state.largest_angle > most:
-            end = "winds around its clamp"
-        elif found[-1] >= 1 and (last := newton(at(1.0), found[:-1])):
+            failure = f"collapses ({start.beam.problem.strain} strain)"
+        elif state.largest_angle > largest_angle:
+            failure = "winds around its clamp"
+        elif share >= 1 and (last := newton(at(1.0), ahead[:-1])):
             return last
-        direction, z, arc = ahead, found, min(1.5 * arc, LONGEST_ARC)
-        steps, limit = steps + 1, max(limit, float(z[-1]))
-    if end:
+        z, direction = ahead, tangent
+        arc, steps = min(1.5 * arc, LONGEST_ARC), steps + 1
+        largest_share = max(largest_share, share)
+    reached = largest_share * target
+    if failure:
         raise NoEquilibrium(
-            f"spin_up = {target:.6g}: no stable state beyond spin_up = {limit * target:.6g}, to"
-            f" which one was followed from 0; then the beam {end}",
+            f"spin_up = {target:.6g}: no stable state beyond spin_up = {reached:.6g}, to"
+            f" which one was followed from 0; then the beam {failure}",
             math.nan,
         )
     raise NotConverged(
-        f"spin_up = {target:.6g}: the equilibrium was followed up to {limit * target:.6g}, and on"
+        f"spin_up = {target:.6g}: the equilibrium was followed up to {reached:.6g}, and on"
         f" around a limit point in {steps} steps"
     )
 

@@ -44,8 +44,8 @@ def hermite(xi: ArrayLike, length: ArrayLike) -> tuple[NDArray, NDArray, NDArray
     """S, S' and S'' of cubic elements (paper, eqs. 5-6), one component: (..., 4) each. xi = x /
     length in [0, 1] and length are broadcast; the derivatives are by x."""
     xi, l = np.broadcast_arrays(xi, length)
-    S = [1 - xi * xi * (3 - 2 * xi), l * xi * (1 - xi) ** 2, xi * xi * (3 - 2 * xi)]
-    S.append(-l * xi * xi * (1 - xi))
+    rise = xi * xi * (3 - 2 * xi)
+    S = [1 - rise, l * xi * (1 - xi) ** 2, rise, -l * xi * xi * (1 - xi)]
     dS = [-6 * xi * (1 - xi) / l, (1 - xi) * (1 - 3 * xi), 6 * xi * (1 - xi) / l, xi * (3 * xi - 2)]
     ddS = [(12 * xi - 6) / l**2, (6 * xi - 4) / l, (6 - 12 * xi) / l**2, (6 * xi - 2) / l]
     return np.stack(S, -1), np.stack(dS, -1), np.stack(ddS, -1)

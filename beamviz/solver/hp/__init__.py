@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes
-from beamviz.solver.hp.refinement import Answer, CommonMesh, Refinement
+from beamviz.solver.hp.refinement import Answer, converged_modes
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
     Equilibrium,
@@ -27,37 +27,39 @@ from beamviz.solver.solution import (
 
 
 def solve_hp(
-    beams: Sequence[Beam],
-    problem: Problem,
-    extra_modes: int = 0,
-    common_mesh: CommonMesh | None = None,
+    beams: Sequence[Beam], problem: Problem, extra_modes: int = 0
 ) -> list[Solution | BeamvizError]:
     """The solution of each beam, or its error. See `solve_many`."""
-    count = problem.modes + extra_modes
-    refinement = Refinement(beams, problem, count, common_mesh)
-    while refinement.waiting:
-        for indices, mesh in refinement.next_stacks():
-            refinement.solve_stack(indices, mesh)
-        if common_mesh and refinement.refines(common_mesh):
-            refinement = Refinement(beams, problem, count, common_mesh)
-    return list(map(partial(_solution, problem), beams, refinement.answers))
+    answers = converged_modes(beams, problem, problem.modes + extra_modes)
+    return [_solution(problem, *pair) for pair in zip(beams, answers, strict=True)]
 
 
-def _solution(problem: Problem, beam: Beam, found: Answer) -> Solution | BeamvizError:
+def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | BeamvizError:
     """The Solution of modes on a mesh, or the error in their place."""
-    if isinstance(found, BeamvizError):
-        return found
-    s, grid = exponents(found.omega_squared), found.grid
+    if isinstance(modes, BeamvizError):
+        return modes
+    s, grid = exponents(modes.omega_squared), modes.grid
     orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
     buckled = False
-    if found.family_omega_squared is not None and problem.softening and not problem.chordwise:
-        buckled = bool(found.family_omega_squared[0, 0] < beam.gamma**2)  # softening lowers it
-    curve = partial(_curve, found)
-    equilibrium = Equilibrium(status_of(s), found.iterations, curve, buckled_chordwise=buckled)
-    stats = Stats(unknowns, "hp", len(orders), max(orders))
-    errors = partial(np.add, found.truncation, found.rounding)
-    results = s, errors, found.bending_energy_fraction, Shapes(found)
-    return Solution(beam, problem, equilibrium, stats, *results)
+    if problem.softening and not problem.chordwise:
+        # In the plane of rotation, softening lowers every omega^2 by gamma^2.
+        buckled = bool(modes.lowest_bending < beam.gamma**2)
+    curve = partial(_curve, modes)
+    return Solution(
+        beam=beam,
+        problem=problem,
+        equilibrium=Equilibrium(status_of(s), modes.iterations, curve, buckled_chordwise=buckled),
+        stats=Stats(unknowns, "hp", len(orders), max(orders)),
+        s=s,
+        estimate_errors=partial(_errors, modes),
+        bending_energy_fraction=modes.bending_energy_fraction,
+        fields=Shapes(modes),
+    )
+
+
+def _errors(modes: StraightModes) -> np.ndarray:
+    """Estimated errors (modes,) of omega^2."""
+    return modes.truncation.sum(axis=-1) + modes.rounding
 
 
 @lru_cache(maxsize=128)
@@ -66,48 +68,21 @@ def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
     return read_only(matrix(np.frombuffer(x)))
 
 
-def _curve(found: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _curve(modes: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of the equilibrium."""
-    matrices = found.grid.from_clamp, found.grid.at
-    return straight(*(_rows(matrix, x.tobytes()) @ found.f for matrix in matrices))
+    matrices = modes.grid.from_clamp, modes.grid.at
+    return straight(*(_rows(matrix, x.tobytes()) @ modes.f for matrix in matrices))
 
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
     """Modes on a mesh as functions of x: the `fields` of a Solution."""
 
-    found: StraightModes
+    modes: StraightModes  # of one beam
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Displacements (len(x), 2, modes) along and across the beam."""
-        return _displacements(_rows(self.found.grid.from_clamp, x.tobytes()), self.found)
-
-    @property
-    def families(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """omega^2 of the lowest k modes of each family, bending first, and its estimated errors,
-        (2, k) each, k the number of modes solved for; None with Coriolis forces."""
-        squares, errors = self.found.family_omega_squared, self.found.family_errors
-        return None if squares is None or errors is None else (squares, errors)
-
-    @property
-    def stored(self) -> np.ndarray | None:
-        """Twice the potential energies (2, modes), softening included, of modes of unit modal mass:
-        along the beam, then across it; None without Coriolis forces and at rest."""
-        return self.found.stored
-
-    @property
-    def spectrum(self) -> np.ndarray | None:
-        """omega^2 of all modes of the mesh: of each family, bending first, (2, n), or with Coriolis
-        forces of all, (1, n)."""
-        found = self.found
-        if found.nu is None:
-            return None
-        with np.errstate(divide="ignore", over="ignore"):  # the highest may be zero by rounding
-            spectrum = 1 / found.nu
-        if found.family_omega_squared is None:
-            return spectrum
-        shift = spectrum[:, :1] - found.family_omega_squared[:, :1]  # of each family
-        return spectrum - shift
+        return _displacements(_rows(self.modes.grid.from_clamp, x.tobytes()), self.modes)
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
@@ -118,26 +93,27 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     """
     groups: dict[object, list[int]] = {}
     for k, solution in enumerate(solutions):
-        modes = solution.fields.found if isinstance(solution.fields, Shapes) else None
+        modes = solution.fields.modes if isinstance(solution.fields, Shapes) else None
         key = k if modes is None else (modes.grid.orders, modes.mode_order is None)
         groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
-    found = [_of_group([solutions[k] for k in group], x[group]) for group in groups.values()]
-    return np.concatenate(found)[places.argsort()]
+    parts = [_of_group([solutions[k] for k in group], x[group]) for group in groups.values()]
+    return np.concatenate(parts)[places.argsort()]  # in the order of the solutions
 
 
 def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
     """`displacements` of modes on meshes of the same orders, or of a single solution."""
     if len(solutions) == 1:
         return solutions[0].fields(x[0])[None]
-    found = [each.fields.found for each in solutions if isinstance(each.fields, Shapes)]
+    modes_of_each = [each.fields.modes for each in solutions if isinstance(each.fields, Shapes)]
 
     def stacked(records: Sequence[Any], *names: str) -> dict[str, Any]:
-        return {name: np.array([getattr(one, name) for one in records]) for name in names}
+        """The arrays of these names, those of all records in the leading axis."""
+        return {name: np.array([getattr(record, name) for record in records]) for name in names}
 
-    first, grids = found[0], [one.grid for one in found]
+    first, grids = modes_of_each[0], [modes.grid for modes in modes_of_each]
     order = () if first.mode_order is None else ("mode_order",)
-    modes = first._replace(**stacked(found, "f", "kappa", "s", *order))
+    modes = first._replace(**stacked(modes_of_each, "f", "kappa", "s", *order))
     if all(grid is first.grid for grid in grids) and (x == x[0]).all():
         return _displacements(_rows(first.grid.from_clamp, x[0].tobytes()), modes)
     grid = replace(first.grid, **stacked(grids, "breaks", "points", "weights", "J"))

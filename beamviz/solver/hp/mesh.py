@@ -132,6 +132,7 @@ class Mesh(Grid):
 
     grid: Grid  # without the matrices
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
+    in_element: np.ndarray  # (2 n, elements) 1 for the points of an element, twice; 0 elsewhere
     axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
     IJT: np.ndarray  # (..., 2, 2 n, n) the identity and, below it, J, times T
     tails: np.ndarray  # (..., 2 elements, n)
@@ -173,7 +174,8 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
     breaks, points, weights, J = map(read_only, (breaks, points, weights, J))
     grid = Grid(breaks, orders, axial_orders, points, weights, J)
-    arrays = (rooted, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
+    in_element = np.tile(np.repeat(np.eye(len(orders)), orders, axis=0), (2, 1))
+    arrays = (rooted, in_element, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
     return Mesh(breaks, orders, axial_orders, points, weights, J, grid, *map(read_only, arrays))
 
 

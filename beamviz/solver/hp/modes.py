@@ -28,7 +28,7 @@ from beamviz.solver.problem import Problem
 
 # Safety factors of the two error estimates: twice the least for which the errors of 5000 random
 # beams over the accepted domain were within their estimates (scripts/measure_error_bars.py).
-TRUNCATION_FACTOR = 12.0
+TRUNCATION_FACTOR = 10.0
 ROUNDING_FACTOR = 30.0
 
 
@@ -43,26 +43,23 @@ class StraightModes(NamedTuple):
     grid: Grid
     f: NDArray  # (..., n) stretch at the mesh points
     iterations: int
+    margin: NDArray  # (...) of the equilibrium, 0 at a limit
     kappa: NDArray  # (..., n, modes) derivative of the rotation
     s: NDArray  # (..., n, modes) gradient of the displacement along the beam
     mode_order: NDArray | None  # (..., modes)
     bending_energy_fraction: NDArray  # (..., modes) share of the kinetic energy
     omega_squared: NDArray  # (..., modes) ascending
-    truncation: NDArray  # (..., modes) error of omega^2 from the order of the mesh
+    truncation: NDArray  # (..., modes, elements) error of omega^2 from the order of each element
     rounding: NDArray  # (..., modes) error of omega^2 from rounding
-    # Of as many modes of each family, bending first (..., 2, modes): None with Coriolis forces.
-    family_omega_squared: NDArray | None = None
-    family_errors: NDArray | None = None  # of omega^2, truncation and rounding
-    nu: NDArray | None = None  # (..., families, n) of all modes: see `Shapes.spectrum`
-    stored: NDArray | None = None  # (..., 2, modes) with Coriolis forces: see `Shapes.stored`
+    lowest_bending: NDArray  # (...) omega^2
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
         grid, f, iterations, *arrays = self
         for k in range(len(f)):
-            one = grid if grid.breaks.ndim == 1 else grid[k]
+            grid_of_beam = grid if grid.breaks.ndim == 1 else grid[k]
             rows: list[Any] = [None if x is None else x[k] for x in arrays]
-            yield StraightModes(one, f[k], iterations, *rows)
+            yield StraightModes(grid_of_beam, f[k], iterations, *rows)
 
 
 class Matrices(NamedTuple):
@@ -75,7 +72,7 @@ class Matrices(NamedTuple):
     K: NDArray  # (beams, n, n)
     M: NDArray  # (beams, n, n)
     d: NDArray  # (beams, n)
-    G: NDArray  # (beams, n, n), or (n, n) where the beams share it
+    G: NDArray  # (1 or beams, n, n)
     stiffness: NDArray  # (beams, 2, 2 n) of the unknown, then of its integral (tension)
 
 
@@ -88,7 +85,7 @@ def lowest_modes(
     where one of several is unstable.
     """
     matrices = stiffness_and_mass(axial, state.f, problem)
-    coupled = problem.gyroscopic and (axial.beams.size > 1 or axial.beams.gamma)
+    coupled = problem.gyroscopic and axial.beams.turning
     solve = gyroscopic_modes if coupled else uncoupled_modes
     return solve(axial, state, matrices, count, problem)
 
@@ -105,7 +102,7 @@ def stiffness_and_mass(axial: AxialProblem, f: NDArray, problem: Problem) -> Mat
     stiffness = np.zeros((len(f), 2, 2 * n))
     stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_power)
     stiffness[:, 1, :n] = d = w * axial_stiffness(f, beams.mu, problem.strain_law)
-    if problem.stiffens and (beams.size > 1 or beams.gamma):
+    if problem.stiffens:
         tension = beams.gamma**2 * (np.matvec(inertia.G, f) + beams.delta * inertia.g)
         stiffness[:, 0, n:] = tension * f
         K = across.mT @ (tension[..., None] * mesh.J)
@@ -126,29 +123,42 @@ def uncoupled_modes(
     mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
     S = mesh.axial / np.sqrt(d)[..., None]
-    shift = 0.0 if beams.outward else eigen.COMPRESSED
-    v, size, added, nu = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
-    omega_squared = size - added
-    scale = abs(omega_squared) + eigen.COMPRESSED
-    tail = relative_tail(mesh, matrices, v, scale)
-    condition = size / size[..., :1]  # rounding errors are largest in the high modes
-    if not beams.outward:  # compression cancels against bending stiffness: sum of absolute terms
+    shift = eigen.COMPRESSED if beams.inward else 0.0
+    # Arrays of both families are (beams, 2, count), bending first.
+    v, shifted, added = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
+    omega_squared = shifted - added
+    relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
+    size = shifted
+    if beams.inward:  # compression cancels against bending stiffness: sum of absolute terms
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
-        size[:, 0] = np.vecmat(diagonal, v[:, 0] ** 2)
-    truncation, rounding = _errors(mesh, state, scale, tail, size, condition)
+        size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
+    scale = abs(omega_squared) + eigen.COMPRESSED
+    tail = tail_energies(mesh, matrices, v)
+    truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
     if problem.softening:
-        softened = omega_squared if problem.chordwise else omega_squared[:, 1:]
-        softened -= beams.gamma**2 if beams.size == 1 else beams.gamma[..., None] ** 2
-    families = omega_squared.reshape(len(omega_squared), -1)
-    order = families.argsort(axis=-1)[:, :count]
-    picks = order
-    if beams.size > 1:  # indices of the flattened stack
-        picks = order + families.shape[1] * np.arange(len(order))[:, None]
-    fraction = (order < omega_squared.shape[-1]).astype(float)
-    lowest = omega_squared.take(picks), truncation.take(picks), rounding.take(picks)
-    shapes = v[:, 0], v[:, 1], order, fraction
-    families = omega_squared, truncation + rounding, nu
-    return StraightModes(mesh.grid, state.f, state.iterations, *shapes, *lowest, *families)
+        softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
+        if not problem.chordwise:
+            softening = np.concatenate((np.zeros_like(softening), softening), axis=1)
+        omega_squared = omega_squared - softening
+    # The two families in one list of 2 count modes.
+    stack, in_family = len(omega_squared), omega_squared.shape[-1]
+    listed = omega_squared.reshape(stack, -1)
+    order = listed.argsort(axis=-1)[:, :count]
+    beam = np.arange(stack)[:, None]
+    return StraightModes(
+        grid=mesh.grid,
+        f=state.f,
+        iterations=state.iterations,
+        margin=state.margin,
+        kappa=v[:, 0],
+        s=v[:, 1],
+        mode_order=order,
+        bending_energy_fraction=(order < in_family).astype(float),
+        omega_squared=listed[beam, order],
+        truncation=truncation.reshape(*listed.shape, -1)[beam, order],
+        rounding=rounding.reshape(listed.shape)[beam, order],
+        lowest_bending=omega_squared[:, 0, 0],
+    )
 
 
 def gyroscopic_modes(
@@ -160,33 +170,40 @@ def gyroscopic_modes(
     z changes omega^2 by e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega +
     z' K z / omega.
     """
-    mesh, gamma = axial.mesh, np.reshape(axial.beams.gamma, (-1, 1, 1))
+    mesh, gamma = axial.mesh, axial.beams.gamma[..., None]
     S = mesh.axial / np.sqrt(matrices.d)[..., None]
     Fa, Fb = weighted_displacements(axial, state.f, S)
     Ka, Kb = np.eye(S.shape[-1]) + np.zeros((len(S), 1, 1)), matrices.K
     if problem.softening:
         Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
-    most_condition = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    found = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, most_condition)
-    omega_squared, kappa = found.omega_squared, found.b
+    max_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
+    modes = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding)
+    omega_squared, kappa = modes.omega_squared, modes.b
+    # Each shape is real or imaginary: real + imag is its size with its sign.
+    v = np.empty((len(S), 2, *kappa.shape[1:]))
+    v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (modes.a.real + modes.a.imag)
+    s = v[:, 1] * np.where(modes.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
     size = abs(omega_squared) + gamma[..., 0] ** 2
-    v = np.empty((len(S), 2, *kappa.shape[1:]))  # of real or imaginary shapes
-    v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (found.a.real + found.a.imag)
-    s = v[:, 1] * np.where(found.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
-    scale = size[:, None] + eigen.COMPRESSED
-    tail = relative_tail(mesh, matrices, v, scale).sum(axis=1, keepdims=True)
-    tail *= (2 * abs(omega_squared) / (abs(omega_squared) + abs(found.stored.sum(axis=1))))[:, None]
-    if not found.definite:  # unstable: compression cancels, as in uncoupled_modes
+    scale = size + eigen.COMPRESSED
+    share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
+    tail = tail_energies(mesh, matrices, v).sum(axis=1) * share[..., None]
+    if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb), matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    condition = found.condition[:, None]
-    truncation, rounding = _errors(mesh, state, scale, tail, size[:, None], condition)
-    with np.errstate(divide="ignore"):  # omega^2 is 0 on the limit of stability
-        nu = 1 / found.spectrum[:, None]
-    lowest = omega_squared, truncation[:, 0], rounding[:, 0]
-    shapes = kappa, s, None, found.fraction
+    truncation, rounding = _errors(mesh, state, scale, tail, size, modes.relative_rounding)
     return StraightModes(
-        mesh.grid, state.f, state.iterations, *shapes, *lowest, nu=nu, stored=found.stored
+        grid=mesh.grid,
+        f=state.f,
+        iterations=state.iterations,
+        margin=state.margin,
+        kappa=kappa,
+        s=s,
+        mode_order=None,
+        bending_energy_fraction=modes.fraction,
+        omega_squared=omega_squared,
+        truncation=truncation,
+        rounding=rounding,
+        lowest_bending=omega_squared[:, 0],
     )
 
 
@@ -196,46 +213,43 @@ def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple
     times the root of the mass there."""
     mesh, inertia, *_ = axial
     n = f.shape[-1]
-    F = np.empty((*S.shape[:-2], n + 1, n))
+    F = np.empty((len(f), n + 1, n))
     F[..., :n, :] = mesh.rooted
     F[..., n, :] = inertia.alpha**0.5 * inertia.to_mass
     return F @ S, F @ (f[..., None] * mesh.J)
 
 
-def relative_tail(mesh: Mesh, matrices: Matrices, v: NDArray, scale: NDArray) -> NDArray:
-    """The energy (beams, 2, k), relative to `scale`, of the two highest polynomials of each element
-    in shapes v (beams, 2, n, k) of the families, with the absolute value of the tension: an
-    estimate of the change by a higher order. As it may nearly vanish by chance, that of a mode is
-    at least that of each lower mode."""
-    tail = v.mT @ mesh.IJT.mT
-    energy = np.matvec(tail * tail, abs(matrices.stiffness))
-    return np.maximum.accumulate(energy / scale, axis=-1)
+def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
+    """The energies (beams, 2, k, elements) of the two highest polynomials of each element in shapes
+    v (beams, 2, n, k) of the families, with the absolute value of the tension: an estimate of the
+    change of omega^2 by a higher order. A polynomial of degree 1 or more has an integral in its own
+    element only."""
+    tail = v.mT @ mesh.IJT.mT  # (beams, 2, k, 2 n)
+    return (tail * tail) @ (abs(matrices.stiffness)[..., None] * mesh.in_element)
 
 
 def _errors(
-    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, condition: NDArray
+    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, relative: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """Estimated errors (beams, families, k) of omega^2: truncation, from the order of the mesh and
-    the error of the stretch, and rounding.
+    """Estimated errors of omega^2: truncation (..., k, elements), from the order of each element
+    and the error of the stretch, and rounding (..., k).
 
-    scale: of omega^2 without softening. tail: relative_tail. size: of the terms that are rounded.
-    condition: of omega^2.
+    scale: of omega^2 without softening. tail: tail_energies. As the tail of a mode may nearly
+    vanish by chance, it is at least that of each lower mode, relative to its scale. size: of the
+    terms that are rounded. relative: their rounding error in units of EPS, but for 1.
 
     A large stretch varies almost singularly along the beam: the truncation error then exceeds the
     tail. Near the limit of equilibrium a relative error of the load changes the stretch 1 / margin
     times as much, and this the least omega^2, which vanishes at the limit, by the same factor.
     """
-    f, error = state.f, state.error
-    tails = np.matvec(mesh.tails, f)
-    lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f) ** 2 + error / 2
-    factor = TRUNCATION_FACTOR * np.maximum(f[:, 0], 1.0)
-    if len(f) == 1:  # floats are faster
-        lost, factor = lost.item(), factor.item()
-    else:
-        lost, factor = lost[:, None, None], factor[:, None, None]
-    rounding = size * (ROUNDING_FACTOR * EPS * (1 + condition))
-    if state.margin is not None:
-        margin = state.margin[:, None, None]
-        lost = lost / margin**2
-        rounding += scale * (ROUNDING_FACTOR * EPS * (1 / margin - 1))
-    return (tail + lost) * (scale * factor), rounding
+    f, error, elements = state.f, state.error, len(mesh.orders)
+    margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
+    tails = np.matvec(mesh.tails, f).reshape(len(f), elements, 2)
+    # Relative square errors of the stretch (beams, elements): truncation, and Newton's method.
+    lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
+    lost = (lost + error[:, None] / (2 * elements)).reshape(*margin.shape, elements)
+    factor = TRUNCATION_FACTOR * np.maximum(f[:, 0].reshape(margin.shape), 1.0) * scale
+    tail = np.maximum.accumulate(tail / scale[..., None], axis=-2)
+    truncation = (tail + lost / margin[..., None] ** 2) * factor[..., None]
+    rounding = ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))
+    return truncation, rounding

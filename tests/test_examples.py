@@ -1,0 +1,101 @@
+"""The examples give the numbers that their docstrings state, with the sources named there."""
+
+import ast
+from pathlib import Path
+
+import matplotlib
+import pytest
+from helpers import load_file, slow
+from oracle import truth
+from PIL import Image
+
+from beamviz import Beam
+
+FOLDER = Path(__file__).parents[1] / "assets" / "examples"
+SCRIPTS = {file.stem: file for file in sorted(FOLDER.glob("*.py"))}
+ANSWERS = {  # by script: what `main` returns, with the digits of the docstring
+    "01_steel_beam": {
+        "B1 at rest [Hz]": "1.6554",
+        "B2 at rest [Hz]": "16.0711",
+        "B1 at 60 rpm [Hz]": "1.71",
+    },
+    "02_veering": {
+        "crossing at gamma": "4.464",
+        "veering at gamma": "4.650",
+        "gap [1/T*]": "0.241",
+    },
+    "03_resonances": {"B1, 2 per revolution": "0.79791", "B1, 1 per revolution": "1.71737"},
+    "04_buckling": {"buckling at gamma": "2.996", "tip at gamma = 4 [L]": "0.858"},
+    "05_map": {"third frequency [1/T*]": "76.86327"},
+    "06_film": {"B2 [1/T*]": "22.0955"},
+    "07_release": {"tip at t = 0 [L]": "0.4919", "tip at t = 2 [L]": "-0.3780"},
+    "08_spin_up": {
+        "greatest lag [m]": "0.574",
+        "at [s]": "6.75",  # a sample each 0.01 s
+        "swing afterwards [mm]": "3.64",
+        "elongation [mm]": "0.5145",
+    },
+    "09_cluster": {"omega_1 without a mass": "13.170", "omega_1 with a tip mass": "12.48"},
+    "10_paper_table": {"converged": "52.9425", "ancf, above [%]": "0.18", "foac": "61.59"},
+}
+LONG = {"05_map", "06_film", "08_spin_up", "09_cluster"}  # processes, frames, a motion of 15 s
+MAX_LINES = 60
+MAX_BYTES = 150_000  # of a picture
+
+
+def docstring(name: str) -> str:
+    """The docstring of a script on one line."""
+    text = ast.get_docstring(ast.parse(SCRIPTS[name].read_text()))
+    assert text is not None
+    return " ".join(text.split())
+
+
+def picture(name: str) -> Path:
+    """The committed picture beside a script."""
+    (found,) = (file for file in FOLDER.glob(f"{name}.*") if file.suffix in (".png", ".webp"))
+    return found
+
+
+def size(file: Path) -> tuple[int, int]:
+    """Width and height of a picture [pixels]."""
+    with Image.open(file) as image:
+        return image.size
+
+
+@pytest.mark.parametrize("name", [*sorted(SCRIPTS.keys() - LONG), *slow(*sorted(LONG))])
+def test_an_example_finds_what_its_docstring_states(name, tmp_path):
+    """Within one unit of the last digit stated; and it draws a picture of the committed size."""
+    matplotlib.use("agg")
+    file = tmp_path / picture(name).name
+    found = load_file(SCRIPTS[name]).main(file)
+    assert found.keys() == ANSWERS[name].keys()
+    for quantity, text in ANSWERS[name].items():
+        assert text.removeprefix("-") in docstring(name)
+        unit = 10.0 ** -len(text.partition(".")[2])
+        assert found[quantity] == pytest.approx(float(text), abs=unit), quantity
+    assert size(file) == size(picture(name))
+
+
+def test_the_resonances_are_those_of_an_independent_solution():
+    """The oracle's frequency there is a multiple of the speed, to the digits that are stated."""
+    for per_rev, text in ((2, "0.79791"), (1, "1.71737")):
+        gamma = float(text)
+        (frequency,) = truth(Beam(alpha=1, gamma=gamma), 1).frequencies
+        assert frequency / per_rev == pytest.approx(gamma, abs=1e-5)
+
+
+def test_the_examples_are_short_and_on_their_page():
+    """Each begins with a question and names a source; its picture is small; the page of thumbnails
+    links both and asks the same question."""
+    page = (FOLDER / "README.md").read_text()
+    assert SCRIPTS.keys() == ANSWERS.keys()
+    for name, file in SCRIPTS.items():
+        lines = file.read_text().splitlines()
+        assert len(lines) <= MAX_LINES
+        question = lines[0].removeprefix('"""')
+        assert question.endswith("?")
+        assert "Source: " in docstring(name)
+        assert f"]({file.name})" in page
+        assert f'src="{picture(name).name}"' in page
+        assert page.count(question) == 2  # beside the picture, and in its place for a reader
+        assert picture(name).stat().st_size < MAX_BYTES
