@@ -300,7 +300,7 @@ def is_whole(beam: np.ndarray) -> bool:
     patches, _ = ndimage.label(beam, np.ones((3, 3)))
     sizes = np.bincount(patches.ravel(), minlength=2)[1:]  # [0] of an empty picture
     across = np.flatnonzero((patches == 1 + sizes.argmax()).any(axis=0))
-    return sizes.max() > 0.97 * beam.sum() and np.ptp(across) > 0.4 * beam.shape[1]
+    return sizes.max() > 0.97 * beam.sum() and np.ptp(across) > 0.3 * beam.shape[1]
 
 
 @pytest.mark.slow
