@@ -32,7 +32,6 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import (
     CHOICES,
     COMPARISONS,
-    EARLIER,
     FIELDS,
     FILM_LENGTHS,
     TERMS,
@@ -146,8 +145,6 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
         for key, value in kept.items():
             case = case.changed(key, value)
         state = replace(state, kept=case)
-    elif values.get("comparison") == EARLIER:
-        del values["comparison"]
     return replace(state, **values)
 
 

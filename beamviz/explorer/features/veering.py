@@ -14,9 +14,9 @@ from beamviz.drawing.text import Measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import (
-    CHART,
     Chart,
     ChartRequest,
+    current_chart,
     cursor,
     event_buttons,
     loci_lines,
@@ -186,7 +186,7 @@ class VeeringTab(Feature):
     def parts(self) -> Iterable[Part]:
         return (
             Part(self.reads, event_content),
-            Part(lambda s: (s.job_answer(JOB), s.beam), line_content),
+            Part(lambda s: (*self.reads(s), s.beam), line_content),
             fading(JOB, "veering-chart", "veering-shapes"),
         )
 
@@ -198,9 +198,9 @@ class VeeringTab(Feature):
 
 
 def nearest_event(snapshot: Snapshot) -> tuple[Chart | None, Event | None]:
-    """The chart, and its crossing or veering nearest to the beam."""
-    chart: Chart | None = snapshot.jobs[CHART].result
-    beam = snapshot.beam
+    """The chart of the beam, and its crossing or veering nearest to it; None before there is one,
+    and what is shown then stays."""
+    chart, beam = current_chart(snapshot), snapshot.beam
     near = chart.nearest_pair(getattr(beam, chart.request.over)) if chart and beam else None
     return chart, near
 
@@ -224,9 +224,14 @@ def event_content(
     return content | page.html("veering-shapes", text)
 
 
-def line_content(answer: Answer[VeeringRequest, Pairs] | None, beam: Beam | None) -> Content:
+def line_content(
+    is_open: bool,
+    chart: Chart | None,
+    answer: Answer[VeeringRequest, Pairs] | None,
+    beam: Beam | None,
+) -> Content:
     """The line of the beam."""
-    if answer is None:
+    if not is_open or chart is None or answer is None:
         return {}
     request = answer.request.chart
     line = cursor(beam, request.over, request.measures[0])
