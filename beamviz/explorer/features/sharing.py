@@ -9,16 +9,17 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_float, check_int, check_keys
+from beamviz.beam import MAX_TOML_BYTES, NUMBERS, SI_REQUIRED, check_float, check_int, check_keys
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
@@ -119,15 +120,54 @@ def within_limits(scene: Scene) -> Scene:
     return scene
 
 
-def parse_link(query: str) -> tuple[Scene, dict[str, Any]] | None:
-    """The scene and other values of the state in a query; None for no keys. Raises InvalidInput."""
+class Link(NamedTuple):
+    """What a link describes: a scene, other values of the state by field name, and the errors of
+    the values that are left out."""
+
+    scene: Scene
+    values: dict[str, Any]
+    refused: tuple[InvalidInput, ...] = ()
+
+
+def parse_link(query: str) -> Link | None:
+    """The link of a query, without the values that are not valid; None for no keys. Raises
+    InvalidInput if none of its values is valid."""
     keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     if not keys:
         return None
+    with suppress(InvalidInput):
+        return described(keys)
+    found, refused = None, dict[str, InvalidInput]()
+    valid, left, tried = {}, parts_of(keys), None
+    while left != tried:  # a value may be valid only after one that comes later
+        tried, refused = left, {}
+        for name, part in tried.items():
+            try:
+                found, valid = described(valid | part), valid | part
+            except InvalidInput as error:
+                refused[name] = error
+        left = {name: tried[name] for name in refused}
+    errors = tuple(refused.values())
+    if found is None:
+        raise errors[0]
+    return found._replace(refused=errors)
+
+
+def parts_of(keys: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """The keys of a link, each alone, but those together that make one beam in SI units."""
+    parts: dict[str, dict[str, Any]] = {}
+    for key, value in keys.items():
+        parts.setdefault("si" if key in SI_REQUIRED else key, {})[key] = value
+    return parts
+
+
+def described(keys: dict[str, Any]) -> Link:
+    """The link of these keys and values. Raises InvalidInput."""
     known = {key: KEYS[key] for key in KEYS if keys.get(key) is not None}
-    values = {name: check(keys.pop(key)) for key, (name, check) in known.items()}
+    values = {name: check(keys[key]) for key, (name, check) in known.items()}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
-    return within_limits(Scene.from_query(keys, base)), values
+    scene = Scene.from_query({key: keys[key] for key in keys if key not in known}, base)
+    return Link(within_limits(scene), values)
 
 
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
@@ -165,12 +205,19 @@ class Links(Feature):
             with visitor.reporting("The link is not valid"):
                 link = parse_link(text)
                 if link is None and visitor.state.reserved is not None:
-                    link = self.start.opened, {}
+                    link = Link(self.start.opened, {})
                 if link:
-                    visitor.change(lambda state: linked(state, *link), loads=True)
+                    visitor.change(lambda state: linked(state, *link[:2]), loads=True)
+                    self.report(link.refused)
             if visitor.state.reserved is None:
                 visitor.history = History()
             visitor.set_state(replace(visitor.state, reserved=reserved))
+
+    def report(self, refused: tuple[InvalidInput, ...]) -> None:
+        """Say which values of a link were left out, and why."""
+        if refused:
+            errors = ". ".join(map(str, refused))
+            self.page.say(f"Opened without a part of the link: {errors}.", error=True)
 
     @property
     def parts(self) -> Iterable[Part]:
