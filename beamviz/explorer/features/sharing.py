@@ -216,7 +216,7 @@ class Links(Feature):
     def report(self, refused: tuple[InvalidInput, ...]) -> None:
         """Say which values of a link were left out, and why."""
         if refused:
-            errors = ". ".join(map(str, refused))
+            errors = "; ".join(map(str, refused))
             self.page.say(f"Opened without a part of the link: {errors}.", error=True)
 
     @property
