@@ -362,7 +362,7 @@ def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None
 def at_event(state: State, over: str, event: Event, modes: tuple[int, ...]) -> State:
     """With the beam at an event, in equal shares of its modes."""
     state = state.changed(over, event.at)
-    return state.together(*modes) if modes else state
+    return state.only(*modes) if modes else state
 
 
 def has_line(values: Mapping[str, Any], k: int) -> bool:

@@ -137,8 +137,9 @@ def parse_link(query: str) -> Link | None:
         return None
     with suppress(InvalidInput):
         return described(keys)
-    found, refused = None, dict[str, InvalidInput]()
-    valid, left, tried = {}, parts_of(keys), None
+    found: Link | None = None
+    valid, refused, tried = dict[str, Any](), dict[str, InvalidInput](), None
+    left = parts_of(keys)
     while left != tried:  # a value may be valid only after one that comes later
         tried, refused = left, {}
         for name, part in tried.items():
