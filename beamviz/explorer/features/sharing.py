@@ -6,6 +6,7 @@ A page opens with the scene of its address, and the address is updated with the 
 """
 
 import json
+import math
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -51,6 +52,7 @@ from beamviz.solver import interruption
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
+ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
 FOLLOWS = "auto"  # the rate of a clock that is not locked
 
 
@@ -279,11 +281,17 @@ def extra_pairs(state: State) -> dict[str, Any]:
     return {key: "true" if one is True else one for key, one in values.items()}
 
 
+def is_same(one: Any, other: Any) -> bool:
+    """Whether two values are equal, numbers up to what SI units and back leave of them."""
+    numbers = isinstance(one, float) and isinstance(other, float)
+    return math.isclose(one, other, rel_tol=ROUNDING) if numbers else one == other
+
+
 def inline_table(case: Case, other: Case) -> str:
     """What a case has otherwise than another one, as an inline table of TOML."""
     values, others = case.options | case.numbers, other.options | other.numbers
     known = (*NUMBERS, *CHOICES, *TERMS)
-    changed = {k: v for k, v in values.items() if k in known and v != others[k]}
+    changed = {k: v for k, v in values.items() if k in known and not is_same(v, others[k])}
     return f"{{{', '.join(f'{key} = {json.dumps(value)}' for key, value in changed.items())}}}"
 
 
