@@ -118,7 +118,7 @@ def settled(guest: Visitor, loop: Any, session: Session) -> None:
 def corrected(guest: Visitor) -> None:
     """Send an invalid value, and wait until the server has corrected it: by then it has handled all
     earlier actions, and all that its frames have shown has arrived."""
-    guest.values.pop("film_length", None)
+    guest.wait(lambda _: guest.values.pop("film_length", None))
     guest.do("film_length", "no", until=lambda _: "film_length" in guest.values)
 
 
