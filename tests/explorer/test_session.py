@@ -174,7 +174,7 @@ def test_an_unstable_state_is_shown_with_its_growth(guest):
     fastest = int(solution.growth_rates.argmax())
     rate, error = float(solution.growth_rates[fastest]), float(solution.errors[fastest])
     guest.says(growth(rate, None))
-    assert f">{rounded_to_error(rate, error)}<small>growth rate ±" in guest.texts["mode-rows"]
+    assert f">{rounded_to_error(rate, error)}<small>growth ±" in guest.texts["mode-rows"]
     post = guest.nodes["/scene/rotor/post"]  # below a drum, not below a ring
     guest.wait(lambda _: not post.get("visible", True))
 

@@ -264,17 +264,17 @@ def numbers(solution: Solution, k: int) -> str:
     if math.isfinite(frequency):
         found = rounded(frequency, float(solution.errors[k]), frequencies(units).factor)
     if rate > 0:
-        per_time, name = (1 / units.time, "growth [1/s] ") if units else (1.0, "growth rate ")
-        found += rounded(rate, float(solution.errors[k]), per_time, name)
+        per_time, unit = (1 / units.time, "/s") if units else (1.0, "")
+        found += rounded(rate, float(solution.errors[k]), per_time, unit, "growth ")
     return f"<td>{found}</td>"
 
 
-def rounded(value: float, error: float, factor: float, name: str = "") -> str:
-    """A value to its error, both times `factor`, and the error below it after a name."""
+def rounded(value: float, error: float, factor: float, unit: str = "", name: str = "") -> str:
+    """A value to its error, both times `factor`, with a unit, and the error below, after a name."""
     value, error = factor * value, factor * error
     digits = f"{error:.0e}".replace("e-0", "e-")
     kind = ' class="grows"' if name else ""
-    return f"<div{kind}>{rounded_to_error(value, error)}<small>{name}± {digits}</small></div>"
+    return f"<div{kind}>{rounded_to_error(value, error)}{unit}<small>{name}± {digits}</small></div>"
 
 
 def strip(nodes: np.ndarray) -> str:
