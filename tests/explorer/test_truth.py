@@ -181,3 +181,13 @@ def test_the_table_has_the_modes_of_the_address(guest):
         assert shown == 1
     guest.do("link", "?shares=[0,1,0,0,0,0,0,0]")
     guest.wait(lambda _: guest.texts["mode-rows"].count(rows) == 8)
+
+
+def test_the_tab_veering_says_why_it_shows_nothing(guest):
+    """Where the model has no solution, instead of the veering of the model before."""
+    guest.do("tab", "veering")
+    guest.says("they exchange their shapes")
+    for key, value in (("coriolis", False), ("method", "zoac"), ("state", "stable")):
+        guest.choose(key, value)
+    guest.wait(lambda _: "no bent states" in guest.texts["veering-shapes"])
+    guest.wait(lambda _: guest.props["veering-chart"]["hidden"])

@@ -307,14 +307,14 @@ class LociTab(Feature):
         )
 
 
-def current_chart(snapshot: Snapshot) -> Chart | None:
-    """The chart of the beam and model of a snapshot; None before it is computed."""
+def current_chart(snapshot: Snapshot) -> Answer[ChartRequest, Chart] | None:
+    """The answer with the chart of the beam and model of a snapshot; None before it is computed."""
     answer, state = snapshot.job_answer(CHART), snapshot.state
     if answer is None or snapshot.answer is None or snapshot.beam is None:
         return None
     highest = max(state.per_rev, default=0)
     wanted = ChartRequest.around(snapshot.answer.request, state.over, highest)
-    return answer.result if answer.request == wanted else None
+    return answer if answer.request == wanted else None
 
 
 def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:

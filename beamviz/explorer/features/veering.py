@@ -178,9 +178,9 @@ class VeeringTab(Feature):
 
     def request(self, snapshot: Snapshot) -> None:
         """Request the loci around the event while the tab is open."""
-        chart, event = nearest_event(snapshot)
-        if chart and event and snapshot.state.tab == self.tab.key:
-            self.job.request(VeeringRequest(chart.request, event))
+        charts, event = nearest_event(snapshot)
+        if charts and event and snapshot.state.tab == self.tab.key:
+            self.job.request(VeeringRequest(charts.request, event))
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -192,27 +192,33 @@ class VeeringTab(Feature):
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
         """Whether the tab is open, the chart, and the answer if there is an event to show."""
-        chart, event = nearest_event(snapshot)
+        charts, event = nearest_event(snapshot)
         answer = snapshot.job_answer(JOB) if event else None
-        return snapshot.state.tab == self.tab.key, chart, answer
+        return snapshot.state.tab == self.tab.key, charts, answer
 
 
-def nearest_event(snapshot: Snapshot) -> tuple[Chart | None, Event | None]:
-    """The chart of the beam, and its crossing or veering nearest to it; None before there is one,
-    and what is shown then stays."""
-    chart, beam = current_chart(snapshot), snapshot.beam
-    near = chart.nearest_pair(getattr(beam, chart.request.over)) if chart and beam else None
-    return chart, near
+ChartAnswer = Answer[ChartRequest, Chart]
+
+
+def nearest_event(snapshot: Snapshot) -> tuple[ChartAnswer | None, Event | None]:
+    """The chart of the beam, None before it is computed, where what is shown stays; and its
+    crossing or veering nearest to the beam."""
+    charts, beam = current_chart(snapshot), snapshot.beam
+    if charts is None or charts.result is None or beam is None:
+        return charts, None
+    return charts, charts.result.nearest_pair(getattr(beam, charts.request.over))
 
 
 def event_content(
-    is_open: bool, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None
+    is_open: bool, charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
 ) -> Content:
     """The event, or the reason why there is none, and buttons for all events."""
-    if not is_open or chart is None:
+    if not is_open or charts is None:
         return {}
-    pairs = answer.result if answer else None
-    text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
+    pairs, chart = answer.result if answer else None, charts.result
+    text = page.note(charts.message)
+    if chart:
+        text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
     content = page.props("veering-chart", hidden=not pairs)
     if answer and pairs:
         request = answer.request.chart
@@ -226,12 +232,12 @@ def event_content(
 
 def line_content(
     is_open: bool,
-    chart: Chart | None,
+    charts: ChartAnswer | None,
     answer: Answer[VeeringRequest, Pairs] | None,
     beam: Beam | None,
 ) -> Content:
     """The line of the beam."""
-    if not is_open or chart is None or answer is None:
+    if not is_open or charts is None or answer is None:
         return {}
     request = answer.request.chart
     line = cursor(beam, request.over, request.measures[0])
