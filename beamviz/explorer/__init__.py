@@ -100,7 +100,13 @@ def several_processes(
 @contextmanager
 def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
     """A running explorer: the URL for visitors, with any key; options: further fields of Access."""
-    access = Access(host, port, **options)
+    with run_explorer(scene, Access(host, port, **options)) as (url, _):
+        yield url
+
+
+@contextmanager
+def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
+    """A running explorer: the URL for visitors, and its frame loop."""
     contents = {key: (tab.name, tab.content) for key, tab in tabs().items()}
     with run_server(access, partial(insert_page, tabs=contents)) as server:
         access = replace(access, port=server.get_port())
@@ -109,7 +115,7 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
         place(server.initial_camera, initial(scene))
         frame_loop = FrameLoop(server, scene, access)
         try:
-            yield access.url
+            yield access.url, frame_loop
         finally:
             frame_loop.stop()
 

@@ -27,8 +27,8 @@ OTHER_FILES = (
     *(ABOVE.replace("..", "%2e%2e"), "/..%5c..%5c..%5cetc%5cpasswd"),
 )
 EVIL = "evil.example"
-REBOUND = (EVIL, f"127.0.0.1.{EVIL}:{{port}}", "127.0.0.1:1", "user@127.0.0.1:{port}", "localhost")
-REBOUND += ("127.0.0.1:{port}/x", "127.0.0.1:{port}port")
+REBOUND = (EVIL, f"127.0.0.1.{EVIL}:{{port}}", f"localhost.{EVIL}", "user@127.0.0.1:{port}")
+REBOUND += ("127.0.0.1:{port}/x", "127.0.0.1:{port}port", "127.0.0.1:0")
 FOREIGN: list[dict[str, str]] = [
     *({"Origin": origin} for origin in (f"http://{EVIL}", "null")),
     # DNS rebinding makes a foreign page same-origin; only the Host header shows it.
@@ -83,14 +83,15 @@ def test_our_own_page_is_answered_under_the_names_of_this_machine(plain, url):
 @pytest.mark.parametrize(
     ("address", "answered", "refused"),
     [
-        (("127.0.0.1", 8080), ("localhost:8080", "[::1]:8080"), ("192.168.1.5:8080",)),
+        (("127.0.0.1", 8080), ("localhost:8080", "[::1]:9000"), ("192.168.1.5:8080",)),
         (("127.0.0.1", 80), ("localhost",), ()),
-        (("0.0.0.0", 8080), ("192.168.1.5:8080",), ("evil.example:8080",)),
-        (("192.168.1.5", 8080), ("192.168.1.5:8080",), ("localhost:8080",)),
+        (("0.0.0.0", 8080), ("192.168.1.5:8080", "localhost:9000"), ("evil.example:8080",)),
+        (("192.168.1.5", 8080), ("192.168.1.5:8080", "localhost:9000"), ("192.168.1.6:8080",)),
     ],
 )
 def test_a_server_answers_to_its_own_names_only(address, answered, refused):
-    """Loopback names on loopback, numerical addresses on a network, the name of a proxy."""
+    """Loopback names, which a tunnel has with another port; numerical addresses on a network; the
+    name of a proxy."""
     access = Access(*address)
     assert all(map(access.answers_to, answered))
     assert not any(map(access.answers_to, refused))
@@ -110,9 +111,34 @@ def test_behind_a_proxy_the_origin_is_the_proxys():
         for scheme, status in (("https", 200), ("http", 403)):
             headers = {"Origin": f"{scheme}://beams.example.org", "Cookie": cookie}
             assert server.http_get(own, **host, **headers)[0] == status
-    for text in ("beams.example.org", "ftp://x", "https://", "https://x/path"):
-        with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme and a host"):
+    wrong = ("beams.example.org", "ftp://x", "https://", "https://x/?a", "https://me@x", "https:///a")
+    for text in (*wrong, "https://x/a;b", "https://x/a b", "https://x//a", "https://x/ä"):
+        with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme, a host"):
             public_url(text)
+
+
+@pytest.mark.parametrize("before", ["", "/user/Me/proxy/8080"], ids=["removed", "passed on"])
+def test_behind_a_proxy_under_a_path_all_stays_under_it(before):
+    """Whether the proxy removes its path from what it passes on or not. viser's page opens its
+    WebSocket without a slash at the end; the server's own address works beside it."""
+    port, public = server.free_port(), public_url("https://hub.example.org/user/Me/proxy/8080/")
+    own, host = f"http://127.0.0.1:{port}", {"Host": "hub.example.org"}
+    with explorer(SCENE, port=port, visitor_key=KEY, public=public) as found:
+        assert found == f"https://hub.example.org/user/Me/proxy/8080/?token={KEY}"
+        status, headers, _ = server.http_get(own, f"{before}/?token={KEY}&gamma=3", **host)
+        assert (status, headers["Location"]) == (303, f"{public}/?gamma=3")
+        cookie, *rules = headers["Set-Cookie"].split("; ")
+        assert "Path=/user/Me/proxy/8080" in rules
+        sent = {**host, "Origin": "https://hub.example.org", "Cookie": cookie}
+        assert server.http_get(own, f"{before}/?gamma=3", **sent)[0] == 200
+        assert server.http_get(own, f"{before}/nothing", **sent)[0] == 404
+        assert server.http_get(own, f"{before}/", **host)[0] == 403
+        del sent["Host"]  # which websockets' client takes from the address
+        with socket.create_connection(("127.0.0.1", port)) as line:
+            asked = {"sock": line, "additional_headers": sent}
+            assert server.handshake_status("http://hub.example.org", before, **asked) == 101
+        status, headers, _ = server.http_get(own, f"/?token={KEY}")
+        assert (headers["Location"], "Path=/;" in headers["Set-Cookie"]) == ("/", True)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a second address of its own")
