@@ -50,8 +50,7 @@ def serve(
     possible, and Unavailable if the address is not available, if viser or websockets lack a
     required attribute, or if the self-test fails and other machines can reach the server.
     """
-    with suppress(NoEquilibrium, NotConverged):  # the page explains these
-        solve(scene.beam, **scene.options)
+    check_scene(scene)
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
@@ -73,6 +72,12 @@ def serve(
         if open_browser:
             webbrowser.open(link if follow else url)
         run()
+
+
+def check_scene(scene: Scene) -> None:
+    """Raise InvalidInput for a beam that the method cannot solve."""
+    with suppress(NoEquilibrium, NotConverged):  # the page explains these
+        solve(scene.beam, **scene.options)
 
 
 @contextmanager

@@ -218,14 +218,14 @@ def names_this_machine(name: str) -> bool:
     return name in ("localhost", own, f"{own}.local", own.partition(".")[0])
 
 
-def public_url(text: str) -> str:
+def public_url(text: str, name: str = "public-url") -> str:
     """The URL of a reverse proxy, without a slash at its end: a scheme, a host, and the path under
-    which it has the server, if any. Raises InvalidInput for anything else."""
+    which it has the server, if any. Raises InvalidInput for anything else, with the name."""
     parts = urlsplit(text)
     known = parts.scheme.lower() in ("http", "https") and PLAIN.fullmatch(parts.path)
     if not (known and parts.netloc) or "@" in parts.netloc or parts.query or parts.fragment:
         raise InvalidInput(
-            f"public-url = {text}: must be a scheme, a host and the path there, if any,"
+            f"{name} = {text}: must be a scheme, a host and the path there, if any,"
             " like https://beams.example.org or https://example.org/beams/"
         )
     return f"{parts.scheme}://{parts.netloc}".lower() + parts.path.rstrip("/")

@@ -146,6 +146,13 @@ class Solution:
             x, larger, self.labels, self.larger_component.tolist(), self.frequencies, ax
         )
 
+    def show(self, **options: Any) -> Any:
+        """Open the live page of this beam with this model, and return its View; options: those of
+        `beamviz.show`."""
+        from beamviz import hooks
+
+        return hooks.show(self, **options)
+
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table, mode_columns
 

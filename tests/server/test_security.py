@@ -111,7 +111,14 @@ def test_behind_a_proxy_the_origin_is_the_proxys():
         for scheme, status in (("https", 200), ("http", 403)):
             headers = {"Origin": f"{scheme}://beams.example.org", "Cookie": cookie}
             assert server.http_get(own, **host, **headers)[0] == status
-    wrong = ("beams.example.org", "ftp://x", "https://", "https://x/?a", "https://me@x", "https:///a")
+    wrong = (
+        "beams.example.org",
+        "ftp://x",
+        "https://",
+        "https://x/?a",
+        "https://me@x",
+        "https:///a",
+    )
     for text in (*wrong, "https://x/a;b", "https://x/a b", "https://x//a", "https://x/ä"):
         with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme, a host"):
             public_url(text)

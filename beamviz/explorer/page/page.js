@@ -390,7 +390,16 @@ const beamviz = (() => {
     text.style.top = `${below ? at.bottom + 6 : Math.max(8, at.top - 6 - height)}px`;
   }
 
+  /* Keeps the address, to which viser would add that of its WebSocket where the page is under a path. */
+  function keepAddress() {
+    const replace = history.replaceState.bind(history);
+    history.replaceState = (data, title, url) => {
+      if (title !== "Viser") replace(data, title, url);
+    };
+  }
+
   function start() {
+    keepAddress();
     setInterval(watchViser, 1000);
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, 900)));
