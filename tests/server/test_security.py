@@ -7,7 +7,7 @@ from unittest import mock
 
 import pytest
 from live import server
-from live.browser import Page, page
+from live.browser import Page, frame, page
 from live.visitor import PAPER, visitor
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -272,6 +272,27 @@ def test_beyond_the_limit_a_page_waits_and_tries_again():
             pass
 
 
+def test_a_page_in_a_notebook_needs_the_key_in_its_path():
+    """Nowhere else, as browsers send no cookies of a frame. Pages of this machine may show it in a
+    frame, no refusal, and no page of another server of ours."""
+    with explorer(SCENE, visitor_key=KEY, framed=True) as found:
+        own = found.removesuffix(f"/{KEY}/")
+        assert statuses(own, f"/{KEY}/") == statuses(own, f"/{KEY}?gamma=1/2") == (200, 101)
+        assert statuses(own, f"/{KEY}/", Origin=f"http://{EVIL}") == (403, 403)
+        assert statuses(own, f"/{KEY}/index.html/x")[0] == 404
+        for path in ("/", f"/?token={KEY}", f"/{KEY}x/", f"/x/{KEY}/", f"//x/{KEY}"):
+            assert statuses(own, path, **key_cookie(own, KEY)) == (403, 403)
+            headers = server.http_get(own, path)[1]
+            assert not server.missing_headers(headers)
+        headers = server.http_get(own, f"/{KEY}/")[1]
+        assert "X-Frame-Options" not in headers
+        assert "Set-Cookie" not in headers
+        rules = headers["Content-Security-Policy"].split("; ")
+        (ancestors,) = [rule for rule in rules if rule.startswith("frame-ancestors ")]
+        assert "http://localhost:*" in ancestors.split()
+        assert not {"*", "http:", "https:", "data:"} & set(ancestors.split())
+
+
 # A real browser
 
 SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
@@ -327,3 +348,13 @@ def test_neither_a_foreign_page_nor_our_own_can_use_the_server_of_the_other(fore
         shown.call("Page.navigate", url=address)
         shown.wait(f"location.href === '{address}' && {SHOWN}")
         assert not opens(shown, own)
+
+
+def test_only_pages_of_this_machine_show_a_page_in_a_notebook():
+    """Another page cannot, even with the key."""
+    with explorer(SCENE, visitor_key=KEY, framed=True) as found:
+        markup = f"<iframe src='{found}'></iframe>"
+        with server.website(markup) as site, page(site), frame(found) as shown:
+            shown.wait(SHOWN)
+        with page(f"data:text/html,{markup}"), frame(found) as shown:
+            shown.wait("location.protocol === 'chrome-error:'")
