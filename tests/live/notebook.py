@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import nbformat
 from live.server import ROOT
 from nbclient import NotebookClient
 
+FRAME = re.compile(r'<iframe src="([^"]+)"')
 DIRECTORIES = ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")
 
 
@@ -20,10 +22,10 @@ def jupyter_environment(folder: Path) -> dict[str, str]:
 
 
 class Kernel:
-    """A running kernel; `run` runs a cell in it."""
+    """A running kernel; `run` runs a cell in its folder."""
 
-    def __init__(self, client: NotebookClient):
-        self.client = client
+    def __init__(self, client: NotebookClient, folder: Path):
+        self.client, self.folder = client, folder
 
     def run(self, code: str) -> list[dict[str, Any]]:
         """The outputs of a cell with this code. Raises CellExecutionError."""
@@ -38,7 +40,7 @@ class Kernel:
 
 def texts(outputs: list[dict[str, Any]]) -> str:
     """The printed text among the outputs of a cell."""
-    return "".join(output.get("text", "") for output in outputs)
+    return "".join("".join(output.get("text", "")) for output in outputs)
 
 
 def markup(outputs: list[dict[str, Any]]) -> str:
@@ -46,11 +48,19 @@ def markup(outputs: list[dict[str, Any]]) -> str:
     return "".join(output.get("data", {}).get("text/html", "") for output in outputs)
 
 
+def frame_address(shown: str) -> str:
+    """The address of the frame in the HTML of a cell; "" without one."""
+    found = FRAME.search(shown)
+    return found[1] if found else ""
+
+
 @contextlib.contextmanager
 def kernel(folder: Path) -> Iterator[Kernel]:
-    """A new kernel that works in a folder, ended at last."""
+    """A new kernel that works in a new folder inside this one, ended at last."""
+    work = folder / "work"
+    work.mkdir()
     client = NotebookClient(
-        nbformat.v4.new_notebook(), resources={"metadata": {"path": str(folder)}}, timeout=300
+        nbformat.v4.new_notebook(), resources={"metadata": {"path": str(work)}}, timeout=300
     )
-    with client.setup_kernel(env=jupyter_environment(folder), cwd=str(folder)):
-        yield Kernel(client)
+    with client.setup_kernel(env=jupyter_environment(folder), cwd=str(work)):
+        yield Kernel(client, work)

@@ -60,7 +60,7 @@ def website(content: str) -> Iterator[str]:
     a notebook, to which our page in it is foreign."""
 
     class Answer(http.server.BaseHTTPRequestHandler):
-        def do_GET(self) -> None:  # noqa: N802
+        def do_GET(self) -> None:
             self.send_response(200)
             self.send_header("Content-Type", "text/html; charset=utf-8")
             self.end_headers()
