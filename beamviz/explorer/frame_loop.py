@@ -101,8 +101,9 @@ class FrameLoop:
     def scene(self) -> Scene:
         """The scene of the visitor who came last, also after all have left. Raises InvalidInput for
         a number out of range on their page."""
-        sessions = list(self.sessions.values()) or [self.last]
-        return sessions[-1].visitor.to_scene() if sessions[-1] else self.opening
+        sessions = list(self.sessions.values())
+        session = sessions[-1] if sessions else self.last
+        return session.visitor.to_scene() if session else self.opening
 
     def show(self, scene: Scene) -> None:
         """Show a scene to all visitors, from any thread, and to those who come later."""

@@ -135,8 +135,8 @@ def viser_server(host: str, port: int, serve: Callable[..., Any]) -> Iterator[vi
 
 @contextlib.contextmanager
 def without_banners() -> Iterator[None]:
-    """Context in which viser prints nothing: stdout is for data, and in a notebook its banners would
-    be an output of the cell."""
+    """Context in which viser prints nothing: stdout is for data, and in a notebook its banners
+    would be an output of the cell."""
     console = rich.get_console()
     with contextlib.redirect_stdout(io.StringIO()):
         before, console.quiet = console.quiet, True
