@@ -1,5 +1,5 @@
-"""The page behind what people have: jupyter-server-proxy, which serves it under a path, and an SSH
-tunnel, which ends at another port."""
+"""The page behind what people have: jupyter-server-proxy and web servers, which have it under a
+path, and an SSH tunnel, which ends at another port."""
 
 import contextlib
 import socket
@@ -106,8 +106,20 @@ def test_a_page_in_a_notebook_is_shown_through_its_proxy(jupyter):
 
 
 @contextlib.contextmanager
-def tunnel(port: int) -> Iterator[int]:
-    """The local end of a tunnel to a port of this machine, as `ssh -L` makes it: bytes pass."""
+def tunnel(port: int, path: str = "") -> Iterator[int]:
+    """The local end of a tunnel to a port of this machine, as `ssh -L` makes it: bytes pass. With a
+    path, a web server: it removes that from requests for what is below it, and refuses all others,
+    as `handle_path /beams/*` of Caddy and `location /beams/` of nginx do."""
+
+    def send(near: socket.socket, far: socket.socket) -> None:
+        with contextlib.suppress(OSError):
+            first, below = near.recv(65536), f"GET {path}/".encode()
+            if path and not first.startswith(below):
+                near.sendall(b"HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n")
+                near.shutdown(socket.SHUT_RDWR)
+            else:
+                far.sendall(first.replace(below, b"GET /", 1))
+                forward(near, far)
 
     def forward(source: socket.socket, target: socket.socket) -> None:
         with contextlib.suppress(OSError):
@@ -121,8 +133,8 @@ def tunnel(port: int) -> Iterator[int]:
             while True:
                 near, far = listener.accept()[0], socket.create_connection(("127.0.0.1", port))
                 ends.extend((near, far))
-                for pair in ((near, far), (far, near)):
-                    threads.append(threading.Thread(target=forward, args=pair))
+                for run, pair in ((send, (near, far)), (forward, (far, near))):
+                    threads.append(threading.Thread(target=run, args=pair))
                     threads[-1].start()
 
     ends: list[socket.socket] = []
@@ -132,9 +144,29 @@ def tunnel(port: int) -> Iterator[int]:
         yield listener.getsockname()[1]
         listener.shutdown(socket.SHUT_RDWR)
     for end in ends:
+        with contextlib.suppress(OSError):
+            end.shutdown(socket.SHUT_RDWR)
         end.close()
     for thread in threads:
         thread.join(10)
+
+
+@pytest.mark.slow
+def test_a_web_server_may_pass_on_only_what_is_below_its_path():
+    """viser would open its WebSocket at the path without the slash."""
+    port = server.free_port()
+    with tunnel(port, "/beams") as outer:
+        public = public_url(f"http://localhost:{outer}/beams/")
+        with (
+            explorer(SCENE, port=port, visitor_key=KEY, public=public) as found,
+            page(found) as shown,
+        ):
+            shown.wait(HERE.format(f"{public}/"))
+            shown.send("gamma", 12.5, until="location.search.includes('gamma=12.5')")
+            assert "websocket" not in shown.evaluate("location.href")
+            shown.call("Page.reload")
+            shown.wait(f"{HERE.format(public)} && document.readyState === 'complete'")
+            shown.wait(lambda: shown.number("gamma") == 12.5)
 
 
 @pytest.mark.parametrize("name", ["localhost", "127.0.0.1"])
