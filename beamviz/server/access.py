@@ -78,9 +78,14 @@ class Access:
         """Check the address, the origin and the key of a request."""
         host, origin = header(request, "Host"), header(request, "Origin")
         if not self.answers_to(host):
+            remedy = (
+                "give its address to beamviz.show as public_url"
+                if self.framed
+                else "start it with --public-url"
+            )
             text = (
                 f"This server does not answer to {host[:100]!r}. Use the link it printed when it"
-                " started; behind a reverse proxy, start it with --public-url."
+                f" started; behind a reverse proxy, {remedy}."
             )
             return Refusal(403, "Wrong address", text)
         own = f"{self.scheme(host)}://{host.lower()}"
@@ -92,6 +97,8 @@ class Access:
                 "Ask the person who runs this page for its complete link, which ends in"
                 f" ?{KEY_PARAMETER}= and a key."
             )
+            if self.framed:
+                text = "This page is that of another cell, or of another run: run the cell again."
             return Refusal(403, "A key is missing", text)
         return None
 
