@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.dynamics.case import DEFAULT_ELEMENTS, Case
 from beamviz.dynamics.drives import Hub
-from beamviz.dynamics.elements import PositionElements
+from beamviz.dynamics.elements import Elements
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
 from beamviz.dynamics.result import Motion, MotionStats
@@ -143,7 +143,7 @@ def estimate(case: Case, change: float) -> float:
 
 
 def attempt(
-    case: Case, solution: Solution, elements: PositionElements, ends: NDArray | None
+    case: Case, solution: Solution, elements: Elements, ends: NDArray | None
 ) -> Run | BeamvizError:
     """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
     succeed."""
@@ -181,9 +181,9 @@ def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> M
     t, path = case.times, found.path
     drive = case.drive
     angle = path.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)
-    elements = path.elements
+    elements = path.unknowns.elements
     stats = MotionStats(
-        dof=len(elements.free),
+        dof=path.unknowns.size,
         elements=len(elements.orders),
         order=max(elements.orders),
         steps=len(path.q),
