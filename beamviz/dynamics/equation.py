@@ -91,6 +91,14 @@ class Equation:
         instant, k = 1."""
         return self.tangents_of(self.unknowns.state(q, v, a), load)[:3]
 
+    def balance(self, gamma: float, q: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """The forces (n,) on the unknowns (n,) of the beam at rest at a constant speed, K and M."""
+        load, still = (np.array([gamma]), np.zeros(1)), np.zeros((1, self.size))
+        state = self.unknowns.state(q[None], still, still)
+        (R,) = self.forces(state, self.inertia(state, *load), still)
+        K, _, M, *_ = self.tangents_of(state, load)
+        return R, K, M
+
     def accelerations(self, t: NDArray, q: NDArray, v: NDArray) -> NDArray:
         """a (1, n) from positions and velocities at one instant."""
         load, none = self.load(t), np.zeros_like(q)
@@ -169,7 +177,7 @@ class Equation:
 
     def stretch(self, q: NDArray) -> NDArray:
         """f (m,) of a position (n,) at the Gauss points."""
-        return self.unknowns.stretch(q[None], self.unknowns.elements.points)[0]
+        return self.unknowns.state(q[None], q[None], q[None]).f[0]
 
 
 class HubEquation(Equation):

@@ -11,7 +11,7 @@ from itertools import pairwise
 from beamviz.beam import Beam
 from beamviz.dynamics.elements import Elements, elements_between
 
-HIGHEST_ORDER, ORDERS_ADDED = 14, 2
+HIGHEST_ORDER, ORDERS_ADDED = 24, 2
 LONG = 0.6  # an element at least so long resolves three bending modes with the second order
 FIRST_ORDERS = 6, 8
 # A layer of width d is resolved by an element of length 6 d, the first order at least; the next is

@@ -18,7 +18,7 @@ from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 
 MODES = 10  # that a start may name
 SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from
-FIRST_STEP = 0.01  # [T*]; the next ones are chosen by the tails
+FIRST_STEP = 0.1  # [T*]; the next ones are chosen by the tails
 
 
 @dataclass(frozen=True)

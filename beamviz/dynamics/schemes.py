@@ -111,17 +111,17 @@ class Integrator(NamedTuple):
     choose: str
 
 
-STAGES = 7
+STAGES = 10
 INTEGRATORS = {
     "radau": Integrator(
         lambda: radau(STAGES),
-        "Radau IIA of order 13 (Ehle 1969; Hairer & Wanner 1999)",
+        "Radau IIA of order 19 (Ehle 1969; Hairer & Wanner 1999)",
         "unless you are studying another: fast vibration that the steps do not resolve is damped,"
         " what they resolve keeps its energy",
     ),
     "gauss": Integrator(
         lambda: gauss(STAGES),
-        "Gauss collocation of order 14 (Kuntzmann 1961; Butcher 1964)",
+        "Gauss collocation of order 20 (Kuntzmann 1961; Butcher 1964)",
         "to see what is lost without numerical damping",
     ),
     "generalised-alpha": Integrator(

@@ -6,7 +6,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.dynamics.equation import Equation, Load
+from beamviz.dynamics.equation import Equation
 from beamviz.errors import NotConverged
 from beamviz.solver import Solution
 
@@ -55,17 +55,16 @@ def newton(equation: Equation, q: NDArray, gamma: float, force: float) -> NDArra
     method does not converge."""
     equation.force = 1j * force
     try:
-        return balanced(equation, q, (np.array([gamma]), np.zeros(1)))
+        return balanced(equation, q, gamma)
     finally:
         equation.force = 0.0
 
 
-def balanced(equation: Equation, q: NDArray, load: Load) -> NDArray | None:
-    """The equilibrium near q under a load; None where Newton's method does not converge."""
-    still, last = np.zeros((1, len(q))), math.inf
+def balanced(equation: Equation, q: NDArray, gamma: float) -> NDArray | None:
+    """The equilibrium near q at a speed; None where Newton's method does not converge."""
+    last = math.inf
     for _ in range(NEWTON_STEPS):
-        (R,) = equation.residual(load, q[None], still, still)
-        K, *_ = equation.tangents(load, q[None], still, still)
+        R, K, _ = equation.balance(gamma, q)
         step = np.linalg.solve(K, R)
         q, size = q - step, float(np.abs(step).max())
         if not math.isfinite(size) or size > 1:
@@ -113,8 +112,7 @@ def damping_matrix(equation: Equation, q: NDArray, gamma: float, ratio: float) -
     damping ratio: the sum of 2 ratio omega (M phi)(M phi)', phi of unit modal mass."""
     from scipy.linalg import eigh
 
-    load, still = (np.array([gamma]), np.zeros(1)), np.zeros((1, len(q)))
-    K, _, M = equation.tangents(load, q[None], still, still)
+    _, K, M = equation.balance(gamma, q)
     squares, shapes = eigh((K + K.T) / 2, (M + M.T) / 2)
     scaled = M @ shapes
     return (scaled * (2 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ scaled.T
