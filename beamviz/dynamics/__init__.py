@@ -25,7 +25,7 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
-REFINEMENTS = 12  # after which a motion counts as not converged
+REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
 # The error estimate: this times the change by halved steps and a finer mesh, and a part of the
@@ -132,7 +132,11 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
 def estimate(case: Case, change: float, before: float) -> float:
     """The error bar of a run that differs by a change from a coarser one, which differed by the
     change before from one still coarser: the sum of the changes to come, if they go on so."""
-    ratio = min(max(change / max(before, 1e-300), LEAST_RATIO), GREATEST_RATIO) if before < math.inf else GREATEST_RATIO
+    ratio = (
+        min(max(change / max(before, 1e-300), LEAST_RATIO), GREATEST_RATIO)
+        if before < math.inf
+        else GREATEST_RATIO
+    )
     return ESTIMATE * change * ratio / (1 - ratio) + UNRESOLVED * case.tolerance
 
 

@@ -75,6 +75,11 @@ class Case:
 
     def __post_init__(self) -> None:
         set_to = self.__dict__.__setitem__
+        if not self.beam.is_uniform:
+            raise InvalidInput(
+                "blade, masses, root: motion in time takes beams of one section, clamped, with one"
+                " concentrated mass at most; leave them out"
+            )
         if self.beam.spin_up:
             raise InvalidInput(
                 f"spin_up = {self.beam.spin_up:g}: the speed of a motion is given by `speed`, as"
