@@ -6,9 +6,17 @@ Modules that compute or draw are imported on first use, so that `import beamviz`
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
+from beamviz.errors import (
+    BeamvizError,
+    ImplausibleInput,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    Unavailable,
+)
+from beamviz.units import Units
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
@@ -26,6 +34,7 @@ __all__ = [
     "Blade",
     "Event",
     "Hub",
+    "ImplausibleInput",
     "InvalidInput",
     "Loci",
     "Mass",

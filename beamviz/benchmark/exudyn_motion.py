@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.benchmark.external import CLAMPED, element_masses
 from beamviz.errors import NotConverged
-from beamviz.solver.fem.elements import TURN
 
 SPECTRAL_RADIUS = 0.9
 LOAD_STEPS = 5
+TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x
 NEWTON_TOLERANCE = 1e-6  # its own, 1e-10 and 1e-8, is below rounding at mu = 450
 
 Drive = Callable[[NDArray], tuple[NDArray, NDArray]]

@@ -75,15 +75,15 @@ class Case:
 
     def __post_init__(self) -> None:
         set_to = self.__dict__.__setitem__
-        if not self.beam.is_uniform:
-            raise InvalidInput(
-                "blade, masses, root: motion in time takes beams of one section, clamped, with one"
-                " concentrated mass at most; leave them out"
-            )
         if self.beam.spin_up:
             raise InvalidInput(
                 f"spin_up = {self.beam.spin_up:g}: the speed of a motion is given by `speed`, as"
                 " Ramp(to, within)"
+            )
+        if not self.beam.is_uniform:
+            raise InvalidInput(
+                "motion in time: the beam has to be uniform, clamped, with one concentrated mass;"
+                " its modes, loci and deflected states are those of solve and loci"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))

@@ -8,7 +8,6 @@ from beamviz import (
     Beam,
     Hub,
     InvalidInput,
-    Mass,
     NoEquilibrium,
     NotConverged,
     Ramp,
@@ -265,9 +264,9 @@ def test_wrong_input_is_named(options, named):
         motion(Beam(gamma=2), **{"until": 1, **options})
 
 
-def test_a_beam_that_is_not_uniform_is_refused():
-    with pytest.raises(InvalidInput, match="masses"):
-        motion(Beam(masses=(Mass(1.0, 0.5),)), 1)
+def test_a_blade_is_refused():
+    with pytest.raises(InvalidInput, match="uniform"):
+        motion(Beam(gamma=2, root=5), 1)
 
 
 @pytest.mark.slow
