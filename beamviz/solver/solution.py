@@ -157,7 +157,7 @@ class Solution:
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        numbers = self.beam.summary
         lowest = ", ".join(f"{frequency:.6g}" for frequency in self.frequencies[:5])
         more = ", ..." if len(self.frequencies) > 5 else ""
         return (
@@ -173,7 +173,7 @@ class Solution:
         """
         from beamviz.datasets import attributes, mode_dataset
 
-        described = attributes(self.beam.numbers, self.problem.model, self.beam.units)
+        described = attributes(self.beam, self.problem.model, self.beam.units)
         described["status"] = self.equilibrium.status
         return mode_dataset(self.columns, self.along_beam, described)
 
@@ -183,9 +183,15 @@ class Solution:
 
         x = np.linspace(0.0, 1.0, STATIONS)
         larger = self._larger_components(x).T
-        return plot_shapes(
-            x, larger, self.labels, self.larger_component.tolist(), self.frequencies, ax
-        )
+        components, units = self.larger_component.tolist(), self.beam.units
+        return plot_shapes(x, larger, self.labels, components, self.frequencies, ax, units)
+
+    def show(self, **options: Any) -> Any:
+        """Open the live page of this beam with this model, and return its View; options: those of
+        `beamviz.show`."""
+        from beamviz import hooks
+
+        return hooks.show(self, **options)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table, mode_columns
