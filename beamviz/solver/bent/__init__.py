@@ -147,6 +147,12 @@ def bent_states(solutions: Iterable[Solution]) -> list[State]:
 
 def _first_state(beam: Beam, problem: Problem) -> State:
     """A state without a neighbour to start from, on the first mesh."""
+    if beam.spin_up and beam.root == 0 and not (beam.gamma and beam.delta):
+        raise NoEquilibrium(
+            f"spin_up = {beam.spin_up:g}: nothing holds the beam, root = 0, against the Euler force"
+            f" at gamma = {beam.gamma:g}, delta = {beam.delta:g}",
+            math.nan,
+        )
     still = beam.replace(spin_up=0.0)
     if beam.delta >= 0:  # the straight state of an outward beam is the only one
         straight = solve_hp([still], replace(problem, state="straight"))[0]
