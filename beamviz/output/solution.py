@@ -41,42 +41,6 @@ def loads_in_si(solution: Solution) -> dict[str, float]:
     }
 
 
-def loads_in_si(solution: Solution) -> dict[str, float]:
-    """The loads at the root in N and N m; {} where the mass of the beam is not known."""
-    root, units = solution.equilibrium.root, solution.beam.units
-    if units is None or units.force is None:
-        return {}
-    return {
-        "root_force_newtons": units.newtons(root.axial),
-        "root_shear_newtons": units.newtons(root.shear),
-        "root_moment_newton_metres": units.newton_metres(root.moment),
-    }
-
-
-def loads_in_si(solution: Solution) -> dict[str, float]:
-    """The loads at the root in N and N m; {} where the mass of the beam is not known."""
-    root, units = solution.equilibrium.root, solution.beam.units
-    if units is None or units.force is None:
-        return {}
-    return {
-        "root_force_newtons": units.newtons(root.axial),
-        "root_shear_newtons": units.newtons(root.shear),
-        "root_moment_newton_metres": units.newton_metres(root.moment),
-    }
-
-
-def loads_in_si(solution: Solution) -> dict[str, float]:
-    """The loads at the root in N and N m; {} where the mass of the beam is not known."""
-    root, units = solution.equilibrium.root, solution.beam.units
-    if units is None or units.force is None:
-        return {}
-    return {
-        "root_force_newtons": units.newtons(root.axial),
-        "root_shear_newtons": units.newtons(root.shear),
-        "root_moment_newton_metres": units.newton_metres(root.moment),
-    }
-
-
 def mode_records(solution: Solution) -> list[dict[str, Any]]:
     """Each mode under the keys of the JSON; growth rates, of either sign, where there is one."""
     values = solution.columns
