@@ -7,9 +7,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from beamviz import hooks
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
+from beamviz.errors import (
+    BeamvizError,
+    ImplausibleInput,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    Unavailable,
+)
+from beamviz.units import Units
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
@@ -28,6 +36,7 @@ __all__ = [
     "Blade",
     "Event",
     "Hub",
+    "ImplausibleInput",
     "InvalidInput",
     "Loci",
     "Mass",

@@ -27,7 +27,7 @@ from beamviz.server.viser_private import disconnect, handshake_request
 
 FRAMES = 25  # frames per second of one visitor
 ALL_FRAMES = 800  # frames per second of all visitors of all processes together
-BREAK = 0.5  # of the time that a round took to show edits, before the next one
+BREAK = 0.3  # of the time that a round took to show edits, before the next one
 GROUP = 4  # frames between two exchanges of messages
 LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
 STOP_TIMEOUT = 5.0  # [s] for the last frame
@@ -214,7 +214,7 @@ class FrameLoop:
             elif all_moving and session.is_moving:
                 self.tick(visitor, session, only_moves=True)
             if k % GROUP == GROUP - 1:
-                await asyncio.sleep(0)
+                await exchange_messages()
 
     def tick(self, visitor: int, session: Session, *, only_moves: bool = False) -> None:
         """Draw for one visitor. An error ends only this session; the page connects to a new one."""
