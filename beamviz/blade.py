@@ -208,15 +208,15 @@ class Blade:
         """The ends of the segments, from 0 to 1, where a property or its slope may jump."""
         return (0.0, *(segment.stop for segment in self.segments))
 
-    def at(self, name: str, x: "ArrayLike") -> "NDArray":
+    def at(self, name: str, x: "ArrayLike", inboard: bool = False) -> "NDArray":
         """A property ("mass", "bending", "axial" or "flap") at points x in 0 .. 1, an array of
-        their shape; where it jumps, its value toward the tip."""
+        their shape; where it jumps, its value toward the tip, or `inboard` toward the root."""
         import numpy as np
 
         x = np.asarray(x, dtype=float)
         values = np.empty(x.shape)
         for segment in self.segments:
-            outboard = x >= segment.start
+            outboard = x > segment.start if inboard and segment.start else x >= segment.start
             place = (x[outboard] - segment.start) / (segment.stop - segment.start)
             values[outboard] = segment.polynomials[name](place)
         return values

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 QUANTITIES = ("family", "frequency", "growth_rate", "error", "bending_fraction")  # of a mode
 PER_TIME = {"units": "1/T*"}
 UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}
+LOADS = {"force": "E I / L^2", "shear": "E I / L^2", "moment": "E I / L"}  # of the root section
 
 
 def attributes(beam: Beam, model: Mapping[str, Any], units: Units | None) -> dict[str, Any]:
@@ -45,6 +46,8 @@ def mode_dataset(
         variables["shape_imag"] = (dims, shape.imag, note)
     variables["position"] = (("x", "component"), along["position"], {"units": "L"})
     variables["stretch"] = ("x", along["stretch"])
+    for name, unit in LOADS.items():
+        variables[name] = ("x", along[name], {"units": unit})
     coordinates = {
         "mode": modes["index"],
         "label": ("mode", np.array(modes["label"])),

@@ -227,8 +227,9 @@ class Scene:
         InvalidInput for a blade of too many stations."""
         base, beam = base or type(self)(), self.beam
         tables, others = self.tables, base.tables
-        values = {key: value for name in LINKED for key, value in tables[name].items()}
-        usual = {key: value for name in LINKED for key, value in others[name].items()}
+        spinless = {"spin_up": 0.0}  # which a table does not list
+        values = spinless | {k: v for name in LINKED for k, v in tables[name].items()}
+        usual = spinless | {k: v for name in LINKED for k, v in others[name].items()}
         if beam != base.beam and (si := beam.si):
             values = {key: value for key, value in values.items() if key not in LINKED["beam"]}
             values = rounded(si) | values

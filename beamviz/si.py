@@ -45,6 +45,7 @@ SI_KEYS = {  # and their units
     "root_stiffness": "N m/rad",
     "angular_acceleration": "rad/s^2",
 }
+SIZE_KEYS = ("length", *MATERIAL, *SECTION, *FLAP, "stations", "degree")  # of the beam alone
 FILE_KEYS = {**SI_KEYS, "stations_file": "a CSV file"}
 MASS_KEYS = {"mass": "kg", "position": "m", "inertia": "kg m^2"}
 COLUMNS = {"station": "m", **SECTION, **FLAP}

@@ -7,7 +7,10 @@ from beamviz.output import described_numbers, described_units, units_record
 from beamviz.solver.solution import Solution
 from beamviz.tables import aligned_table, mode_columns, plural
 
-EQUILIBRIUM_KEYS = ("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch")
+EQUILIBRIUM_KEYS = (
+    *("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"),
+    *("root_force", "root_shear", "root_moment"),
+)
 
 
 def solution_json(solution: Solution) -> str:

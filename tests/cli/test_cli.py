@@ -38,6 +38,7 @@ def test_modes_as_json(run):
     model |= {"plane": "chordwise", "state": "straight", "stiffening": True, "softening": True}
     assert data["model"] == model
     keys = {"status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"}
+    keys |= {"root_force", "root_shear", "root_moment"}
     assert data["equilibrium"].keys() == keys
     assert data["equilibrium"]["status"] == "stable"
     assert data["stats"].keys() >= {"dof", "seconds"}
