@@ -145,23 +145,25 @@ def test_two_pages_are_shown_read_moved_and_closed(running):
     second = markup(running.run(solved))
     url, another = frame_address(first), frame_address(second)
     gamma = by_id("gamma-field")
-    with server.website(first + second) as site, page(site, 500, 460):
-        with frame(url) as shown, frame(another) as beside:
-            shown.wait(f"{READY} && {gamma}.value === '5'")
-            beside.wait(f"{READY} && {gamma}.value === '2'")
-            shown.send("gamma", 12.5, until="location.search.includes('gamma=12.5')")
-            assert running.printed("view.scene.beam.gamma") == "12.5"
-            assert running.printed("other.scene.beam.gamma, other.scene.options['coriolis']") == (
-                "2.0 True"
-            )
-            running.run("view.scene = view.scene.changed(gamma=3, mode=1, dark=True)")
-            shown.wait(
-                f"{gamma}.value === '3' && document.documentElement.dataset.theme === 'dark'"
-            )
-            assert running.printed("view.scene.beam.gamma, view.scene.view.shares") == "3.0 (1.0,)"
-            assert beside.evaluate(f"{gamma}.value") == "2"
-            shown.send("undo", None, until=f"{gamma}.value === '12.5'")
-            assert not shown.problems + beside.problems
+    with (
+        server.website(first + second) as site,
+        page(site, 500, 460),
+        frame(url) as shown,
+        frame(another) as beside,
+    ):
+        shown.wait(f"{READY} && {gamma}.value === '5'")
+        beside.wait(f"{READY} && {gamma}.value === '2'")
+        shown.send("gamma", 12.5, until="location.search.includes('gamma=12.5')")
+        assert running.printed("view.scene.beam.gamma") == "12.5"
+        assert running.printed("other.scene.beam.gamma, other.scene.options['coriolis']") == (
+            "2.0 True"
+        )
+        running.run("view.scene = view.scene.changed(gamma=3, mode=1, dark=True)")
+        shown.wait(f"{gamma}.value === '3' && document.documentElement.dataset.theme === 'dark'")
+        assert running.printed("view.scene.beam.gamma, view.scene.view.shares") == "3.0 (1.0,)"
+        assert beside.evaluate(f"{gamma}.value") == "2"
+        shown.send("undo", None, until=f"{gamma}.value === '12.5'")
+        assert not shown.problems + beside.problems
     with page(url) as shown:
         shown.wait(f"{READY} && {gamma}.value === '12.5'")
         running.run("view.close()")
