@@ -1,8 +1,8 @@
 """Whether the error that `motion` reports is the error it makes, on random motions.
 
-The truth is the same motion with a quarter of the tolerance, and where it applies (a mass at the tip,
-released at a constant speed) the independent integration of tests/oracle/motion.py. Run it on a
-quiet machine; what has been computed is kept in a file:
+The truth is the same motion with a quarter of the tolerance, and where it applies (a mass at the
+tip, released at a constant speed) the independent integration of tests/oracle/motion.py. Run it on
+a quiet machine; what has been computed is kept in a file:
 
     python scripts/measure_motion_error_bars.py [--motions 200] [--kept FILE] [--out assets]
 """
