@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
-    ("errors", "signals", "files", "version"),
+    ("errors", "signals", "files", "version", "hooks"),
     ("checks",),
     ("blade", "units", "input_files"),
     ("si",),
@@ -34,6 +34,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("drawing",),
     ("exports",),
     ("explorer",),
+    ("notebook",),
     ("cli",),
     ("__main__", "beamviz"),
 )

@@ -225,7 +225,7 @@ def serve(
     open: Annotated[bool, option("Open the page in the default browser.")] = False,
     visitors: Annotated[int, number("Largest number of simultaneous visitors.")] = 60,
     public_url: Annotated[
-        str, option("Its address behind a reverse proxy.", metavar="https://NAME")
+        str, option("Its address behind a reverse proxy.", metavar="https://NAME[/PATH]")
     ] = "",
     follow: Annotated[bool, option(FOLLOW_HELP, "--follow")] = False,
     processes: Annotated[int | None, number(PROCESSES_HELP)] = None,

@@ -186,6 +186,13 @@ class Solution:
         components, units = self.larger_component.tolist(), self.beam.units
         return plot_shapes(x, larger, self.labels, components, self.frequencies, ax, units)
 
+    def show(self, **options: Any) -> Any:
+        """Open the live page of this beam with this model, and return its View; options: those of
+        `beamviz.show`."""
+        from beamviz import hooks
+
+        return hooks.show(self, **options)
+
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table, mode_columns
 
