@@ -27,6 +27,22 @@ TOLERANCE, FINER = 1e-4, 0.25  # of the reference, over the tolerance
 INDEPENDENT = 12  # of the seeds, by the oracle
 ORACLE_ERROR = 2e-5  # of its polynomials of order 9, measured against order 11
 POINTS = 401
+LIMIT = 10.0  # [s] of a motion, and of its reference
+
+
+class TookTooLong(Exception):
+    """More than the limit."""
+
+
+class Watch:
+    """A `progress` that ends a motion at the limit."""
+
+    def __init__(self) -> None:
+        self.start = time.process_time()
+
+    def __call__(self, t: float) -> None:
+        if time.process_time() - self.start > LIMIT:
+            raise TookTooLong(f"took more than {LIMIT:g} s")
 
 
 def main() -> None:
@@ -71,13 +87,13 @@ def row_of(seed: int) -> dict[str, Any]:
     }
     start = time.process_time()
     try:
-        moved = motion(beam, until, **options)
-    except BeamvizError as failure:
+        moved = motion(beam, until, progress=Watch(), **options)
+    except (BeamvizError, TookTooLong) as failure:
         return row | {"reason": f"{type(failure).__name__}: {failure}"}
     row |= {"seconds": time.process_time() - start, "bar": moved.error, "runs": moved.stats.runs}
     try:
         truth, unsure = truth_of(seed, moved, beam, until, options)
-    except BeamvizError as failure:
+    except (BeamvizError, TookTooLong) as failure:
         return row | {"reason": f"no reference: {failure}"}
     error = float(np.linalg.norm(moved.tip - truth, axis=1).max())
     return row | {"error": error, "unsure": unsure}
@@ -91,7 +107,7 @@ def truth_of(
         release = options["release"]
         tip = tip_by_polynomials(beam.alpha, beam.gamma, beam.delta, beam.mu, release, moved.t)
         return tip, ORACLE_ERROR
-    finer = motion(beam, until, **{**options, "tolerance": FINER * TOLERANCE})
+    finer = motion(beam, until, progress=Watch(), **{**options, "tolerance": FINER * TOLERANCE})
     return finer.tip, finer.error
 
 
