@@ -15,6 +15,8 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
+from beamviz.dynamics import motion
+from beamviz.dynamics.drives import Ramp
 from beamviz.errors import NoEquilibrium
 from beamviz.files import markdown_table
 from beamviz.frequency_loci import loci
@@ -56,6 +58,7 @@ LOOSE: dict[str, tuple[float, str]] = {  # by claim: tolerance in last digits, a
         " the sections, which couple the two planes",
     ),
 }
+MANOEUVRE_POINTS = 21601  # 0.001 T* apart
 RIGID = 10000.0  # slenderness: the stretch, (gamma / mu)^2, is 1e-6 at most in the rigid tables
 
 
@@ -213,6 +216,30 @@ def ancf_excess() -> list[float]:
 
 
 # omega_1 .. in rows, at gamma = 0, 1 .. 12.
+def least_deflection() -> list[float]:
+    """Of the tip in Kane's manoeuvre [L]."""
+    moved = motion(
+        Beam(mu=447.2136),
+        21.6,
+        speed=Ramp(5.554921, 16.20185),
+        tolerance=1e-6,
+        points=MANOEUVRE_POINTS,
+    )
+    return [float(moved.tip[:, 1].min())]
+
+
+def spun_up() -> list[float]:
+    """The deflection of the tip [L] at four times in Kane's law to gamma 5 within 10 T*."""
+    moved = motion(Beam(), 10, speed=Ramp(5, 10), tolerance=1e-6, points=5)
+    return moved.tip[1:, 1].tolist()
+
+
+def let_go() -> list[float]:
+    """The deflection of the tip [L] at three times after a release from half a length."""
+    moved = motion(Beam(alpha=1, gamma=3), 2, release=3, tolerance=1e-6, points=5)
+    return moved.tip[[1, 2, 4], 1].tolist()
+
+
 UNIFORM_FLAPWISE = (
     "3.516 3.682 4.137 4.797 5.585 6.450 7.360 8.300 9.257 10.226 11.202 12.184 13.170",
     "22.035 22.181 22.615 23.320 24.273 25.446 26.809 28.334 29.995 31.771 33.640 35.589 37.603",
@@ -455,6 +482,40 @@ SOURCES = (
             speed("paradox", "zoac", "3.516", stability_limit, Beam(), 3, "zoac"),
         ],
         (f"{TEST}limits.py::test_buckling_speed",),
+    ),
+    Source(
+        "Motion in time",
+        "The spin-up of a robot arm (Kane, Ryan & Banerjee 1987; Simo & Vu-Quoc 1986), the least"
+        " deflection of its tip, refined independently of this project; the others by positions of"
+        " order 9 to 13 and DOP853 (green, spatial, μ = 70): from rest to γ = 5 within 10 T*, and"
+        " α = 1, γ = 3, released from a transverse force of 3 E I / L² at the tip.",
+        [
+            Claim(
+                "motion-kane",
+                "the manoeuvre",
+                "least tip deflection",
+                "-0.05738",
+                least_deflection,
+            ),
+            Claim(
+                "motion-spin-up",
+                "spin-up",
+                "tip at 2.5, 5, 7.5, 10 T*",
+                "-0.044492 -0.085439 -0.034429 -0.000452",
+                spun_up,
+            ),
+            Claim(
+                "motion-release",
+                "release",
+                "tip at 0.5, 1, 2 T*",
+                "0.291948 -0.184758 -0.378047",
+                let_go,
+            ),
+        ],
+        (
+            "tests/dynamics/test_motion.py::test_released_tip_mass_by_independent_values",
+            "tests/dynamics/test_motion.py::test_random_motions_by_an_independent_integration",
+        ),
     ),
     Source(
         "Errors of other methods",
