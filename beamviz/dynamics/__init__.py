@@ -51,8 +51,8 @@ def motion(
 
     speed: None, constantly beam.gamma; a Ramp; a pair of arrays (t, gamma), linear between samples
     and constant after the last; or a Hub, which turns under a torque. It starts at rest in the
-    equilibrium at the first speed; release: held out of it by a transverse force at the tip
-    [E I / L^2] until t = 0; start: amplitudes of modes [L], as {"B1": 0.1}. damping: ratio of all
+    equilibrium at the first speed; release: held out of it by a transverse force [E I / L^2] until
+    t = 0, at the point `release_at` of the beam, 1 by default, the tip; start: amplitudes of modes [L], as {"B1": 0.1}. damping: ratio of all
     modes about that equilibrium. tolerance: of the tip at all times [L], 1e-9 to 1e-2. points: of
     the results in time. method: "auto", or "ancf" for the paper's cubic elements.
 

@@ -76,7 +76,7 @@ def run(case: Case, solution: Solution, elements: PositionElements, control: Con
         damping = start.damping_matrix(first, q, case.first_speed, case.damping)
     v = np.zeros_like(q)
     if case.release:
-        q = start.held(first, q, case.first_speed, case.release)
+        q = start.held(first, q, case.first_speed, case.release, case.release_at)
     elif case.start:
         q, v = start.with_modes(first, solution, mode_amplitudes(case, solution))
     if isinstance(case.drive, Hub):

@@ -33,13 +33,19 @@ def equilibrium(equation: Equation, solution: Solution) -> NDArray:
     return found
 
 
-def held(equation: Equation, q: NDArray, gamma: float, force: float) -> NDArray:
-    """q (n,) of the equilibrium under a force [E I / L^2] across the beam at its tip, followed from
-    the equilibrium q without it."""
-    reached, step, last = 0.0, 1.0, q
+def across(equation: Equation, x: float) -> NDArray:
+    """The load (n,) of a unit force across the unloaded beam at the point x."""
+    functions = equation.elements.at(np.array([x]))
+    return np.kron([[0.0, 1.0]], functions)[0, equation.elements.free]
+
+
+def held(equation: Equation, q: NDArray, gamma: float, force: float, x: float = 1.0) -> NDArray:
+    """q (n,) of the equilibrium under a force [E I / L^2] across the beam at a point x, followed
+    from the equilibrium q without it."""
+    reached, step, last, unit = 0.0, 1.0, q, across(equation, x)
     while reached < 1:
         step = min(step, 1 - reached)
-        found = newton(equation, q, gamma, (reached + step) * force)
+        found = newton(equation, q, gamma, (reached + step) * force * unit)
         if found is None:
             step /= 2
             if step < SMALLEST:
@@ -54,10 +60,10 @@ def held(equation: Equation, q: NDArray, gamma: float, force: float) -> NDArray:
     return q
 
 
-def newton(equation: Equation, q: NDArray, gamma: float, force: float) -> NDArray | None:
-    """The equilibrium near q at a speed; None where Newton's method does not converge."""
-    speed, still = np.array([gamma]), np.zeros((1, equation.size))
-    load, last = force * equation.at_tip[1], math.inf
+def newton(equation: Equation, q: NDArray, gamma: float, load: NDArray | float) -> NDArray | None:
+    """The equilibrium near q at a speed under a load (n,); None where Newton's method does not
+    converge."""
+    speed, still, last = np.array([gamma]), np.zeros((1, equation.size)), math.inf
     for _ in range(NEWTON_STEPS):
         R = equation.forces(speed, 0 * speed, q[None], still)[0] - load
         K = equation.stiffness(speed, 0 * speed, q[None])[0]
