@@ -188,6 +188,12 @@ class BeamScene:
         for beam in self.rows:
             beam.choose_frame(share)
 
+    def tell_speed(self, gamma: float) -> None:
+        """Say the present speed of the single beam."""
+        view = self.view(0)
+        if view.surroundings:
+            view.surroundings.tell_speed(view.drawn.shapes.beam.replace(gamma=gamma))
+
     def move(self, phases: np.ndarray, angle: float) -> None:
         for beam in self.rows:
             beam.move(phases, angle)

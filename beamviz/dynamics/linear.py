@@ -44,25 +44,27 @@ class LinearEquation(Equation):
     """The equation of motion with the stiffness of the straight, unstretched beam."""
 
     @cached_property
-    def K(self) -> NDArray:
+    def linear_stiffness(self) -> NDArray:
         return super().elastic_tangent(self.unstressed[None])[0]
 
     def elastic(self, q: NDArray) -> NDArray:
-        return (q - self.unstressed) @ self.K
+        return (q - self.unstressed) @ self.linear_stiffness
 
     def elastic_tangent(self, q: NDArray) -> NDArray:
-        return np.broadcast_to(self.K, (len(q), *self.K.shape))
+        return np.broadcast_to(self.linear_stiffness, (len(q), *self.linear_stiffness.shape))
 
     def strain_energy(self, q: NDArray) -> NDArray:
         moved = q - self.unstressed
-        return ((moved @ self.K) * moved).sum(axis=1) / 2
+        return ((moved @ self.linear_stiffness) * moved).sum(axis=1) / 2
 
     def equilibrium(self, gamma: float, load: NDArray) -> NDArray:
         """q (n,) at a constant speed under a load (n,); InvalidInput at a speed without one."""
         q0 = self.unstressed
         centrifugal = gamma**2 * (q0 @ self.M + self.delta * self.m[0])
         try:
-            return q0 + np.linalg.solve(self.K - gamma**2 * self.M, centrifugal + load)
+            return q0 + np.linalg.solve(
+                self.linear_stiffness - gamma**2 * self.M, centrifugal + load
+            )
         except np.linalg.LinAlgError:
             raise InvalidInput(
                 f"gamma = {gamma:g}: the linear theory has no equilibrium at this speed"

@@ -21,10 +21,11 @@ from beamviz.drawing.camera import place
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.feature import Feature, Memo, Part
 from beamviz.explorer.features import FEATURES
+from beamviz.explorer.features.motion import film_of, film_reads, played_reads
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.view import SceneView, fitted_clock, picture_of, reads
+from beamviz.explorer.view import SceneView, fitted_clock, picture_of, reads, with_film
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
@@ -45,6 +46,7 @@ class Session:
         self.parts = [(part, Memo()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
         self.responses, self.pictures, self.scenes, self.fits = (Memo() for _ in range(4))
+        self.films, self.played = Memo(), Memo()
         self.pages, self.requests, self.postponed = Memo(), Memo(), False
         self.mass_drag = MassDrag(visitor, self.view.beam)
         visitor.client.camera.on_update(self.camera_moved)
@@ -61,7 +63,10 @@ class Session:
     def with_picture(self, snapshot: Snapshot) -> Snapshot:
         """A snapshot with what the scene shows of it."""
         response = self.responses(response_drawn, *response_reads(snapshot))
-        return replace(snapshot, picture=self.pictures(picture_of, *reads(snapshot, response)))
+        picture = self.pictures(picture_of, *reads(snapshot, response))
+        if film := self.films(film_of, *film_reads(snapshot)):
+            picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
+        return replace(snapshot, picture=picture)
 
     @property
     def is_moving(self) -> bool:
@@ -96,7 +101,7 @@ class Session:
         """Draw the moment of the time `now` [s] of what the last frame shows."""
         visitor = self.visitor
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        if self.postponed or self.snapshot.state.run_speed is not None:
+        if self.postponed or self.snapshot.state.run_speed is not None or self.snapshot.film:
             visitor.wake()
         self.snapshot = replace(self.snapshot, clock=visitor.clock)
         with visitor.client.atomic():
@@ -121,13 +126,16 @@ class Session:
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""
         visitor, picture, state = self.visitor, snapshot.picture, snapshot.state
-        clock = fitted_clock(snapshot.clock, picture)
+        clock = fitted_clock(snapshot.clock, picture).with_film(picture.film, state.moment)
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
         if snapshot.is_moving and not snapshot.is_led:
             time = elapsed * snapshot.rate * state.view.pace
             second = picture.second.shapes if picture.second else None
-            clock = clock.advanced(time, picture.modes, second)
+            if film := picture.film:
+                clock = clock.at(film.advanced(clock.moment, time))
+            else:
+                clock = clock.advanced(time, picture.modes, second)
         moved = self.scenes(self.view.show, picture)
         if not picture.held:
             clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))

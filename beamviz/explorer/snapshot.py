@@ -8,6 +8,7 @@ from typing import Any
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.clock import Clock
+from beamviz.explorer.film import Film
 from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import State
@@ -66,12 +67,18 @@ class Snapshot:
 
     @property
     def reading(self) -> tuple[Any, ...]:
-        """Everything but the clock."""
+        """Everything but the clock, of which only the moment of a computed motion is read."""
         return (
             *(self.state, self.answer, self.second, self.comparison.title, self.picture),
             *(self.aspect, self.chosen, self.undo, self.redo, self.is_led),
+            self.clock.moment if self.film else None,
             *self.jobs.values(),
         )
+
+    @property
+    def film(self) -> Film | None:
+        """The computed motion that the scene plays, if any."""
+        return self.picture.film if self.picture else None
 
     @property
     def is_moving(self) -> bool:

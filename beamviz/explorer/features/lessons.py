@@ -14,6 +14,7 @@ from beamviz.beam import NUMBERS
 from beamviz.drawing.modes import rotated
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.experiment import PULLED
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named
 from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.jobs import Job, SolverAnswer, solver_answer
@@ -144,7 +145,7 @@ def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
     tab = tab_named(named[0]) if named else ""
     state = replace(state.loaded(scene), lesson=lesson.name, step=0, tab=tab)
-    return replace(state, rate=lesson_rate(lesson.name))
+    return replace(state, rate=lesson_rate(lesson.name), experiment=PULLED)
 
 
 @cache

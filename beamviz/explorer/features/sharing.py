@@ -22,6 +22,7 @@ from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_float, check_int, check_
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
+from beamviz.explorer.experiment import RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
@@ -101,6 +102,9 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
+    "motion": ("experiment", Experiment.of),
+    "moving": ("in_motion", partial(check_bool, "moving")),
+    "moment": ("moment", lambda time: check_float("moment", time, 0.0, RANGES["until"].limits[1])),
     "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTIONS))),
     "film": ("film_length", lambda one: check_choice("film", one, tuple(FILM_LENGTHS))),
     "methods": ("time_methods", partial(check_bool, "methods")),
@@ -218,7 +222,7 @@ def extra_pairs(state: State) -> dict[str, Any]:
     usual = {name: getattr(State, name) for name, _ in KEYS.values()}
     if state.lesson:
         first = begun(state, lesson(state.lesson))
-        usual |= {"rate": first.rate, "tab": first.tab}
+        usual |= {name: getattr(first, name) for name in ("rate", "tab", "experiment", "in_motion")}
     values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
     values = {key: one for key, one in values.items() if one != usual[KEYS[key][0]]}
     for key in {"step", "guess"} & values.keys():
@@ -229,9 +233,12 @@ def extra_pairs(state: State) -> dict[str, Any]:
         values["tab"] = values["tab"] or next(iter(tabs()))
     if "ends" in values:
         values["ends"] = json.dumps(state.map_ends)
+    if "motion" in values:
+        values["motion"] = state.experiment.text
     if "before" in values:
         values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
-    return {key: "true" if one is True else one for key, one in values.items()}
+    words = {True: "true", False: "false"}
+    return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
 
 
 def inline_table(case: Case, other: Case) -> str:
