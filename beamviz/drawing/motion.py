@@ -49,9 +49,18 @@ class MotionShapes:
         sizes = np.array([np.interp(t, self.motion.t, column) for column in self.parts.T])
         return np.arcsin(np.clip(sizes / self.amplitudes, -1, 1))
 
+    @property
+    def until(self) -> float:
+        """The time at which it ends."""
+        return float(self.motion.t[-1])
+
     def angle(self, t: float) -> float:
         """The angle of the hub [rad] at a time."""
         return float(np.interp(t, self.motion.t, self.motion.angle))
+
+    def gamma(self, t: float) -> float:
+        """The speed at a time."""
+        return float(np.interp(t, self.motion.t, self.motion.gamma))
 
     @cached_property
     def dominant(self) -> NDArray:

@@ -60,7 +60,9 @@ class Clock:
         """At a moment of the computed motion."""
         if self.film is None:
             return self
-        return replace(self, moment=moment, angle=self.film.angle(moment) % (2 * math.pi))
+        angle = self.film.shapes.angle(moment)
+        angle = self.angle if angle is None else angle % (2 * math.pi)
+        return replace(self, moment=moment, angle=angle)
 
     def advanced(self, time: float, shapes: SampledModes, other: SampledModes | None) -> Self:
         """After a time [T*] of the modes of a beam, and of a second one."""

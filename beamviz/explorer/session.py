@@ -18,6 +18,7 @@ import numpy as np
 from viser import CameraHandle
 
 from beamviz.drawing.camera import place
+from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.feature import Feature, Memo, Part
 from beamviz.explorer.features import FEATURES
@@ -49,6 +50,7 @@ class Session:
         self.films, self.played = Memo(), Memo()
         self.pages, self.requests, self.postponed = Memo(), Memo(), False
         self.mass_drag = MassDrag(visitor, self.view.beam)
+        self.beam_pull = BeamPull(visitor, self.view.beam, self.mass_drag.line_of_sight)
         visitor.client.camera.on_update(self.camera_moved)
         self.snapshot = self.with_picture(visitor.take())
         visitor.page.send(True, "ready")  # all actions have handlers
@@ -87,6 +89,7 @@ class Session:
         for feature in self.features:
             feature.react(self.snapshot, elapsed)
         self.mass_drag.react(self.snapshot)
+        self.beam_pull.react(self.snapshot)
         self.snapshot = snapshot = self.with_picture(visitor.take())
         with visitor.client.atomic():
             self.draw(snapshot, elapsed)

@@ -78,14 +78,14 @@ class Snapshot:
     @property
     def film(self) -> Film | None:
         """The computed motion that the scene plays, if any."""
-        return self.picture.film if self.picture else None
+        return self.picture.film
 
     @property
     def is_moving(self) -> bool:
-        """Whether the clock goes on: there are modes, and the mass is in no hand."""
-        view, grip = self.state.view, self.state.grip
+        """Whether the clock goes on: there are modes, and neither mass nor beam is in a hand."""
+        view, grip, hold = self.state.view, self.state.grip, self.state.hold
         plays = (view.playing and view.pace > 0) or self.state.run_speed is not None
-        return plays and self.solved is not None and not (grip and grip.held)
+        return plays and self.solved is not None and not (hold or (grip and grip.held))
 
     @cached_property
     def rate(self) -> float:

@@ -29,7 +29,10 @@ LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
 # Fields that are no choice about the scene: undo and redo leave them unchanged.
 NO_CHOICES = ("moment", "tab", "presented_tab", "reserved", "still", "met", "last_alpha", "fit")
 # Fields that undo and redo reset: what is under way.
-UNDER_WAY = {"following": False, "run_speed": None, "grip": None, "refused": None}
+UNDER_WAY: dict[str, Any] = {
+    "following": False,
+    **dict.fromkeys(("run_speed", "refused", "grip", "hold")),
+}
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
@@ -112,27 +115,36 @@ class Grip:
     held: bool = True
 
 
+class Hold(NamedTuple):
+    """The beam in the visitor's hand: the point at which it is held, and its deflection [L]; held:
+    the pointer still holds it, else it is let go of as soon as the force is known."""
+
+    at: float
+    deflection: float
+    held: bool = True
+
+
 @dataclass(frozen=True)
 class State:
     """All choices of a visitor.
 
     opened: the scene that the page, a link or a file opened; camera: a fixed viewpoint, None to fit
-    the beam into the page; fit: how often a viewpoint was asked for; tab: the open one, "" for
-    the first; over: the abscissa of the loci chart and the map; across, mapped: the ordinate
-    and the quantity of the map, "gap" or the number of a mode; map_ends: upper ends of the axes
-    of the map in which a point was chosen; per_rev: multiples of the speed in the chart;
-    comparison: the kind of second beam; kept: the case kept for it; stacked: it is drawn above
-    the first, not overlaid; force_per_rev, damping: periods of the force per revolution and
-    damping ratio of the run-up; forced_response: the scene shows the response to that force;
-    experiment: the motion in time; in_motion: the scene shows it; moment: at which it was paused,
-    or to which it was moved [T*]; run_speed: the speed during a run-up, 0 until that is computed,
-    in place of the beam's own, of which an edit ends it; rate: time [T*] that passes in a second on
-    the screen, locked, None if it follows the motion; time_methods: the tab Methods times all
-    methods; film_length: of exported films; section: the sizes that the panel of a real beam shows;
-    lesson, step: the open one, "" for none, and its step (from 0); guess: the answer chosen at its
-    first step; met: the lessons whose challenge is met; last_alpha: of the last beam that had a
-    mass; grip: the mass while it is dragged; refused: the entry that was refused last; following: a
-    presenter is followed; presented_tab: the tab that they had open last, while the visitor may
+    the beam into the page; fit: how often a viewpoint was asked for; tab: the open one, "" for the
+    first; over: the abscissa of the loci chart and the map; across, mapped: the ordinate and the
+    quantity of the map, "gap" or the number of a mode; map_ends: upper ends of the axes of the map
+    in which a point was chosen; per_rev: multiples of the speed in the chart; comparison: the kind
+    of second beam; kept: the case kept for it; stacked: it is drawn above the first, not overlaid;
+    force_per_rev, damping: periods of the force per revolution and damping ratio of the run-up;
+    forced_response: the scene shows the response to that force; experiment: the motion in time;
+    in_motion: the scene shows it; moment: at which it was paused, or to which it was moved [T*];
+    run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
+    which an edit ends it; rate: time [T*] that passes in a second on the screen, locked, None if it
+    follows the motion; time_methods: the tab Methods times all methods; film_length: of exported
+    films; section: the sizes that the panel of a real beam shows; lesson, step: the open one, ""
+    for none, and its step (from 0); guess: the answer chosen at its first step; met: the lessons
+    whose challenge is met; last_alpha: of the last beam that had a mass; grip: the mass while it is
+    dragged; hold: the beam while it is pulled; refused: the entry that was refused last; following:
+    a presenter is followed; presented_tab: the tab that they had open last, while the visitor may
     open another; still: the visitor's system prefers reduced motion; reserved: parameters of the
     address with other readers, None until the page has sent its address.
     """
@@ -168,6 +180,7 @@ class State:
     met: frozenset[str] = frozenset()
     last_alpha: float = 1.0
     grip: Grip | None = None
+    hold: Hold | None = None
     refused: Refused | None = None
     following: bool = False
     presented_tab: str = ""

@@ -82,7 +82,7 @@ class Picture:
         """The time [T*] per second on the screen that suits its motion."""
         shapes, units = self.modes, self.modes.beam.units
         if self.film:
-            return suitable_rate([self.film.rate], 0.0, units)
+            return self.film.rate
         if self.force is not None:
             return suitable_rate([self.force], shapes.beam.gamma, units)
         rates = np.hypot(np.nan_to_num(shapes.frequencies), np.maximum(growth_rates(shapes), 0.0))
@@ -139,8 +139,7 @@ def with_film(
 ) -> Picture:
     """A picture in which a computed motion is played, with the one without stiffening overlaid.
     has_body: the mass is on the beam; diverged: the latter has got no further."""
-    beam = film.shapes.motion.beam
-    beam = beam if has_body else beam.replace(alpha=0.0)
+    beam = film.beam if has_body else film.beam.replace(alpha=0.0)
     second = None
     if film.second:
         end = f": diverged at {films.time_text(film.diverged, beam.units)}" if diverged else ""
@@ -238,7 +237,7 @@ class SceneView:
     def move_in(self, film: Film, moment: float, angle: float) -> None:
         """Draw a moment of a computed motion, the hub rotated by an angle [rad]."""
         self.scene.move(film.shapes.phases(moment), angle)
-        self.scene.tell_speed(film.gamma(moment))
+        self.scene.tell_speed(film.shapes.gamma(moment))
         if film.second:
             self.other(stacked=False).move(film.second.phases(moment), angle)
 

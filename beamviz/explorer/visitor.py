@@ -206,5 +206,11 @@ def following(own: State, led: State) -> State:
     """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
     tab = own.tab if own.presented_tab == led.tab else led.tab
     kept = {name: getattr(own, name) for name in ("camera", "fit", "reserved", "still", "met")}
-    values = kept | {"tab": tab, "presented_tab": led.tab, "following": True, "grip": None}
+    values = kept | {
+        "tab": tab,
+        "presented_tab": led.tab,
+        "following": True,
+        "grip": None,
+        "hold": None,
+    }
     return replace(led, **values)

@@ -11,17 +11,18 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from beamviz.beam import Beam, Units
-from beamviz.drawing.modes import playback_rate
+from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes
 from beamviz.drawing.text import Measure, duration, frequencies, measure
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import motion_without_stiffening
+from beamviz.dynamics.pull import PulledBeam, pulled
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import CHOICES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.film import Film, time_text, times
+from beamviz.explorer.film import Film, HeldShapes, time_text, times
 from beamviz.explorer.jobs import Answer, Job
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
@@ -31,11 +32,12 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.scene import clip
 from beamviz.solver import interruption, solve
 
-JOB = "motion"
+JOB, PULL_JOB = "motion", "pull"
 TOLERANCE = 1e-3  # [L] of the tip, half a pixel of a scene of 500 pixels
 POINTS, MOST_POINTS = 40, 1601  # of the results, for each T* and in all
 LONGEST = 40.0  # [s] on the screen
 MODES = 5  # whose frequencies are in the spectrum
+WIDER = 1.1  # than to the highest frequency of a mode
 DECADES = 4  # of amplitude in the spectrum
 MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has too
 
@@ -116,10 +118,9 @@ class Computed:
         shapes = MotionShapes(found)
         other = None if isinstance(second, str) else MotionShapes(second)
         units = self.beam.units
-        rate = playback_rate(shapes.dominant, float(found.gamma.max()))
-        rate = suitable_rate([], 0.0, None) if not math.isfinite(rate) else rate
-        rate = max(rate, found.t[-1] / LONGEST)
-        self.film = Film(shapes, other, rate, self.experiment.has_body)
+        rate = suitable_rate(shapes.dominant, float(found.gamma.max()), units)
+        rate = max(rate, float(found.t[-1]) / LONGEST)
+        self.film = Film(self.beam, shapes, other, rate, self.experiment.has_body)
         self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
         self.spectrum = found.spectrum(self.since)
         options = {name: one for name, one in request.options if name in MODEL}
@@ -141,12 +142,43 @@ def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
     return snapshot.job_answer(JOB)
 
 
+class PullRequest(NamedTuple):
+    """A beam that is held, and where."""
+
+    beam: Beam
+    options: tuple[tuple[str, Any], ...]
+    at: float
+    deflection: float
+
+    @classmethod
+    def of(cls, state: State) -> Self:
+        """That of a state in which the beam is held. Raises InvalidInput for a number out of
+        range."""
+        assert state.hold
+        options = tuple((name, state.case.options[name]) for name in MODEL)
+        return cls(state.case.beam(), options, state.hold.at, state.hold.deflection)
+
+    def pulled(self) -> PulledBeam:
+        """The beam as it is held. Raises the errors of `pulled`."""
+        return pulled(self.beam, self.deflection, self.at, **dict(self.options))
+
+
 def film_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The last motion, if the scene shows it."""
-    return (answer_of(snapshot) if snapshot.state.in_motion else None,)
+    """The beam while it is held, and the last motion if the scene shows it."""
+    state = snapshot.state
+    held = snapshot.job_answer(PULL_JOB) if state.hold else None
+    return held, (answer_of(snapshot) if state.in_motion else None)
 
 
-def film_of(answer: Answer[MotionRequest, Computed] | None) -> Film | None:
+def film_of(
+    held: Answer[PullRequest, PulledBeam] | None, answer: Answer[MotionRequest, Computed] | None
+) -> Film | None:
+    """What the scene plays instead of modes."""
+    if held and held.result:
+        beam = held.request.beam
+        x = stations(beam.beta if beam.alpha else 1.0)
+        shapes = HeldShapes(beam, x, held.result.position(x))
+        return Film(beam, shapes, None, 1.0, lambda _: True)
     return answer.result.film if answer and answer.result else None
 
 
@@ -250,6 +282,7 @@ class MotionTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job: Job[MotionRequest, Computed] = visitor.job(JOB, MotionRequest.computed)
+        self.pulls: Job[PullRequest, PulledBeam] = visitor.job(PULL_JOB, PullRequest.pulled)
         for name in (*RANGES, *CHOICES, "unstiffened"):
             self.page.on(f"motion.{name}", partial(self.edit, name))
         self.page.on("experiment", self.begin)
@@ -290,10 +323,13 @@ class MotionTab(Feature):
     def request(self, snapshot: Snapshot) -> None:
         """Request the motion while the scene shows it, or the tab is open."""
         state = snapshot.state
-        if not (state.in_motion or state.tab == self.tab.key):
+        if not (state.in_motion or state.hold or state.tab == self.tab.key):
             self.job.withdraw()
             return
         try:
+            if state.hold:
+                self.pulls.request(PullRequest.of(state))
+                return
             self.job.request(MotionRequest.of(state.case, state.experiment))
         except InvalidInput:  # the page says which number is out of range
             self.job.withdraw()
@@ -442,7 +478,7 @@ def strip_data(found: Computed) -> Data:
     low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
     low, high = (low, high) if high > low else (-1e-3, 1e-3)
     margin = (0.6 if isinstance(found.second, Motion) else 0.08) * (high - low)
-    lines = [
+    lines: list[Data] = [
         {
             "label": "tip",
             "y": page.sent(across.factor * tip),
@@ -454,7 +490,7 @@ def strip_data(found: Computed) -> Data:
         other = found.second.tip[:, 1]
         lines.append(
             {
-                "label": UNSTIFFENED,
+                "label": "",
                 "second": True,
                 "at": page.sent(along.factor * found.second.t),
                 "y": page.sent(across.factor * other),
@@ -483,7 +519,7 @@ def spectrum_data(found: Computed) -> Data:
     along, across = frequencies(found.units), lengths(found.units)
     frequency, amplitude = found.spectrum
     highest = max((one for _, _, one in found.modes), default=float(frequency[-1]))
-    inside = (frequency > 0) & (frequency <= 1.05 * highest)
+    inside = (frequency > 0) & (frequency <= WIDER * highest)
     frequency, amplitude = frequency[inside], amplitude[inside]
     top = float(amplitude.max(initial=0.0)) or 1.0
     ends = top / 10**DECADES, 3 * top
@@ -499,7 +535,7 @@ def spectrum_data(found: Computed) -> Data:
     amplitude = np.maximum(amplitude, 0.1 * ends[0])
     lines.append(
         {
-            "label": "tip",
+            "label": "",
             "y": page.sent(across.factor * amplitude),
             "runs": [[0, len(amplitude) - 1, "resonance", "tip"]],
         }
@@ -507,7 +543,7 @@ def spectrum_data(found: Computed) -> Data:
     unit = across.unit or "L"
     return {
         "name": "Spectrum of the motion of the tip",
-        "x": page.frequency_axis(along, (0.0, 1.05 * highest)),
+        "x": page.frequency_axis(along, (0.0, WIDER * highest)),
         "y": page.axis_data(
             across._replace(label=f"amplitude [{unit}]", symbol="a"), ends, log=True
         ),
