@@ -5,12 +5,16 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import trimesh
 from viser import BatchedMeshHandle, SceneNodeDragEvent
 
 from beamviz.drawing import BeamView
+from beamviz.drawing.beam_mesh import NORMALS, segments
+from beamviz.drawing.objects import add_instances
+from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.explorer.experiment import RANGES
 from beamviz.explorer.features.motion import PULL_JOB, PullRequest, begun
-from beamviz.explorer.mass_drag import nearest_coordinate
+from beamviz.explorer.mass_drag import nearest
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Hold, Ray, State
 from beamviz.explorer.visitor import Visitor
@@ -20,19 +24,39 @@ TIP = 0.93  # from which on it is pulled at its tip
 LARGEST = 0.6  # [L] deflection
 FLAT = 0.03  # sine of the angle between view and plane of rotation below which no point is defined
 DIGITS = 3  # of a place or a force
+PIECES = 12  # of the sleeve
+SLEEVE = 0.1  # [L] its width, wide enough for a finger
 
 
 class BeamPull:
-    """Holds the beam under the pointer. What is known of it is the `hold` of the state."""
+    """Holds the beam under the pointer. What is known of it is the `hold` of the state.
+
+    sleeve: invisible boxes around the beam, always as many, that take the pointer: a drag of the
+    beam itself would end whenever it is drawn in another number of pieces.
+    """
 
     def __init__(
-        self, visitor: Visitor, view: BeamView, line_of_sight: Callable[[np.ndarray], Ray]
+        self,
+        visitor: Visitor,
+        scene: DrawnScene,
+        view: BeamView,
+        line_of_sight: Callable[[np.ndarray], Ray],
     ):
-        self.visitor, self.view, self.line_of_sight = visitor, view, line_of_sight
-        self.offered = False
+        self.visitor, self.scene, self.view = visitor, scene, view
+        self.line_of_sight, self.offered = line_of_sight, False
+        name = "/scene/rotor/sleeve"
+        self.sleeve = add_instances(scene, name, trimesh.creation.box(), PIECES, opacity=0.0)
+        self.sleeve.visible = False
 
-    async def clicked(self, event: object) -> None:
-        """Do nothing; with a handler, viser outlines the beam under the pointer."""
+    def move(self) -> None:
+        """Put the sleeve around the beam as it was drawn last."""
+        if not self.offered:
+            return
+        x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
+        line = np.column_stack([np.interp(x, self.view.shapes.x, one) for one in self.view.line.T])
+        centres, wxyz, sizes = segments(line, NORMALS["chordwise"], (SLEEVE, SLEEVE))
+        placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
+        self.scene.set_properties(self.sleeve, **placed)
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""
@@ -44,7 +68,7 @@ class BeamPull:
         sight = self.line_of_sight(np.asarray(event.end_position, float))
         deflection = in_plane(sight)
         if hold is None or not hold.held:
-            x = nearest_coordinate(self.view.shapes, sight)
+            x = nearest(self.view.line, self.view.shapes.x, *sight)
             if x is None:
                 return
             x = 1.0 if x > TIP else max(round(x, DIGITS - 1), LEAST_PLACE)
@@ -73,13 +97,11 @@ class BeamPull:
         if offered == self.offered:
             return
         self.offered = offered
-        for node in (self.view.beam, self.view.ends):
-            if offered:
-                node.on_drag(self.dragged)
-                node.on_click(self.clicked)
-            else:
-                node.remove_drag_callback(self.dragged)
-                node.remove_click_callback(self.clicked)
+        self.sleeve.visible = offered
+        if offered:
+            self.sleeve.on_drag(self.dragged)
+        else:
+            self.sleeve.remove_drag_callback(self.dragged)
 
 
 def let_go(state: State, hold: Hold, force: float) -> State:

@@ -50,7 +50,9 @@ class Session:
         self.films, self.played = Memo(), Memo()
         self.pages, self.requests, self.postponed = Memo(), Memo(), False
         self.mass_drag = MassDrag(visitor, self.view.beam)
-        self.beam_pull = BeamPull(visitor, self.view.beam, self.mass_drag.line_of_sight)
+        self.beam_pull = BeamPull(
+            *(visitor, self.view.drawn_scene, self.view.beam, self.mass_drag.line_of_sight)
+        )
         visitor.client.camera.on_update(self.camera_moved)
         self.snapshot = self.with_picture(visitor.take())
         visitor.page.send(True, "ready")  # all actions have handlers
@@ -74,7 +76,9 @@ class Session:
     def is_moving(self) -> bool:
         """Whether there is something to do in the next frame."""
         is_eased = self.visitor.clock.transition is not None
-        return self.snapshot.is_moving or is_eased or self.postponed
+        hold = self.snapshot.state.hold
+        is_let_go = hold is not None and not hold.held
+        return self.snapshot.is_moving or is_eased or self.postponed or is_let_go
 
     @property
     def is_busy(self) -> bool:
@@ -104,7 +108,8 @@ class Session:
         """Draw the moment of the time `now` [s] of what the last frame shows."""
         visitor = self.visitor
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        if self.postponed or self.snapshot.state.run_speed is not None or self.snapshot.film:
+        state = self.snapshot.state
+        if self.postponed or state.run_speed is not None or state.hold or self.snapshot.film:
             visitor.wake()
         self.snapshot = replace(self.snapshot, clock=visitor.clock)
         with visitor.client.atomic():
@@ -144,6 +149,7 @@ class Session:
             clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))
         visitor.clock = clock
         self.view.move(picture, clock)
+        self.beam_pull.move()
 
     def look(
         self, snapshot: Snapshot, transition: Transition | None, moved: np.ndarray
