@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from beamviz.beam import Beam, Units
+from beamviz.blade import Blade, Mass
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
 from beamviz.version import __version__
 
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
 __all__ = [
     "Beam",
     "BeamvizError",
+    "Blade",
     "Event",
     "Hub",
     "InvalidInput",
     "Loci",
+    "Mass",
     "Motion",
     "NoEquilibrium",
     "NotConverged",

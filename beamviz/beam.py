@@ -4,10 +4,11 @@ import math
 import tomllib
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
+from beamviz.blade import Blade, Mass
+from beamviz.checks import check_float, check_positive, full_text
 from beamviz.errors import InvalidInput, unknown_keyword
 
 
@@ -117,12 +118,16 @@ class Units:
 
 @dataclass(frozen=True)
 class Beam:
-    """A uniform beam on a rotating hub with a concentrated mass (paper, eq. 45).
+    """A beam on a rotating hub with a concentrated mass (paper, eq. 45).
 
     alpha: mass ratio m / (rho A L), beta: mass location d / L, gamma: speed Omega T*,
     delta: hub radius a / L (negative: the beam points inward), mu: slenderness
     sqrt(A L^2 / I). T* = sqrt(rho A L^4 / (E I)). `units` is set for a beam given in SI. spin_up:
     lambda = T*^2 dOmega/dt of a beam whose speed changes.
+
+    Of a beam that is not uniform (rho A, E I and E A are those of its root section): blade: its
+    properties along the span; masses: more bodies on it; root: stiffness [E I / L] of a rotational
+    spring at the root, 0 for a hinge, infinite for a clamp.
 
     Raises InvalidInput (a ValueError) that names the number, its value and its limits, or for a
     mistyped keyword the nearest.
@@ -135,6 +140,9 @@ class Beam:
     mu: float = 70.0
     units: Units | None = None
     spin_up: float = 0.0
+    blade: Blade | None = None
+    masses: tuple[Mass, ...] = ()
+    root: float = math.inf
 
     def __new__(cls, *_: Any, **numbers: Any) -> Self:
         for name in numbers.keys() - cls.__dataclass_fields__.keys():
@@ -153,6 +161,26 @@ class Beam:
                 f"gamma / mu = {full_text(self.gamma / self.mu)}: must be at most"
                 f" {MAX_GAMMA_OVER_MU:g} (gamma = {gamma}, mu = {mu})"
             )
+
+        if not isinstance(self.blade, Blade | None):
+            raise InvalidInput(f"blade = {self.blade!r}: must be a Blade")
+        object.__setattr__(self, "masses", tuple(self.masses))
+        if not all(isinstance(mass, Mass) for mass in self.masses):
+            raise InvalidInput(f"masses = {self.masses!r}: must be a sequence of Mass")
+        if self.root != math.inf:
+            object.__setattr__(self, "root", check_float("root", self.root, 0.0))
+
+    @property
+    def is_uniform(self) -> bool:
+        """Whether it is the beam of the paper: the same section along the span, at most one
+        concentrated mass, clamped."""
+        return self.blade is None and not self.masses and self.root == math.inf
+
+    @property
+    def bodies(self) -> tuple[Mass, ...]:
+        """All bodies on the beam: the concentrated mass and `masses`, from the root outward."""
+        first = (Mass(self.alpha, self.beta),) if self.alpha else ()
+        return tuple(sorted((*first, *self.masses), key=lambda body: body.beta))
 
     def replace(self, **changes: Any) -> Self:
         """The same beam with some of its numbers changed."""
@@ -203,7 +231,7 @@ class Beam:
                 raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
         position = L if mass_position is None else mass_position
         acceleration = check_float("angular_acceleration", angular_acceleration)
-        numbers = {
+        numbers: dict[str, Any] = {
             "alpha": check_float("mass", mass, 0.0) / (rho * A * L),
             "beta": check_float("mass_position", position, 0.0, L) / L,
             "gamma": check_float("rotation_speed", rotation_speed, 0.0) * time,
@@ -306,62 +334,3 @@ def check_keys(data: Collection[str], keys: Collection[str], source: str) -> Non
     if unknown:
         names = [f"{key} [{SI_KEYS[key]}]" if key in SI_KEYS else key for key in keys]
         raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(names)}")
-
-
-def check_float(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
-    """`value` as a float in low .. high, or InvalidInput with its name and the range."""
-    if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
-        raise InvalidInput(f"{name} = {value!r}: must be a {number_text(low, high)}")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not (math.isfinite(number) and low <= number <= high):
-        raise InvalidInput(f"{name} = {full_text(number)}: must {range_text(low, high)}")
-    return number + 0.0  # -0.0 becomes 0.0
-
-
-def check_choice(name: str, value: Any, choices: Collection[str]) -> str:
-    """`value` if it is one of `choices`, else InvalidInput."""
-    if not isinstance(value, str) or value not in choices:
-        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
-    return value
-
-
-def check_positive(name: str, value: object) -> float:
-    """`value` as a finite float above 0, or InvalidInput."""
-    number = check_float(name, value, 0.0)
-    if number == 0:
-        raise InvalidInput(f"{name} = 0: must be above 0")
-    return number
-
-
-def check_int(name: str, value: object, low: int, high: int) -> int:
-    """`value` as an integer in low .. high, or InvalidInput with its name and the range."""
-    rule = f"must be a whole number in {low} .. {high}"
-    try:
-        number = check_float(name, value, low, high)
-    except InvalidInput as error:
-        raise InvalidInput(f"{str(error).split(': must')[0]}: {rule}") from None
-    if number != int(number):
-        raise InvalidInput(f"{name} = {full_text(number)}: {rule}")
-    return int(number)
-
-
-def range_text(low: float, high: float) -> str:
-    """What a number must do to be in a range."""
-    if math.isfinite(high):
-        return f"lie in {low:g} .. {high:g}"
-    return "be 0 or more" if low == 0 else "be finite"
-
-
-def number_text(low: float, high: float) -> str:
-    """A number in a range, in words."""
-    if math.isfinite(high):
-        return f"number in {low:g} .. {high:g}"
-    return "number, 0 or more" if low == 0 else "finite number"
-
-
-def full_text(number: float) -> str:
-    """A number with all its digits: just outside a limit it does not read like the limit."""
-    return repr(number).removesuffix(".0")

@@ -16,15 +16,12 @@ from beamviz.beam import (
     SI_KEYS,
     Beam,
     Units,
-    check_choice,
-    check_float,
-    check_int,
     check_keys,
-    check_positive,
     check_si_keys,
     parse_toml,
     read_small,
 )
+from beamviz.checks import check_choice, check_float, check_int, check_positive
 from beamviz.errors import InvalidInput
 from beamviz.solver.problem import OPTIONS, parse_keywords
 

@@ -12,6 +12,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
     ("errors", "signals", "files", "version"),
+    ("checks",),
+    ("blade",),
     ("beam",),
     ("protocols",),
     ("tables", "datasets", "plotting"),  # of columns and records, for the methods of results

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import Beam, check_float, check_int
+from beamviz.beam import Beam
+from beamviz.checks import check_float, check_int
 from beamviz.cli.motion import motion
 from beamviz.cli.options import (
     AT,

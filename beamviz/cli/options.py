@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import NUMBERS, Beam, check_float, check_int, full_text
+from beamviz.beam import NUMBERS, Beam
+from beamviz.checks import check_float, check_int, full_text
 from beamviz.errors import InvalidInput
 from beamviz.solver.problem import OPTIONS
 

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import Beam, check_choice, check_float, check_int, check_positive
+from beamviz.beam import Beam
+from beamviz.checks import check_choice, check_float, check_int, check_positive
 from beamviz.dynamics.drives import Hub, Ramp, Samples, drive_of
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.errors import InvalidInput, unknown_keyword

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from beamviz.beam import Beam, check_choice, check_float, check_positive
+from beamviz.beam import Beam
+from beamviz.checks import check_choice, check_float, check_positive
 from beamviz.errors import InvalidInput
 
 SHAPES = ("smooth", "linear")

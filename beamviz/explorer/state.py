@@ -67,7 +67,7 @@ class Case:
     def nearest_beam(self) -> Beam:
         """The beam with each number that is out of range replaced by the nearest one allowed, by
         the default where it is no number."""
-        numbers = {}
+        numbers: dict[str, Any] = {}
         for name, parameter in NUMBERS.items():
             value = self.numbers[name]
             known = isinstance(value, int | float) and not math.isnan(value)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from beamviz.beam import check_float, check_int
+from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, Moment, SolvedScene

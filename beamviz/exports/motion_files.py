@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import check_float, check_int
+from beamviz.checks import check_float, check_int
 from beamviz.drawing import BeamScene, camera
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import playback_rate

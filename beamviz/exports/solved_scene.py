@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from beamviz.beam import check_float
+from beamviz.checks import check_float
 from beamviz.drawing import BeamScene, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import SampledModes, playback_rate

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from beamviz.beam import Beam, Units, check_int
+from beamviz.beam import Beam, Units
+from beamviz.checks import check_int
 from beamviz.errors import InvalidInput, NotConverged
 from beamviz.frequency_loci.branches import Branch, Part, branches_at
 from beamviz.frequency_loci.events import EVENT_KINDS, Event, Tracked, locate_events

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.beam import Beam, check_float, check_int
+from beamviz.beam import Beam
+from beamviz.checks import check_float, check_int
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.events import Event
 from beamviz.solver import solve_many

@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import NUMBERS, Beam, check_float
+from beamviz.beam import NUMBERS, Beam
+from beamviz.checks import check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.mode_vectors import Outcome, Points, gauss_points, mode_points
 from beamviz.solver import solve_many

@@ -2,7 +2,8 @@
 
 import textwrap
 
-from beamviz.beam import Beam, check_choice
+from beamviz.beam import Beam
+from beamviz.checks import check_choice
 from beamviz.lessons import model
 from beamviz.lessons.model import BARE, MIDDLE, TIP, Lesson, frequency, labelled
 from beamviz.scene import Scene

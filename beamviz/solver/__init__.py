@@ -10,7 +10,8 @@ from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
-from beamviz.beam import Beam, check_int
+from beamviz.beam import Beam
+from beamviz.checks import check_int
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.solver.problem import (
     MAX_MODES,
@@ -89,6 +90,8 @@ def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> l
 def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:
     """Dispatch to the state and the method."""
     start = time.perf_counter()
+    if not METHODS[problem.method].blades:
+        _check_uniform(beams, problem.method)
     answers: list[Answer]
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
         answers = _solve_states(beams, problem, extra_modes)
@@ -106,6 +109,16 @@ def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[An
         if isinstance(answer, Solution):
             answer.stats.seconds = seconds
     return answers
+
+
+def _check_uniform(beams: list[Beam], method: str) -> None:
+    """InvalidInput for a beam that is not uniform, which the method does not solve."""
+    if not all(beam.is_uniform for beam in beams):
+        methods = [name for name, row in METHODS.items() if row.blades]
+        raise InvalidInput(
+            f"method {method}: the beam has to be uniform, clamped, with one concentrated mass",
+            use={"method": methods},
+        )
 
 
 def _solver_of_one_beam(method: str) -> SolveOne:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from beamviz.beam import check_choice, check_float, check_int
+from beamviz.checks import check_choice, check_float, check_int
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 
@@ -40,7 +40,7 @@ class Method(NamedTuple):
     """A row of the table of methods. package: the part of `beamviz.solver` that has it.
     unsupported: names of options. resolution: None where it refines to a tolerance. source:
     publication. choose: when to use it. rigid_tension: whether the tension is that of the
-    unstretched beam (first-order coupling)."""
+    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform."""
 
     package: str
     unsupported: tuple[str, ...]
@@ -48,6 +48,7 @@ class Method(NamedTuple):
     source: str
     choose: str
     rigid_tension: bool = False
+    blades: bool = False
 
 
 SWITCHES = "stiffening", "softening"

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from beamviz.beam import NUMBERS, Beam, full_text
+from beamviz.beam import NUMBERS, Beam
+from beamviz.checks import full_text
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci.path import check_values
 from beamviz.solver import METHODS, Problem, parse_keywords

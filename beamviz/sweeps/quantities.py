@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from beamviz.beam import check_int
+from beamviz.checks import check_int
 from beamviz.errors import InvalidInput
 from beamviz.sweeps.arrays import FAMILIES, SOLVED, STATUSES
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from beamviz.beam import check_int
+from beamviz.checks import check_int
 from beamviz.errors import Unavailable, requires
 from beamviz.signals import defer_signals
 from beamviz.sweeps.plan import Plan, Region

@@ -197,3 +197,13 @@ def test_a_beam_buckled_beyond_resolving_says_so():
         first, *others = solve_many(sweep, modes=3)
         assert isinstance(first, Solution)
         assert all("half-waves" in str(other) for other in others)
+
+
+@pytest.mark.parametrize("mu", [24, 36, 48])
+def test_an_inward_beam_does_not_leave_its_branch(mu):
+    """A beam that points inward beyond the axis is compressed along its whole length. It also has
+    equilibria stretched outward across the axis, which a step of the load must not lead to."""
+    beam = Beam(alpha=0.9, beta=1, gamma=104.65, delta=-1.134, mu=mu)
+    with pytest.raises(NoEquilibrium) as raised:
+        solve(beam)
+    assert raised.value.limit == pytest.approx(0.443 * mu, rel=1e-2)  # gamma / mu is what counts

@@ -8,7 +8,8 @@ from functools import partial
 from html import escape
 from typing import Any, NamedTuple
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Beam, check_float
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Beam
+from beamviz.checks import check_float
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page

@@ -18,7 +18,8 @@ from threading import Thread
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_float, check_int, check_keys
+from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_keys
+from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page

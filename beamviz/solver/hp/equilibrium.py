@@ -26,6 +26,7 @@ STRETCH_SHARE = 1e-3
 SMALL_FORCE = 0.3  # axial force n, as a share of 1 and of the limits of the law, of a small strain
 PASSES = 4  # of the first guess, each a quarter of the work of an iteration of Newton's method
 NEWTON_ITERATIONS = 12
+MAX_CHANGE = 0.25  # of ln f in a step of continuation: a larger one may lead to another branch
 NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
 COARSE_ORDER = 6  # of the mesh of the equilibrium from which the first mesh is designed
@@ -254,7 +255,8 @@ class AxialProblem(NamedTuple):
 
         def solve_at(trial: float, guess: NDArray) -> Root | None:
             f, iterations, error, _ = self.newton(np.array([[trial]]), guess)
-            return Root(f, iterations) if error[0] < math.inf else None
+            near = error[0] < math.inf and abs(np.log(f / guess)).max() <= MAX_CHANGE
+            return Root(f, iterations) if near else None
 
         def margin(trial: float, f: NDArray) -> NDArray:
             return self.margin(np.array([[trial]]), f, math.inf)

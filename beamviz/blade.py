@@ -1,0 +1,179 @@
+"""Properties that vary along the span, and bodies on the beam: the dimensionless description.
+
+Stiffness and mass are relative to those of the root section, positions to the length of the beam.
+NumPy is imported where properties are evaluated: most beams are uniform, and so `import beamviz`
+stays fast.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+from beamviz.checks import check_float, check_floats, check_int
+from beamviz.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from numpy.polynomial import Polynomial
+    from numpy.typing import ArrayLike, NDArray
+
+PROPERTIES = ("mass", "bending", "axial", "flap")
+PROPERTY_LIMITS = (1e-6, 1e6)  # of a property over that of the root section
+MAX_STATIONS = 200
+MAX_DEGREE = 8
+AT_ROOT = 1e-9  # rounding of a property at the root, relative to itself
+SAMPLES = 33  # of a segment, at which a polynomial has to be above 0
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A body on the beam.
+
+    alpha: its mass m / (rho A L), beta: its position d / L, inertia: principal moments of inertia
+    (Jx, Jy, Jz) over rho A L^3, about the axes along the beam, across it in the plane of rotation,
+    and parallel to the axis of rotation. rho A is that of the root section.
+
+    Raises InvalidInput that names the number, its value and its limits.
+    """
+
+    alpha: float
+    beta: float
+    inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        inertia = check_floats("inertia of a mass", self.inertia, 0.0, 100.0)
+        if len(inertia) != 3:
+            raise InvalidInput(f"inertia of a mass = {inertia}: must be three numbers Jx, Jy, Jz")
+        object.__setattr__(self, "alpha", check_float("alpha of a mass", self.alpha, 0.0, 100.0))
+        object.__setattr__(self, "beta", check_float("beta of a mass", self.beta, 0.0, 1.0))
+        object.__setattr__(self, "inertia", inertia)
+
+
+class Segment(NamedTuple):
+    """A part of the span on which each property is a polynomial of (x - start) / (stop - start)."""
+
+    start: float
+    stop: float
+    polynomials: "dict[str, Polynomial]"
+
+
+@dataclass(frozen=True)
+class Blade:
+    """Properties along the span, relative to the root section, where each of them but flap is 1.
+
+    x: stations from 0 to 1, ascending; a station named twice is a jump. mass: mass of a unit of
+    length; bending: bending stiffness in the plane of rotation; axial: axial stiffness; flap:
+    bending stiffness out of that plane, over `bending` at the root, or None where it is `bending`.
+    Between two stations a property is linear. With a higher `degree` it is a polynomial through
+    degree + 1 successive stations: 0 .. degree are one segment, degree .. 2 degree the next.
+
+    Raises InvalidInput that names the property, its value and its limits.
+    """
+
+    x: tuple[float, ...]
+    mass: tuple[float, ...]
+    bending: tuple[float, ...]
+    axial: tuple[float, ...]
+    flap: tuple[float, ...] | None = None
+    degree: int = 1
+
+    def __post_init__(self) -> None:
+        x = check_floats("x of a blade", self.x, 0.0, 1.0)
+        if not 2 <= len(x) <= MAX_STATIONS:
+            raise InvalidInput(f"{len(x)} stations of a blade: must be 2 .. {MAX_STATIONS}")
+        if x[0] != 0 or x[-1] != 1 or any(after < before for before, after in pairwise(x)):
+            raise InvalidInput("x of a blade: must ascend from 0 at the root to 1 at the tip")
+        object.__setattr__(self, "x", x)
+        object.__setattr__(self, "degree", check_int("degree", self.degree, 1, MAX_DEGREE))
+        for name in PROPERTIES:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, self._checked(name))
+        if self.degree > 1:
+            self._check_sign()
+
+    def _check_sign(self) -> None:
+        """InvalidInput where a polynomial is not above 0."""
+        import numpy as np
+
+        for segment in self.segments:
+            for name, polynomial in segment.polynomials.items():
+                if not (polynomial(np.linspace(0, 1, SAMPLES)) > 0).all():
+                    raise InvalidInput(
+                        f"{name} of a blade: not above 0 everywhere in x = {segment.start:g} .."
+                        f" {segment.stop:g}"
+                    )
+
+    def _checked(self, name: str) -> tuple[float, ...]:
+        """The values of a property at the stations."""
+        values = check_floats(f"{name} of a blade", getattr(self, name), *PROPERTY_LIMITS)
+        if len(values) != len(self.x):
+            raise InvalidInput(f"{name} of a blade: {len(values)} values, {len(self.x)} stations")
+        if name != "flap" and abs(values[0] - 1) > AT_ROOT:
+            raise InvalidInput(
+                f"{name} of a blade = {values[0]:g} at the root: must be 1, as it is relative to"
+                " the root section"
+            )
+        return values
+
+    @classmethod
+    def tapered(cls, height: float = 0.0, width: float = 0.0) -> "Blade":
+        """A solid rectangular section whose height, in the plane of bending, and width fall
+        linearly to 1 - height and 1 - width of the root's at the tip: `mass` and `axial` are the
+        area, `bending` and `flap` the width times the cube of the height."""
+        import numpy as np
+
+        x = np.linspace(0, 1, 5)
+        h = 1 - check_float("height", height, 0.0, 0.99) * x
+        b = 1 - check_float("width", width, 0.0, 0.99) * x
+        area, bending = tuple((b * h).tolist()), tuple((b * h**3).tolist())
+        return cls(tuple(x.tolist()), area, bending, area, degree=4)
+
+    @cached_property
+    def segments(self) -> tuple[Segment, ...]:
+        """The segments from the root to the tip."""
+        return tuple(self._segments())
+
+    def _segments(self) -> Iterator[Segment]:
+        import numpy as np
+        from numpy.polynomial import Polynomial
+
+        first, last = 0, len(self.x) - 1
+        while first < last:
+            if self.x[first] == self.x[first + 1]:  # a jump
+                first += 1
+                continue
+            stations = slice(first, first + self.degree + 1)
+            x = np.array(self.x[stations])
+            if len(x) <= self.degree or not (np.diff(x) > 0).all():
+                raise InvalidInput(
+                    f"x of a blade: the segment from {x[0]:g} has fewer than {self.degree + 1}"
+                    f" different stations, needed for degree = {self.degree}"
+                )
+            place = (x - x[0]) / (x[-1] - x[0])
+            rows = {name: getattr(self, name) for name in PROPERTIES}
+            rows["flap"] = rows["flap"] or rows["bending"]
+            polynomials = {
+                name: Polynomial(np.linalg.solve(np.vander(place, increasing=True), row[stations]))
+                for name, row in rows.items()
+            }
+            yield Segment(float(x[0]), float(x[-1]), polynomials)
+            first += self.degree
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """The ends of the segments, from 0 to 1, where a property or its slope may jump."""
+        return (0.0, *(segment.stop for segment in self.segments))
+
+    def at(self, name: str, x: "ArrayLike") -> "NDArray":
+        """A property ("mass", "bending", "axial" or "flap") at points x in 0 .. 1, an array of
+        their shape; where it jumps, its value toward the tip."""
+        import numpy as np
+
+        x = np.asarray(x, dtype=float)
+        values = np.empty(x.shape)
+        for segment in self.segments:
+            outboard = x >= segment.start
+            place = (x[outboard] - segment.start) / (segment.stop - segment.start)
+            values[outboard] = segment.polynomials[name](place)
+        return values

@@ -1,0 +1,76 @@
+"""Checks of input: numbers in a range, choices, and the texts of their errors."""
+
+import math
+from collections.abc import Collection, Iterable
+from numbers import Real
+from typing import Any
+
+from beamviz.errors import InvalidInput
+
+
+def check_float(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
+    """`value` as a float in low .. high, or InvalidInput with its name and the range."""
+    if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
+        raise InvalidInput(f"{name} = {value!r}: must be a {number_text(low, high)}")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not (math.isfinite(number) and low <= number <= high):
+        raise InvalidInput(f"{name} = {full_text(number)}: must {range_text(low, high)}")
+    return number + 0.0  # -0.0 becomes 0.0
+
+
+def check_floats(
+    name: str, values: object, low: float = -math.inf, high: float = math.inf
+) -> tuple[float, ...]:
+    """A sequence of numbers as a tuple of floats in low .. high, or InvalidInput."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise InvalidInput(f"{name} = {values!r}: must be a sequence of numbers")
+    return tuple(check_float(name, value, low, high) for value in values)
+
+
+def check_choice(name: str, value: Any, choices: Collection[str]) -> str:
+    """`value` if it is one of `choices`, else InvalidInput."""
+    if not isinstance(value, str) or value not in choices:
+        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+    return value
+
+
+def check_positive(name: str, value: object) -> float:
+    """`value` as a finite float above 0, or InvalidInput."""
+    number = check_float(name, value, 0.0)
+    if number == 0:
+        raise InvalidInput(f"{name} = 0: must be above 0")
+    return number
+
+
+def check_int(name: str, value: object, low: int, high: int) -> int:
+    """`value` as an integer in low .. high, or InvalidInput with its name and the range."""
+    rule = f"must be a whole number in {low} .. {high}"
+    try:
+        number = check_float(name, value, low, high)
+    except InvalidInput as error:
+        raise InvalidInput(f"{str(error).split(': must')[0]}: {rule}") from None
+    if number != int(number):
+        raise InvalidInput(f"{name} = {full_text(number)}: {rule}")
+    return int(number)
+
+
+def range_text(low: float, high: float) -> str:
+    """What a number must do to be in a range."""
+    if math.isfinite(high):
+        return f"lie in {low:g} .. {high:g}"
+    return "be 0 or more" if low == 0 else "be finite"
+
+
+def number_text(low: float, high: float) -> str:
+    """A number in a range, in words."""
+    if math.isfinite(high):
+        return f"number in {low:g} .. {high:g}"
+    return "number, 0 or more" if low == 0 else "finite number"
+
+
+def full_text(number: float) -> str:
+    """A number with all its digits: just outside a limit it does not read like the limit."""
+    return repr(number).removesuffix(".0")
