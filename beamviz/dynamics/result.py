@@ -24,7 +24,7 @@ TABLE_ROWS = 21
 class MotionStats:
     """Cost and resolution of a motion."""
 
-    dof: int  # unknown positions
+    dof: int  # unknowns of the beam
     elements: int
     order: int  # of the polynomials along the beam, the greatest
     steps: int  # in time
@@ -68,21 +68,18 @@ class Motion:
     def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Position (len(t), len(x), 2) of the points x in 0 .. 1 at times t, from the clamp, in the
         rotating frame. Raises ValueError outside."""
-        return self._field(t, x, 0)
+        q, x = self._unknowns(t), within("x", x, 1.0)
+        r = self.path.unknowns.positions(q, x)
+        return np.stack((r.real, r.imag), axis=-1)
 
     def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Stretch |r'| (len(t), len(x)); at a jump the one inboard."""
-        return np.linalg.norm(self._field(t, x, 1), axis=2)
+        return self.path.unknowns.stretch(self._unknowns(t), within("x", x, 1.0))
 
-    def _field(self, t: ArrayLike, x: ArrayLike, derivative: int) -> NDArray:
-        """r or r' (len(t), len(x), 2)."""
-        times = within("t", t, float(self.t[-1]))
-        functions = self.path.elements.at(within("x", x, 1.0), derivative)
-        free = self.path.elements.free
-        q, _ = self.path.at(times)
-        full = np.zeros((len(times), 2 * functions.shape[1]))
-        full[:, free] = q[:, : len(free)]
-        return np.einsum("xi,tci->txc", functions, full.reshape(len(times), 2, -1))
+    def _unknowns(self, t: ArrayLike) -> NDArray:
+        """The unknowns of the beam (len(t), n)."""
+        q, _ = self.path.at(within("t", t, float(self.t[-1])))
+        return q[:, : self.path.unknowns.size]
 
     def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:
         """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier
