@@ -133,7 +133,11 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
 def estimate(case: Case, change: float, before: float) -> float:
     """The error bar of a run that differs by a change from a coarser one, which differed by the
     change before from one still coarser: the sum of the changes to come, if they go on so."""
-    ratio = min(max(change / max(before, 1e-300), LEAST_RATIO), GREATEST_RATIO) if before < math.inf else GREATEST_RATIO
+    ratio = (
+        min(max(change / max(before, 1e-300), LEAST_RATIO), GREATEST_RATIO)
+        if before < math.inf
+        else GREATEST_RATIO
+    )
     return ESTIMATE * change * ratio / (1 - ratio) + UNRESOLVED * case.tolerance
 
 

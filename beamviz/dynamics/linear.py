@@ -148,10 +148,12 @@ def integrated(case: Case, drive: Ramp | Samples) -> list[Part]:
     from scipy.integrate import solve_ivp
 
     parts: list[Part] = []
-    t, y, modes = 0.0, np.zeros(0), None
+    t, y = 0.0, np.zeros(0)
+    modes: RestModes | None = None
     for part in case.parts:
         beam = case.beam if part.with_mass else case.beam.replace(alpha=0.0)
-        before, modes = modes, RestModes(beam, {"strain": case.strain})
+        before = modes
+        modes = RestModes(beam, {"strain": case.strain})
         if before is None:
             still = modes.held(case.first_speed, case.release, case.release_at)
             y = np.append(still, np.zeros_like(still))

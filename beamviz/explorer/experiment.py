@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple, Self
 
-from beamviz.beam import Beam, check_choice, check_float, check_keys
+from beamviz.beam import Beam, check_keys
+from beamviz.checks import check_choice, check_float
 from beamviz.dynamics.drives import Ramp
 from beamviz.errors import InvalidInput
+from beamviz.lessons.model import Lesson
 from beamviz.scene import check_bool
 
 STOP = 0.1  # [T*] in which a hub stops dead
@@ -135,6 +137,12 @@ class Experiment:
             "damping": self.damping,
             **({moment: self.body_at} if moment else {}),
         }
+
+
+def motion_of(lesson: Lesson) -> dict[str, Any]:
+    """The values of the state, by field, with which a lesson begins."""
+    in_motion, experiment = bool(lesson.motion), Experiment(**lesson.motion)
+    return {"experiment": experiment, "in_motion": in_motion, "moment": 0.0}
 
 
 PULLED = Experiment()  # as usual: pulled at the tip and let go

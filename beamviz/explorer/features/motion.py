@@ -15,7 +15,7 @@ from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes
 from beamviz.drawing.text import Measure, duration, frequencies, measure
 from beamviz.dynamics import Motion, motion
-from beamviz.dynamics.linear import motion_without_stiffening
+from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
 from beamviz.dynamics.pull import PulledBeam, pulled
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
@@ -84,7 +84,7 @@ class MotionRequest(NamedTuple):
             "points": min(math.ceil(POINTS * own.until) + 1, MOST_POINTS),
         }
         found = motion(beam, **given, **options, progress=Progress(own.until))
-        second: Motion | str = ""
+        second: LinearMotion | str = ""
         if own.unstiffened:
             try:
                 second = motion_without_stiffening(beam, **given, progress=Progress(own.until))
@@ -112,7 +112,7 @@ class Computed:
     shown. second: that without stiffening, or the reason why there is none, "" where none is asked
     for."""
 
-    def __init__(self, request: MotionRequest, found: Motion, second: Motion | str):
+    def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
         self.request, self.motion, self.second = request, found, second
         self.beam, self.experiment = request.beam, request.experiment
         shapes = MotionShapes(found)
@@ -207,7 +207,7 @@ HINTS = {
 }
 NAMES = {
     "pull": "pull F",
-    "pull_at": "at the point x / L",
+    "pull_at": "pull at x / L",
     "hub": "the hub",
     "within": "in the time",
     "body": "the mass",
@@ -477,7 +477,7 @@ def strip_data(found: Computed) -> Data:
     along, across, tip = times(found.units), lengths(found.units), found.motion.tip[:, 1]
     low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
     low, high = (low, high) if high > low else (-1e-3, 1e-3)
-    margin = (0.6 if isinstance(found.second, Motion) else 0.08) * (high - low)
+    margin = (0.6 if not isinstance(found.second, str) else 0.08) * (high - low)
     lines: list[Data] = [
         {
             "label": "tip",
@@ -486,7 +486,7 @@ def strip_data(found: Computed) -> Data:
         }
     ]
     gaps = []
-    if isinstance(found.second, Motion):
+    if not isinstance(found.second, str):
         other = found.second.tip[:, 1]
         lines.append(
             {
@@ -572,7 +572,7 @@ def notes(found: Computed) -> str:
         )
     else:
         text += "<p>The theory without stiffening does not diverge in this time.</p>" * (
-            isinstance(found.second, Motion)
+            not isinstance(found.second, str)
         )
     own = found.experiment
     if found.since:
