@@ -550,8 +550,8 @@ def spectrum_data(found: Computed) -> Data:
         "at": page.sent(along.factor * frequency),
         "lines": lines,
         "keys": [
-            {"style": "line resonance", "text": "spectrum of the tip"},
-            {"style": "line dashed", "text": "frequencies of the modes"},
+            {"style": "line resonance", "text": "spectrum"},
+            {"style": "line dashed", "text": "modes"},
         ],
     }
 
