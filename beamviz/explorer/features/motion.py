@@ -265,6 +265,17 @@ TOOLS += page.checkbox(
     "motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT
 )
 TOOLS += "".join(map(slider_of, ("damping", "until")))
+MOTION_KINDS = {".gif": "film (GIF)", ".svg": "chart (SVG)", ".csv": "CSV", ".npz": "NPZ"}
+TOOLS += page.group(
+    "Download the motion",
+    '<span class="soft">download</span>',
+    *(page.button(n, data_do="export_motion", data_value=key) for key, n in MOTION_KINDS.items()),
+    id="motion-files",
+)
+TOOLS += (
+    '<div id="motion-file-work" class="row" hidden><span id="motion-file-state"></span>'
+    f"{page.button('Cancel', data_do='cancel_export')}</div>"
+)
 CHARTS = "motion-chart", "motion-spectrum"
 FIGURES = "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS)
 CONTENT = (
@@ -437,7 +448,8 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     content = Content()
     for id in CHARTS:
         content |= page.props(id, hidden=found is None)
-    content |= page.props("moment-row", hidden=found is None)
+    for id in ("moment-row", "motion-files"):
+        content |= page.props(id, hidden=found is None)
     if found is None:
         text = page.note(answer.message) if answer and not answer.cancelled else ""
         return content | page.html("motion-list", text)

@@ -21,12 +21,15 @@ from urllib.parse import parse_qsl, urlencode
 from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_keys
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
+from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.experiment import RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
+from beamviz.explorer.features.motion import JOB as MOTION
+from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.features.real_beam import SECTIONS
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
@@ -44,6 +47,7 @@ from beamviz.explorer.state import (
 )
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
+from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.lessons import lesson
 from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
@@ -268,11 +272,13 @@ KINDS = {
 
 @dataclass(eq=False)
 class File:
-    """A scene to be written as a file; film: keywords of `animate`, None for other files."""
+    """A scene, or a motion in time, to be written as a file; film: keywords of `animate`, None for
+    other files."""
 
     scene: Scene
     name: str
     film: dict[str, Any] | None
+    motion: Motion | None = None
 
 
 JOB = "file"
@@ -291,6 +297,7 @@ class Files(Feature):
         self.page.on("save", lambda _: self.save())
         self.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
         self.page.on("export", self.start)
+        self.page.on("export_motion", self.start_motion)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
@@ -318,14 +325,25 @@ class Files(Feature):
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
-        size = {"width": 480, "height": 270} if suffix == ".gif" else {}  # the largest files
+        size = film_size(suffix)
         periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
-            file = File(self.visitor.to_scene(), f"beam{suffix}", film)
-            self.job.withdraw()
-            self.job.request(file)
-            self.visitor.wake()
+            self.begin(File(self.visitor.to_scene(), f"beam{suffix}", film))
+
+    def start_motion(self, suffix: Any) -> None:
+        """Export the motion in time, in place of the visitor's running export."""
+        computed = self.visitor.jobs[MOTION].status.result
+        if suffix in MOTION_KINDS and computed:
+            film = film_size(suffix) if suffix in FORMATS else None
+            scene = Scene(computed.beam)
+            self.begin(File(scene, f"motion{suffix}", film, computed.motion))
+
+    def begin(self, file: File) -> None:
+        """Write a file, in place of the one that is being written."""
+        self.job.withdraw()
+        self.job.request(file)
+        self.visitor.wake()
 
     def write(self, file: File) -> bytes:
         """The content of a file, written after those before it."""
@@ -338,10 +356,14 @@ class Files(Feature):
             self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                if file.film is None:
+                frames = partial(self.frames, file)
+                if file.motion and file.film is not None:
+                    animate_motion(path, file.motion, progress=frames, workers=1, **file.film)
+                elif file.motion:
+                    export_motion(path, file.motion)
+                elif file.film is None:
                     export(path, file.scene)
                 else:  # one thread, so that pages stay responsive
-                    frames = partial(self.frames, file)
                     animate(path, file.scene, progress=frames, workers=1, **file.film)
                 return path.read_bytes()
         finally:
@@ -380,6 +402,11 @@ class Files(Feature):
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
+def film_size(suffix: str) -> dict[str, int]:
+    """The size of a film, where it is not the usual one: the files of some formats are large."""
+    return {"width": 480, "height": 270} if suffix == ".gif" else {}
+
+
 def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
     """The progress of the file that is being written."""
     job: JobStatus = snapshot.jobs[JOB]
@@ -390,6 +417,8 @@ def progress_content(busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
+    content |= page.props("motion-file-work", hidden=not busy)
+    content |= page.html("motion-file-state", escape(note))
     return content | page.html("export-state", escape(note))
 
 
