@@ -76,9 +76,18 @@ class Session:
     def is_moving(self) -> bool:
         """Whether there is something to do in the next frame."""
         is_eased = self.visitor.clock.transition is not None
-        hold = self.snapshot.state.hold
-        is_let_go = hold is not None and not hold.held
-        return self.snapshot.is_moving or is_eased or self.postponed or is_let_go
+        return self.snapshot.is_moving or is_eased or self.postponed or self.is_motion_late
+
+    @property
+    def is_motion_late(self) -> bool:
+        """Whether the beam was let go, or the state or the page lack the moment of a motion."""
+        snapshot, moment = self.snapshot, self.visitor.clock.moment
+        if hold := snapshot.state.hold:
+            return not hold.held
+        if snapshot.film is None or snapshot.is_led:
+            return False
+        paused = not snapshot.state.view.playing
+        return snapshot.clock.moment != moment or (paused and snapshot.state.moment != moment)
 
     @property
     def is_busy(self) -> bool:

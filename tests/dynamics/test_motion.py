@@ -168,7 +168,9 @@ def test_a_body_docks_and_is_released_without_a_jump_of_momentum():
 
 def equation(beam, moved):
     """The equation of a beam on the elements of a motion."""
-    return equation_of(Case(beam=beam, until=1.0), moved.path.unknowns.elements, bool(beam.alpha), None)
+    return equation_of(
+        Case(beam=beam, until=1.0), moved.path.unknowns.elements, bool(beam.alpha), None
+    )
 
 
 SHORT_MOTION = {"beam": Beam(gamma=3, mu=20), "until": 1, "start": {"B1": 0.05}, "points": 21}

@@ -301,7 +301,8 @@ class MotionTab(Feature):
 
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed."""
-        value = display(name, self.visitor.state.case.units).plain(value)
+        if name in RANGES:
+            value = display(name, self.visitor.state.case.units).plain(value)
         self.visitor.change(
             lambda state: state.with_experiment(state.experiment.changed(name, value))
         )
@@ -323,13 +324,14 @@ class MotionTab(Feature):
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused."""
-        state, moment = snapshot.state, snapshot.clock.moment
-        if snapshot.is_led or state.view.playing or snapshot.film is None:
+        state, visitor = snapshot.state, self.visitor
+        if snapshot.is_led or state.view.playing or state.hold or snapshot.film is None:
             return
-        with self.visitor.lock:
-            shown = self.visitor.clock.film is snapshot.film
-            if shown and self.visitor.state is state and moment != state.moment:
-                self.visitor.set_state(replace(state, moment=moment))
+        with visitor.lock:
+            clock = visitor.clock
+            shown = clock.film is snapshot.film and visitor.state is state
+            if shown and clock.moment != state.moment:
+                visitor.set_state(replace(state, moment=clock.moment))
 
     def request(self, snapshot: Snapshot) -> None:
         """Request the motion while the scene shows it, or the tab is open."""
