@@ -37,12 +37,13 @@ class Session:
     """The page and the scene of one visitor. Callbacks change their state; `tick`, for the frame
     loop, shows it.
 
-    snapshot: that of the last frame; last_tick: its time [s]. Each Memo has the last reading of a
-    part of the page or of the scene, and decides whether it is shown again.
+    snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
+    that took a snapshot. Each Memo has the last reading of a part of the page or of the scene, and
+    decides whether it is shown again.
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.last_tick = visitor, 0.0
+        self.visitor, self.last_tick, self.last_shown = visitor, 0.0, 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Memo()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
@@ -99,6 +100,7 @@ class Session:
         computed for a beam that the last frame had too."""
         visitor, before = self.visitor, self.snapshot.state.case
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        self.last_shown = now
         for feature in self.features:
             feature.react(self.snapshot, elapsed)
         self.mass_drag.react(self.snapshot)
