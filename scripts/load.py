@@ -45,7 +45,8 @@ SERVE = """
 from beamviz.beam import Beam
 from beamviz.explorer import serve
 from beamviz.scene import Scene
-serve(Scene({beam}, {{"state": "{state}"}}), port=0, visitors={visitors}, processes={processes})
+scene = Scene(Beam(**{numbers}), {{"state": "{state}"}})
+serve(scene, port=0, visitors={visitors}, processes={processes})
 """
 Row = tuple[str, float, str]
 
@@ -225,7 +226,7 @@ def main() -> None:
     parser.add_argument("--bent", action="store_true", help="measure on a beam past buckling")
     options = parser.parse_args()
     drag = BENT if options.bent else STRAIGHT
-    serve = SERVE.format(**vars(options), beam=drag.beam, state=drag.state)
+    serve = SERVE.format(**vars(options), numbers=drag.beam.numbers, state=drag.state)
     command = [sys.executable, "-c", serve]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=_script.ROOT) as process:
         try:

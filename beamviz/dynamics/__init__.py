@@ -25,7 +25,7 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
-REFINEMENTS = 12  # after which a motion counts as not converged
+REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
 # The error estimate: this times the change by halved steps and a finer mesh, and a part of the

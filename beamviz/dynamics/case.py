@@ -81,6 +81,11 @@ class Case:
                 f"spin_up = {self.beam.spin_up:g}: the speed of a motion is given by `speed`, as"
                 " Ramp(to, within)"
             )
+        if not self.beam.is_uniform:
+            raise InvalidInput(
+                "motion in time: the beam has to be uniform, clamped, with one concentrated mass;"
+                " its modes, loci and deflected states are those of solve and loci"
+            )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))
         set_to("release_at", check_float("release_at", self.release_at, 0.0, 1.0))

@@ -58,7 +58,7 @@ class Motion:
     path: Path
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        numbers = self.beam.summary
         _, y = self.tip[np.argmax(abs(self.tip[:, 1]))]
         return (
             f"<Motion of Beam({numbers}) until t = {self.t[-1]:g}: largest deflection of the tip"
@@ -122,7 +122,7 @@ class Motion:
         units and version as attributes. Raises Unavailable where xarray is not installed."""
         from beamviz.datasets import attributes, motion_dataset
 
-        notes = attributes(self.beam.numbers, self.model, self.beam.units)
+        notes = attributes(self.beam, self.model, self.beam.units)
         return motion_dataset(self.columns, {**notes, "error": self.error})
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
@@ -130,7 +130,7 @@ class Motion:
         default), and return these."""
         from beamviz.plotting.motion import plot_deflection
 
-        return plot_deflection(self.t, self.tip[:, 1], ax)
+        return plot_deflection(self.t, self.tip[:, 1], ax, self.beam.units)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table

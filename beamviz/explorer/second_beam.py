@@ -33,7 +33,7 @@ def comparison_case(state: State, case: Case) -> ComparisonCase:
     options, alpha = case.options, case.numbers["alpha"]
     choice, title, other = state.comparison, LABELS[state.comparison], None
     if choice == EARLIER:
-        title, other = "before", state.kept
+        title, other = "before", state.kept and state.kept.with_options(modes=options["modes"])
     elif choice == "ancf" and options["method"] == "ancf":
         title, other = "auto", case.with_options(method="auto")
     elif choice == "ancf":

@@ -49,7 +49,8 @@ FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls
 
 @dataclass(frozen=True)
 class Case:
-    """The numbers of a beam as entered, which may be out of range, and the keywords of `solve`."""
+    """The numbers of a beam as entered, which may be out of range, and the keywords of `solve`; the
+    number of modes only in `State.shown_case`, as it depends on those that the view shows."""
 
     numbers: dict[str, Any]
     options: dict[str, Any]
@@ -58,7 +59,7 @@ class Case:
     @classmethod
     def of(cls, scene: Scene) -> Self:
         numbers = {name: getattr(scene.beam, name) for name in NUMBERS}
-        return cls(numbers, scene.solver_options, scene.beam.units)
+        return cls(numbers, dict(scene.options), scene.beam.units)
 
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
@@ -212,7 +213,8 @@ class State:
     @property
     def shown_case(self) -> Case:
         """The case to show: during a run-up with the speed of that."""
-        return self.case.changed("gamma", self.run_speed) if self.run_speed else self.case
+        case = self.case.changed("gamma", self.run_speed) if self.run_speed else self.case
+        return case.with_options(modes=max(MODES, len(self.view.shares)))
 
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""
@@ -277,12 +279,11 @@ class State:
     def share(self, value: Any, mode: int) -> Self:
         return replace(self.without_motion(), view=self.view.share(mode, value))
 
-    def only(self, mode: int) -> Self:
-        return replace(self.without_motion(), view=self.view.only(mode))
-
-    def together(self, *modes: int) -> Self:
-        """With these modes (from 0) in equal shares."""
-        shares = tuple(float(k in modes) for k in range(max(modes) + 1))
+    def only(self, *modes: int) -> Self:
+        """With these modes (from 0) in equal shares; the table keeps more modes than usual."""
+        usual, known = max(modes) + 1, len(self.view.shares)
+        count = known if known > max(usual, MODES) else usual
+        shares = tuple(float(k in modes) for k in range(count))
         view = replace(self.view, shares=shares, all_modes=False)
         return replace(self.without_motion(), view=view)
 

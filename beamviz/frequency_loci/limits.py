@@ -95,6 +95,7 @@ class ExistenceSearch:
 
     def __init__(self, path: Path, grid: NDArray):
         self.path = path
+        self.end = float(grid[-1])
         self.length = float(grid[-1] - grid[0])
         self.remaining = MAX_SOLVES
         self.changes = [Change(float(grid[0]), existence(path.outcomes[float(grid[0])]))]
@@ -122,12 +123,13 @@ class ExistenceSearch:
     def between(self, low: float, high: float) -> float:
         """The value between two solved ones at which equilibrium, or convergence, begins or ends;
         the midpoint once no solves remain. By bisection, accelerated by extrapolation of the excess
-        of gamma over the limit of equilibrium; over gamma that is the distance from the limit."""
+        of gamma over the limit of equilibrium. Over gamma that is the distance from the limit,
+        which may lie above `high` by the little by which a solve has to stay away from it."""
         if self.remaining <= 0:
             return (low + high) / 2
         after = self.path.outcomes[high]
         if self.path.over == "gamma" and (excesses := self._excess(high, after)):
-            return min(max(high - excesses[0].gamma, low), high)
+            return min(max(high - excesses[0].gamma, low), self.end)
         before, after = self._outcome(low), self._outcome(high)
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
         coarse = ROUGH * self.length if numerical else 0.0

@@ -107,12 +107,22 @@ def continuity(modes: Modes, points: Points, count: int) -> Continuity:
         by_mode[:, :, now] = both * shares[row, place[:-1, :, now], place[1:, :, then]]
         return by_mode
 
+    def shifted(by_mode: NDArray, shift: int) -> NDArray:
+        """What is known of mode j - shift, for each mode j; 0 where there is none."""
+        known = np.zeros_like(by_mode)
+        first, last = max(0, shift), k + min(0, shift)
+        known[..., first:last] = by_mode[..., first - shift : last - shift]
+        return known
+
     stays, rises, falls = share(0), share(1), share(-1)
     kept = stays[..., :-1] + stays[..., 1:]
     exchanged = rises[..., :-1] + falls[..., 1:] > kept
     requested = known & (rank < count)
     on_both_sides = requested[:-1] & requested[1:]
     on_one_side = (requested[:-1] & ~known[1:]) | (requested[1:] & ~known[:-1])
-    recognised = stays + np.maximum(rises, falls) >= RECOGNISED
+    # A mode that is one of two neighbours at the next value, and one that was one before.
+    forward = stays + np.maximum(rises, falls)
+    backward = stays + np.maximum(shifted(rises, 1), shifted(falls, -1))
+    recognised = np.minimum(forward, backward) >= RECOGNISED
     is_known = (recognised | ~on_both_sides) & ~on_one_side
     return Continuity(exchanged, is_known.all(axis=(1, 2)))

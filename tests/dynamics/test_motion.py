@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from oracle.motion import tip_by_polynomials
 
-from beamviz import Beam, Hub, InvalidInput, NoEquilibrium, NotConverged, Ramp, motion, solve
+from beamviz import (
+    Beam,
+    Hub,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    Ramp,
+    motion,
+    solve,
+)
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.elements import elements_between
 from beamviz.dynamics.integration import Control
@@ -178,18 +187,18 @@ SHORT_MOTION = {"beam": Beam(gamma=3, mu=20), "until": 1, "start": {"B1": 0.05},
 
 @pytest.fixture(scope="module")
 def reference():
-    """The short motion, converged."""
-    return motion(**SHORT_MOTION, tolerance=1e-7)
+    """The short motion. Below 1e-6 L it has kinks: a start in a mode is not at rest along the beam,
+    and stretching waves run to and fro."""
+    return motion(**SHORT_MOTION, tolerance=2e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_every_integrator_converges_to_the_same_motion(integrator, reference):
-    """With steps of 0.005 T*, each to what its order allows at frequencies of 60 / T*."""
-    moved = motion(**SHORT_MOTION, integrator=integrator, step=0.005)
-    low = integrator in ("trapezoidal", "generalised-alpha")
-    assert abs(moved.tip - reference.tip).max() < (2e-4 if low else 1e-6)
-    assert abs(moved.tip - reference.tip).max() <= moved.error + 1e-7
+    """Each to what its order allows at frequencies of 60 / T*."""
+    low = INTEGRATORS[integrator].scheme().order == 2
+    moved = motion(**SHORT_MOTION, integrator=integrator, step=0.005 if low else 0.05)
+    assert abs(moved.tip - reference.tip).max() < (2e-4 if low else 3e-6)
+    assert abs(moved.tip - reference.tip).max() <= moved.error + 2e-6
 
 
 def test_the_elements_of_the_paper_converge_to_the_same_motion():
@@ -255,6 +264,11 @@ def test_wrong_input_is_named(options, named):
         motion(Beam(gamma=2), **{"until": 1, **options})
 
 
+def test_a_blade_is_refused():
+    with pytest.raises(InvalidInput, match="uniform"):
+        motion(Beam(gamma=2, root=5), 1)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_motions_by_an_independent_integration(seed):
@@ -262,8 +276,8 @@ def test_random_motions_by_an_independent_integration(seed):
     line of the package."""
     random = np.random.default_rng(seed)
     beam = Beam(alpha=random.uniform(0, 1), gamma=random.uniform(0, 4), mu=20.0)
-    release, times = random.uniform(0.2, 2), np.linspace(0, 1, 5)
-    moved = motion(beam, 1, release=release, tolerance=1e-5, points=5)
+    release, times = random.uniform(0.2, 2), np.linspace(0, 0.5, 5)
+    moved = motion(beam, 0.5, release=release, tolerance=1e-5, points=5)
     independent = tip_by_polynomials(beam.alpha, beam.gamma, beam.delta, beam.mu, release, times)
     # A release excites all modes: the tip by order 9 is up to 2e-5 from that by order 11.
     assert moved.tip == pytest.approx(independent, abs=5e-5)

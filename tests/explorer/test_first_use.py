@@ -184,3 +184,12 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
             beside = one["right"] <= other["left"] or other["right"] <= one["left"]
             assert beside or one["bottom"] <= other["top"] or other["bottom"] <= one["top"]
     desk.send("comparison", "nothing")
+
+
+def test_a_tab_of_a_link_is_in_view_on_a_phone(url):
+    """Below the scene; without one the page begins at its top."""
+    height = f"{by_id('tab-veering')}.getBoundingClientRect().top"
+    for query, shown in (("", "scrollY === 0"), ("?tab=veering", f"{height} < innerHeight - 160")):
+        with page(f"{url}/{query}", 390, 844) as fresh:
+            fresh.wait(f"{READY} && {says('1st stretching')}")
+            fresh.wait(shown)

@@ -12,7 +12,7 @@ from live.server import http_get, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
-from beamviz.drawing.text import growth
+from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features.comparison import number
@@ -167,11 +167,14 @@ def test_a_number_out_of_range_is_named(guest):
 
 
 def test_an_unstable_state_is_shown_with_its_growth(guest):
-    """An inward beam has buckled: its modes are listed, the last stable state is drawn."""
+    """An inward beam has buckled: its modes are listed with the rate of the one that grows."""
     guest.edit(alpha=0.0, gamma=5.0)
     guest.choose("delta", -1.0, until="Unstable in bending")
-    rate = solve(Beam(beta=0.5, gamma=5, delta=-1)).growth_rates.max()
+    solution = solve(Beam(beta=0.5, gamma=5, delta=-1))
+    fastest = int(solution.growth_rates.argmax())
+    rate, error = float(solution.growth_rates[fastest]), float(solution.errors[fastest])
     guest.says(growth(rate, None))
+    assert f">{rounded_to_error(rate, error)}<small>growth ±" in guest.texts["mode-rows"]
     post = guest.nodes["/scene/rotor/post"]  # below a drum, not below a ring
     guest.wait(lambda _: not post.get("visible", True))
 

@@ -169,3 +169,25 @@ def test_a_challenge_begins_unsolved_and_a_lesson_that_is_met_is_remembered(gues
     guest.do("lesson_step", 2)
     guest.do("met", "nodes nonsense", until=lambda _: guest.parts["met"] == ["crossing", "nodes"])
     assert frequency_text(one.scene.beam.replace(gamma=one.answer)) not in guest.text
+
+
+def test_the_table_has_the_modes_of_the_address(guest):
+    """More than usual where a link shows a higher one, and as many after a lower one is chosen."""
+    rows = 'data-row="'
+    for action, value, count in (("link", "?mode=8", 8), ("only", 1, 8), ("link", "?mode=2", 5)):
+        guest.do(action, value)
+        guest.wait(lambda _, count=count: guest.texts["mode-rows"].count(rows) == count)
+        shown = guest.texts["mode-rows"].count("class=shown")
+        assert shown == 1
+    guest.do("link", "?shares=[0,1,0,0,0,0,0,0]")
+    guest.wait(lambda _: guest.texts["mode-rows"].count(rows) == 8)
+
+
+def test_the_tab_veering_says_why_it_shows_nothing(guest):
+    """Where the model has no solution, instead of the veering of the model before."""
+    guest.do("tab", "veering")
+    guest.says("they exchange their shapes")
+    for key, value in (("coriolis", False), ("method", "zoac"), ("state", "stable")):
+        guest.choose(key, value)
+    guest.wait(lambda _: "no bent states" in guest.texts["veering-shapes"])
+    guest.wait(lambda _: guest.props["veering-chart"]["hidden"])

@@ -187,3 +187,19 @@ def test_solutions_may_be_missing_beside_a_veering(monkeypatch):
     assert [event.branches for event in found] == [
         event.branches for event in whole if not event.gap
     ]
+
+
+def test_a_mode_that_passes_two_others_within_an_interval():
+    """B4 passes S5 and S4 between two values of the chart's grid: each veering is that of a chart
+    with a grid 500 times as fine."""
+    beam = Beam(alpha=1.54, beta=0.287, gamma=1.49, delta=0.835)
+
+    def veerings(low: float, high: float) -> list:
+        found = loci(beam, "mu", np.linspace(low, high, 3), 9, coriolis=True)
+        return [event for event in found.events if 16.5 < event.at < 18]
+
+    coarse, fine = veerings(10, 500), veerings(16.5, 18)
+    assert len(coarse) == len(fine) == 2
+    for event, reference in zip(coarse, fine, strict=True):
+        assert event.at == pytest.approx(reference.at, rel=1e-4)
+        assert event.gap == pytest.approx(reference.gap, rel=1e-3)

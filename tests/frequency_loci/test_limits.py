@@ -96,6 +96,17 @@ def test_the_end_of_a_compressed_equilibrium_is_that_of_physics():
     assert caught.value.limit == pytest.approx(beam.gamma, rel=1e-8)
 
 
+def test_a_limit_just_above_a_value_of_the_grid():
+    """With a linear force, biot, a beam without a mass ends at gamma / mu = pi / 2. Within 1e-5 of
+    it no solve succeeds; it is the limit that is named all the same, not the last value."""
+    mu = 50.0
+    critical = mu * np.pi / 2
+    stop = 160 * critical * (1 - 3e-6) / 99  # value 99 of the grid is that close
+    (limit,) = loci(Beam(delta=1, mu=mu), "gamma", np.linspace(0, stop, 5), 1, strain="biot").limits
+    assert limit.kind == "no-equilibrium"
+    assert limit.start == pytest.approx(critical, rel=1e-8)
+
+
 def test_a_limit_at_zero():
     """With a heavy mass there is an equilibrium at beta = 0 only, where the mass is held: precision
     relative to the limit cannot be reached."""

@@ -10,7 +10,7 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Units
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import duration, frequencies, mode_value, significant
+from beamviz.drawing.text import duration, frequencies, rounded_to_error, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.jobs import JobStatus, SolverAnswer
@@ -227,7 +227,7 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
     """The table of the modes of a solution; those `shown` (0-based) are marked."""
     units, modes = solution.beam.units, identify_modes(solution)
     unit = "" if units else UNIT_HINT
-    heads = ("mode", f"{frequencies(units).label} {unit}", "± err", "amount")
+    heads = ("mode", f"{frequencies(units).label} {unit}<small>± error</small>", "amount")
     rows = "".join(
         f'<tr data-do="only" data-value="{k}" data-row="{label}"'
         f"{' class=shown' if k in shown else ''}>"
@@ -259,12 +259,24 @@ def plain_name(label: str) -> str:
 
 
 def numbers(solution: Solution, k: int) -> str:
-    """The cells of a mode's frequency and its estimated error, or of its growth rate."""
-    value, error = mode_value(solution, k)
-    if not math.isfinite(solution.frequencies[k]):
-        return f'<td colspan="2">{escape(value)}</td>'
+    """The cell of a mode's frequency, and of its growth rate if it grows, with their estimated
+    error."""
+    units, found = solution.beam.units, ""
+    frequency, rate = float(solution.frequencies[k]), float(solution.growth_rates[k])
+    if math.isfinite(frequency):
+        found = rounded(frequency, float(solution.errors[k]), frequencies(units).factor)
+    if rate > 0:
+        per_time, unit = (1 / units.time, "/s") if units else (1.0, "")
+        found += rounded(rate, float(solution.errors[k]), per_time, unit, "growth ")
+    return f"<td>{found}</td>"
+
+
+def rounded(value: float, error: float, factor: float, unit: str = "", name: str = "") -> str:
+    """A value to its error, both times `factor`, with a unit, and the error below, after a name."""
+    value, error = factor * value, factor * error
     digits = f"{error:.0e}".replace("e-0", "e-")
-    return f"<td>{value}</td><td>{digits}</td>"
+    kind = ' class="grows"' if name else ""
+    return f"<div{kind}>{rounded_to_error(value, error)}{unit}<small>{name}± {digits}</small></div>"
 
 
 def strip(nodes: np.ndarray) -> str:

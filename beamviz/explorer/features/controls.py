@@ -106,6 +106,11 @@ CONTENT = {
 }
 
 
+def alone(mode: int, state: State) -> State:
+    """With one mode (from 0) shown alone."""
+    return state.only(mode)
+
+
 def toggled(name: str, state: State) -> State:
     return state.changed(name, not state.values[name])
 
@@ -114,7 +119,7 @@ COMMANDS = {  # of the palette, besides those that begin a lesson
     "Play or pause": partial(toggled, "playing"),
     "Coriolis forces on or off": partial(toggled, "coriolis"),
     "Dark or light page": partial(toggled, "dark"),
-    **{f"Show mode {k + 1} alone": partial(State.only, mode=k) for k in range(MODES)},
+    **{f"Show mode {k + 1} alone": partial(alone, k) for k in range(MODES)},
     "Rotating frame": partial(State.changed, name="rotating_frame", value=True),
     "Stationary frame": partial(State.changed, name="rotating_frame", value=False),
 }
@@ -176,7 +181,7 @@ class Controls(Feature):
     def show_alone(self, mode: Any) -> None:
         """Show one mode (from 0) alone."""
         if mode in range(MAX_SHARES):
-            self.visitor.change(partial(State.only, mode=int(mode)))
+            self.visitor.change(partial(alone, int(mode)))
 
     def reset_view(self) -> None:
         self.visitor.change(partial(State.with_viewpoint, camera=None))

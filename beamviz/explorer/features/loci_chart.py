@@ -307,6 +307,16 @@ class LociTab(Feature):
         )
 
 
+def current_chart(snapshot: Snapshot) -> Answer[ChartRequest, Chart] | None:
+    """The answer with the chart of the beam and model of a snapshot; None before it is computed."""
+    answer, state = snapshot.job_answer(CHART), snapshot.state
+    if answer is None or snapshot.answer is None or snapshot.beam is None:
+        return None
+    highest = max(state.per_rev, default=0)
+    wanted = ChartRequest.around(snapshot.answer.request, state.over, highest)
+    return answer if answer.request == wanted else None
+
+
 def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:
     """The answers with the charts, and the multiples of the speed."""
     answer, second, case = snapshot.job_answer(CHART), None, snapshot.comparison.case
@@ -352,7 +362,7 @@ def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None
 def at_event(state: State, over: str, event: Event, modes: tuple[int, ...]) -> State:
     """With the beam at an event, in equal shares of its modes."""
     state = state.changed(over, event.at)
-    return state.together(*modes) if modes else state
+    return state.only(*modes) if modes else state
 
 
 def has_line(values: Mapping[str, Any], k: int) -> bool:

@@ -257,7 +257,7 @@ class ShownMap:
         (along, up, across), found, shown = self.measures, self.found, self.shown
         rows = []
         for name, value in (("smallest", self.low), ("largest", self.high)):
-            row, column = np.argwhere(shown.values == value)[0]
+            row, column = np.argwhere(np.isclose(shown.values, value, TOLERANCE, 0.0))[0]
             x, y = float(found.x[column]), float(found.y[row])
             place = f"{along.factor * x!r} {up.factor * y!r}"
             go_to = page.button(name, data_do="move_beam", data_value=place, class_="quiet")

@@ -40,7 +40,7 @@ class RunUpRequest(NamedTuple):
     @classmethod
     def of(cls, state: State) -> Self:
         """The run-up of a state, which does not depend on its speed."""
-        return cls(state.case.changed("gamma", 0.0), state.force_per_rev, state.damping)
+        return cls(state.shown_case.changed("gamma", 0.0), state.force_per_rev, state.damping)
 
     def run_up(self) -> RunUp:
         """The run-up to the end of the chart. Raises the errors of `forced_response.run_up`."""

@@ -6,19 +6,21 @@ A page opens with the scene of its address, and the address is updated with the 
 """
 
 import json
+import math
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
 from threading import Thread
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import MAX_TOML_BYTES, NUMBERS, check_keys
+from beamviz.beam import NUMBERS
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.dynamics import Motion
@@ -37,7 +39,6 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import (
     CHOICES,
     COMPARISONS,
-    EARLIER,
     FIELDS,
     FILM_LENGTHS,
     TERMS,
@@ -49,14 +50,17 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.frequency_loci.forced_response import DAMPING
+from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
 from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
+from beamviz.si import SIZE_KEYS
 from beamviz.solver import interruption
 
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
+ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
 FOLLOWS = "auto"  # the rate of a clock that is not locked
 
 
@@ -129,15 +133,55 @@ def within_limits(scene: Scene) -> Scene:
     return scene
 
 
-def parse_link(query: str) -> tuple[Scene, dict[str, Any]] | None:
-    """The scene and other values of the state in a query; None for no keys. Raises InvalidInput."""
+class Link(NamedTuple):
+    """What a link describes: a scene, other values of the state by field name, and the errors of
+    the values that are left out."""
+
+    scene: Scene
+    values: dict[str, Any]
+    refused: tuple[InvalidInput, ...] = ()
+
+
+def parse_link(query: str) -> Link | None:
+    """The link of a query, without the values that are not valid; None for no keys. Raises
+    InvalidInput if none of its values is valid."""
     keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     if not keys:
         return None
+    with suppress(InvalidInput):
+        return described(keys)
+    found: Link | None = None
+    valid, refused, tried = dict[str, Any](), dict[str, InvalidInput](), None
+    left = parts_of(keys)
+    while left != tried:  # a value may be valid only after one that comes later
+        tried, refused = left, {}
+        for name, part in tried.items():
+            try:
+                found, valid = described(valid | part), valid | part
+            except InvalidInput as error:
+                refused[name] = error
+        left = {name: tried[name] for name in refused}
+    errors = tuple(refused.values())
+    if found is None:
+        raise errors[0]
+    return found._replace(refused=errors)
+
+
+def parts_of(keys: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """The keys of a link, each alone, but those together that make one beam in SI units."""
+    parts: dict[str, dict[str, Any]] = {}
+    for key, value in keys.items():
+        parts.setdefault("si" if key in SIZE_KEYS else key, {})[key] = value
+    return parts
+
+
+def described(keys: dict[str, Any]) -> Link:
+    """The link of these keys and values. Raises InvalidInput."""
     known = {key: KEYS[key] for key in KEYS if keys.get(key) is not None}
-    values = {name: check(keys.pop(key)) for key, (name, check) in known.items()}
+    values = {name: check(keys[key]) for key, (name, check) in known.items()}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
-    return within_limits(Scene.from_query(keys, base)), values
+    scene = Scene.from_query({key: keys[key] for key in keys if key not in known}, base)
+    return Link(within_limits(scene), values)
 
 
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
@@ -155,8 +199,6 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
         for key, value in kept.items():
             case = case.changed(key, value)
         state = replace(state, kept=case)
-    elif values.get("comparison") == EARLIER:
-        del values["comparison"]
     return replace(state, **values)
 
 
@@ -177,12 +219,19 @@ class Links(Feature):
             with visitor.reporting("The link is not valid"):
                 link = parse_link(text)
                 if link is None and visitor.state.reserved is not None:
-                    link = self.start.opened, {}
+                    link = Link(self.start.opened, {})
                 if link:
-                    visitor.change(lambda state: linked(state, *link), loads=True)
+                    visitor.change(lambda state: linked(state, *link[:2]), loads=True)
+                    self.report(link.refused)
             if visitor.state.reserved is None:
                 visitor.history = History()
             visitor.set_state(replace(visitor.state, reserved=reserved))
+
+    def report(self, refused: tuple[InvalidInput, ...]) -> None:
+        """Say which values of a link were left out, and why."""
+        if refused:
+            errors = "; ".join(map(str, refused))
+            self.page.say(f"Opened without a part of the link: {errors}.", error=True)
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -246,11 +295,17 @@ def extra_pairs(state: State) -> dict[str, Any]:
     return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
 
 
+def is_same(one: Any, other: Any) -> bool:
+    """Whether two values are equal, numbers up to what SI units and back leave of them."""
+    numbers = isinstance(one, float) and isinstance(other, float)
+    return math.isclose(one, other, rel_tol=ROUNDING) if numbers else one == other
+
+
 def inline_table(case: Case, other: Case) -> str:
     """What a case has otherwise than another one, as an inline table of TOML."""
     values, others = case.options | case.numbers, other.options | other.numbers
     known = (*NUMBERS, *CHOICES, *TERMS)
-    changed = {k: v for k, v in values.items() if k in known and v != others[k]}
+    changed = {k: v for k, v in values.items() if k in known and not is_same(v, others[k])}
     return f"{{{', '.join(f'{key} = {json.dumps(value)}' for key, value in changed.items())}}}"
 
 

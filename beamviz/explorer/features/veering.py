@@ -14,9 +14,9 @@ from beamviz.drawing.text import Measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import (
-    CHART,
     Chart,
     ChartRequest,
+    current_chart,
     cursor,
     event_buttons,
     loci_lines,
@@ -178,41 +178,47 @@ class VeeringTab(Feature):
 
     def request(self, snapshot: Snapshot) -> None:
         """Request the loci around the event while the tab is open."""
-        chart, event = nearest_event(snapshot)
-        if chart and event and snapshot.state.tab == self.tab.key:
-            self.job.request(VeeringRequest(chart.request, event))
+        charts, event = nearest_event(snapshot)
+        if charts and event and snapshot.state.tab == self.tab.key:
+            self.job.request(VeeringRequest(charts.request, event))
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
             Part(self.reads, event_content),
-            Part(lambda s: (s.job_answer(JOB), s.beam), line_content),
+            Part(lambda s: (*self.reads(s), s.beam), line_content),
             fading(JOB, "veering-chart", "veering-shapes"),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
         """Whether the tab is open, the chart, and the answer if there is an event to show."""
-        chart, event = nearest_event(snapshot)
+        charts, event = nearest_event(snapshot)
         answer = snapshot.job_answer(JOB) if event else None
-        return snapshot.state.tab == self.tab.key, chart, answer
+        return snapshot.state.tab == self.tab.key, charts, answer
 
 
-def nearest_event(snapshot: Snapshot) -> tuple[Chart | None, Event | None]:
-    """The chart, and its crossing or veering nearest to the beam."""
-    chart: Chart | None = snapshot.jobs[CHART].result
-    beam = snapshot.beam
-    near = chart.nearest_pair(getattr(beam, chart.request.over)) if chart and beam else None
-    return chart, near
+ChartAnswer = Answer[ChartRequest, Chart]
+
+
+def nearest_event(snapshot: Snapshot) -> tuple[ChartAnswer | None, Event | None]:
+    """The chart of the beam, None before it is computed, where what is shown stays; and its
+    crossing or veering nearest to the beam."""
+    charts, beam = current_chart(snapshot), snapshot.beam
+    if charts is None or charts.result is None or beam is None:
+        return charts, None
+    return charts, charts.result.nearest_pair(getattr(beam, charts.request.over))
 
 
 def event_content(
-    is_open: bool, chart: Chart | None, answer: Answer[VeeringRequest, Pairs] | None
+    is_open: bool, charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
 ) -> Content:
     """The event, or the reason why there is none, and buttons for all events."""
-    if not is_open or chart is None:
+    if not is_open or charts is None:
         return {}
-    pairs = answer.result if answer else None
-    text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
+    pairs, chart = answer.result if answer else None, charts.result
+    text = page.note(charts.message)
+    if chart:
+        text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
     content = page.props("veering-chart", hidden=not pairs)
     if answer and pairs:
         request = answer.request.chart
@@ -224,9 +230,14 @@ def event_content(
     return content | page.html("veering-shapes", text)
 
 
-def line_content(answer: Answer[VeeringRequest, Pairs] | None, beam: Beam | None) -> Content:
+def line_content(
+    is_open: bool,
+    charts: ChartAnswer | None,
+    answer: Answer[VeeringRequest, Pairs] | None,
+    beam: Beam | None,
+) -> Content:
     """The line of the beam."""
-    if answer is None:
+    if not is_open or charts is None or answer is None:
         return {}
     request = answer.request.chart
     line = cursor(beam, request.over, request.measures[0])
