@@ -5,13 +5,13 @@ Each moves like a mode whose phase has its present size as its sine.
 """
 
 import math
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.drawing.modes import SampledModes, stations
 from beamviz.dynamics import Motion
+from beamviz.dynamics.linear import LinearMotion
 
 MAX_SHAPES = 12  # principal shapes that a motion is drawn with
 DRAWN = 2e-4  # [L] deviation of the drawn beam that is not seen
@@ -22,7 +22,7 @@ class MotionShapes:
     """The principal shapes of a motion. sampled: as modes; amplitudes: of each (k,) [L]; parts:
     their sizes over time (n, k) [L]."""
 
-    def __init__(self, motion: Motion):
+    def __init__(self, motion: Motion | LinearMotion):
         self.motion, beam = motion, motion.beam
         x = stations(beam.beta if beam.alpha else 1.0)
         positions = motion.position(motion.t, x)  # (n, stations, 2)
@@ -62,8 +62,8 @@ class MotionShapes:
         """The speed at a time."""
         return float(np.interp(t, self.motion.t, self.motion.gamma))
 
-    @cached_property
-    def dominant(self) -> NDArray:
-        """The frequency [1/T*] of the largest vibration of the tip (1,)."""
-        frequency, amplitude = self.motion.spectrum()
-        return frequency[[amplitude[1:].argmax() + 1]]
+
+def dominant_frequency(motion: Motion) -> NDArray:
+    """The frequency [1/T*] of the largest vibration of the tip (1,)."""
+    frequency, amplitude = motion.spectrum()
+    return frequency[[amplitude[1:].argmax() + 1]]

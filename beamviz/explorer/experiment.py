@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple, Self
 
-from beamviz.beam import Beam, check_keys
+from beamviz.beam import Beam
 from beamviz.checks import check_choice, check_float
 from beamviz.dynamics.drives import Ramp
 from beamviz.errors import InvalidInput
+from beamviz.input_files import check_keys
 from beamviz.lessons.model import Lesson
 from beamviz.scene import check_bool
 

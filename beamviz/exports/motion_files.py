@@ -13,7 +13,7 @@ from beamviz.checks import check_float, check_int
 from beamviz.drawing import BeamScene, camera
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import playback_rate
-from beamviz.drawing.motion import MotionShapes
+from beamviz.drawing.motion import MotionShapes, dominant_frequency
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
 from beamviz.exports import (
@@ -116,7 +116,7 @@ class MotionScene:
     def __init__(self, motion: Motion):
         self.motion, self.scene = motion, Scene.of(nodes=False)
         self.shapes = MotionShapes(motion)
-        rate = playback_rate(self.shapes.dominant, float(motion.gamma.max()))
+        rate = playback_rate(dominant_frequency(motion), float(motion.gamma.max()))
         self.seconds = float(np.clip(motion.t[-1] / rate, *SECONDS))
 
     def moment(self, part: float) -> Moment:

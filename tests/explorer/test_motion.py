@@ -82,7 +82,7 @@ def test_a_link_holds_the_motion(pulled, url):
     pulled.do("motion.pull", -2.0)
     pulled.do("moment", 1.5)
     pulled.wait(lambda _: "moment=1.5" in pulled.parts["address"])
-    scene, values = parse_link(pulled.parts["address"])
+    scene, values, *_ = parse_link(pulled.parts["address"])
     own = replace(PULLED, until=4.0, pull=-2.0)
     assert values["experiment"] == own
     assert (values["moment"], values["in_motion"], scene.beam) == (1.5, True, FIRST.beam)

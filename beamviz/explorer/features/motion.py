@@ -12,7 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam, Units
 from beamviz.drawing.modes import stations
-from beamviz.drawing.motion import MotionShapes
+from beamviz.drawing.motion import MotionShapes, dominant_frequency
 from beamviz.drawing.text import Measure, duration, frequencies, measure
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
@@ -118,7 +118,7 @@ class Computed:
         shapes = MotionShapes(found)
         other = None if isinstance(second, str) else MotionShapes(second)
         units = self.beam.units
-        rate = suitable_rate(shapes.dominant, float(found.gamma.max()), units)
+        rate = suitable_rate(dominant_frequency(found), float(found.gamma.max()), units)
         rate = max(rate, float(found.t[-1]) / LONGEST)
         self.film = Film(self.beam, shapes, other, rate, self.experiment.has_body)
         self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
