@@ -29,6 +29,7 @@ NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
+HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
@@ -59,6 +60,7 @@ class AnswerPanel(Feature):
         first = state.case == self.first
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
+        shown = HELD if state.hold else shown
         return shown or picture_note(snapshot), first, bool(alpha)
 
 

@@ -260,19 +260,17 @@ TOOLS += page.group(
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
 TOOLS += "".join(map(slider_of, ("pull", "pull_at")))
-TOOLS += select_of("hub") + slider_of("within") + select_of("body") + slider_of("body_at")
-TOOLS += page.checkbox(
-    "motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT
-)
-TOOLS += "".join(map(slider_of, ("damping", "until")))
+MORE = select_of("hub") + slider_of("within") + select_of("body") + slider_of("body_at")
+MORE += page.checkbox("motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT)
+MORE += "".join(map(slider_of, ("damping", "until")))
 MOTION_KINDS = {".gif": "film (GIF)", ".svg": "chart (SVG)", ".csv": "CSV", ".npz": "NPZ"}
-TOOLS += page.group(
+MORE += page.group(
     "Download the motion",
     '<span class="soft">download</span>',
     *(page.button(n, data_do="export_motion", data_value=key) for key, n in MOTION_KINDS.items()),
     id="motion-files",
 )
-TOOLS += (
+MORE += (
     '<div id="motion-file-work" class="row" hidden><span id="motion-file-state"></span>'
     f"{page.button('Cancel', data_do='cancel_export')}</div>"
 )
@@ -280,7 +278,8 @@ CHARTS = "motion-chart", "motion-spectrum"
 FIGURES = "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS)
 CONTENT = (
     '<div class="chart-tab motion-tab"><div class="beside">'
-    f'<div class="tools">{TOOLS}</div><div class="lists"><div id="motion-list"></div></div></div>'
+    f'<div class="tools">{TOOLS}</div>'
+    f'<div class="tools lists">{MORE}<div id="motion-list"></div></div></div>'
     f'<div class="charts">{FIGURES}</div></div>'
 )
 
