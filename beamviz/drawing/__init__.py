@@ -36,7 +36,8 @@ class BeamView:
     root: name of its node; alone: the only beam of the scene, with floor and post; overlay:
     translucent, of one colour, drawn over another beam in the frame of its hub and without
     surroundings; height: [beam lengths] of its middle; fixed: its frame stays when its shape
-    changes, as in a drag of the mass.
+    changes, as in a drag of the mass; line: points (n, 3) of the beam as drawn last, in the frame
+    of the hub, at the stations of `shapes`.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class BeamView:
         self.nodes = Nodes(scene, root, colours.BEFORE if overlay else colours.NODE)
         self.warning = Caption(scene, f"{root}/rotor/warning", "bottom")
         self.title = Caption(scene, f"{root}/title", "bottom")
+        self.line = np.zeros((0, 3))
 
     def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the mode that it moves in."""
@@ -115,6 +117,7 @@ class BeamView:
         shapes = self.shapes
         moved = displacement(shapes, phases, self.drawn.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
+        self.line = points
         centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
         if self.body:
             set_surface(self.scene, self.body, *beam_mesh.swept(points, normal, self.section))
@@ -187,6 +190,12 @@ class BeamScene:
     def choose_frame(self, share: float) -> None:
         for beam in self.rows:
             beam.choose_frame(share)
+
+    def tell_speed(self, gamma: float) -> None:
+        """Say the present speed of the single beam."""
+        view = self.view(0)
+        if view.surroundings:
+            view.surroundings.tell_speed(view.drawn.shapes.beam.replace(gamma=gamma))
 
     def move(self, phases: np.ndarray, angle: float) -> None:
         for beam in self.rows:

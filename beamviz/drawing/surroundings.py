@@ -102,6 +102,11 @@ class Surroundings:
             self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
         self.speed.text = self.speed_text(beam) if turning else ""
 
+    def tell_speed(self, beam: Beam) -> None:
+        """Say the speed of a beam that speeds up or slows down."""
+        if self.speed.text:
+            self.speed.text = self.speed_text(beam)
+
     def speed_text(self, beam: Beam) -> str:
         """The text beside the arrow."""
         speed = measure("gamma", beam.units).text(beam.gamma, 4)
