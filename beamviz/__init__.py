@@ -6,9 +6,18 @@ Modules that compute or draw are imported on first use, so that `import beamviz`
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from beamviz.beam import Beam, Units
+from beamviz import hooks
+from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, Unavailable
+from beamviz.errors import (
+    BeamvizError,
+    ImplausibleInput,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    Unavailable,
+)
+from beamviz.units import Units
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
@@ -16,6 +25,7 @@ if TYPE_CHECKING:
     from beamviz.dynamics.drives import Hub, Ramp
     from beamviz.frequency_loci import Event, Loci, loci, resonances
     from beamviz.frequency_loci.forced_response import RunUp, run_up
+    from beamviz.notebook import View, show
     from beamviz.scene import Scene
     from beamviz.solver import solve, solve_many
     from beamviz.solver.solution import Solution
@@ -26,6 +36,7 @@ __all__ = [
     "Blade",
     "Event",
     "Hub",
+    "ImplausibleInput",
     "InvalidInput",
     "Loci",
     "Mass",
@@ -38,6 +49,7 @@ __all__ = [
     "Solution",
     "Unavailable",
     "Units",
+    "View",
     "__version__",
     "animate",
     "export",
@@ -46,6 +58,7 @@ __all__ = [
     "resonances",
     "run_up",
     "screenshot",
+    "show",
     "solve",
     "solve_many",
     "sweep",
@@ -57,6 +70,7 @@ ON_FIRST_USE = {
     "beamviz.exports": ("animate", "export", "screenshot"),
     "beamviz.frequency_loci": ("Event", "Loci", "loci", "resonances"),
     "beamviz.frequency_loci.forced_response": ("RunUp", "run_up"),
+    "beamviz.notebook": ("View", "show"),
     "beamviz.scene": ("Scene",),
     "beamviz.solver": ("Solution", "solve", "solve_many"),
     "beamviz.sweeps": ("sweep",),
@@ -72,3 +86,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
+
+
+hooks.show = lambda *shown, **options: import_module("beamviz.notebook").show(*shown, **options)

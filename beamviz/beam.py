@@ -1,30 +1,33 @@
-"""The beam: its dimensionless numbers, their limits, and conversion from and to SI units."""
+"""The beam: its dimensionless numbers and their limits, from and to SI units and plain records."""
 
+import json
 import math
-import tomllib
-from collections.abc import Collection, Iterable
+import warnings
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from beamviz.blade import Blade, Mass
-from beamviz.checks import check_float, check_positive, full_text
-from beamviz.errors import InvalidInput, unknown_keyword
+from beamviz.checks import check_float, full_text
+from beamviz.errors import ImplausibleInput, InvalidInput, unknown_keyword
+from beamviz.input_files import parse_toml, read_small
+from beamviz.plausibility import doubts
+from beamviz.si import PhysicalBeam, check_si_table, physical_beam, read_stations
+from beamviz.units import Units
 
 
 class Parameter(NamedTuple):
     """One of the dimensionless numbers of a beam, for every place that describes it.
 
     label: its name; short_label: its name beside a slider; formula: the paper's definition;
-    si_formula: the same in the keywords of `Beam.from_si`; limits: the range accepted; slider:
-    usual range and step; hint: its meaning and its effect.
+    limits: the range accepted; slider: usual range and step; hint: its meaning and its effect.
     """
 
     symbol: str
     label: str
     short_label: str
     formula: str
-    si_formula: str
     limits: tuple[float, float]
     slider: tuple[float, float, float]
     hint: str
@@ -40,36 +43,36 @@ class Parameter(NamedTuple):
         return f"{self.short_label} {self.symbol}"
 
 
-PARAMETERS = {  # in brackets: symbol, label, short label, formula, formula in SI
+PARAMETERS = {  # in brackets: symbol, label, short label, formula
     "alpha": Parameter(
-        *("α", "mass ratio", "mass", "m / (ρ A L)", "mass / (density area length)"),
+        *("α", "mass ratio", "mass", "m / (ρ A L)"),
         limits=(0.0, 100.0),
         slider=(0.0, 5.0, 0.01),
         hint="The concentrated mass over the mass of the beam. Larger: lower frequencies, except of"
         " modes with a node at the mass",
     ),
     "beta": Parameter(
-        *("β", "mass location", "position", "d / L", "mass_position / length"),
+        *("β", "mass location", "position", "d / L"),
         limits=(0.0, 1.0),
         slider=(0.0, 1.0, 0.005),
         hint="Position of the mass: 0 at the hub, 1 at the tip. You can drag the mass itself, too",
     ),
     "gamma": Parameter(
-        *("γ", "rotation speed", "speed", "Ω T*", "rotation_speed T*"),
+        *("γ", "rotation speed", "speed", "Ω T*"),
         limits=(0.0, 200.0),
         slider=(0.0, 50.0, 0.1),
         hint="Rotation speed in radians per T*. Higher: more tension in the beam, a longer beam and"
         " higher bending frequencies",
     ),
     "delta": Parameter(
-        *("δ", "hub radius", "hub", "a / L", "hub_radius / length"),
+        *("δ", "hub radius", "hub", "a / L"),
         limits=(-2.0, 20.0),
         slider=(-1.0, 3.0, 0.01),
         hint="Radius of the hub over the length of the beam. Larger: more tension. Below 0 the beam"
         " points inward and is compressed",
     ),
     "mu": Parameter(
-        *("μ", "slenderness", "slenderness", "√(A L² / I)", "length sqrt(area / second_moment)"),
+        *("μ", "slenderness", "slenderness", "√(A L² / I)"),
         limits=(10.0, 10000.0),
         slider=(10.0, 200.0, 1.0),
         hint="√12 times length over thickness of a rectangular section. Larger: higher stretching"
@@ -77,7 +80,7 @@ PARAMETERS = {  # in brackets: symbol, label, short label, formula, formula in S
     ),
 }
 SPIN_UP = Parameter(
-    *("λ", "spin-up", "spin-up", "T*² dΩ/dt", "angular_acceleration T*^2"),
+    *("λ", "spin-up", "spin-up", "T*² dΩ/dt"),
     limits=(-1000.0, 1000.0),
     slider=(-20.0, 20.0, 0.1),
     hint="How fast the speed grows. The beam lags behind its hub and is bent; below 0, where the"
@@ -88,35 +91,7 @@ MAX_GAMMA_OVER_MU = 5.0
 ROUNDING = 1e-12  # relative, so that mu = gamma / 5 is accepted
 
 
-@dataclass(frozen=True)
-class Units:
-    """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where they
-    are known, its mass rho A L [kg] and Young's modulus E [Pa]."""
-
-    length: float
-    time: float
-    mass: float | None = None
-    youngs_modulus: float | None = None
-
-    @property
-    def attributes(self) -> dict[str, float]:
-        """Length and time as attributes of a dataset."""
-        return {"unit_length_m": self.length, "unit_time_s": self.time}
-
-    def angular_frequency(self, frequency):
-        """Frequency [rad/s] of a dimensionless one (units of 1/T*)."""
-        return frequency / self.time
-
-    def hertz(self, frequency):
-        """Frequency [Hz] of a dimensionless one (units of 1/T*)."""
-        return frequency / (2 * math.pi * self.time)
-
-    def rpm(self, gamma):
-        """Rotation speed [1/min] of a dimensionless one."""
-        return 60 * self.hertz(gamma)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Beam:
     """A beam on a rotating hub with a concentrated mass (paper, eq. 45).
 
@@ -192,145 +167,158 @@ class Beam:
         names = NUMBERS if self.spin_up else PARAMETERS
         return {name: getattr(self, name) for name in names}
 
-    def described(self, names: Iterable[str]) -> str:
-        """Some of the numbers: α = 1, β = 0.5."""
-        return ", ".join(f"{NUMBERS[name].symbol} = {getattr(self, name):g}" for name in names)
-
-    @classmethod
-    def from_si(
-        cls,
-        *,
-        length: float | None = None,
-        density: float | None = None,
-        area: float | None = None,
-        second_moment: float | None = None,
-        youngs_modulus: float | None = None,
-        hub_radius: float = 0.0,
-        rotation_speed: float = 0.0,
-        mass: float = 0.0,
-        mass_position: float | None = None,
-        angular_acceleration: float = 0.0,
-        **unknown: Any,
-    ) -> Self:
-        """A beam from SI values: length [m], density [kg/m^3], area [m^2], second moment [m^4],
-        Young's modulus [Pa], hub radius [m], rotation speed [rad/s], mass [kg] and its
-        position [m] from the root (the tip where none is given), angular acceleration [rad/s^2].
-        The first five are required. Raises InvalidInput, which names for a mistyped keyword the
-        nearest, with its unit.
-        """
-        for name in unknown:
-            raise unknown_keyword("value", name, SI_KEYS, SI_SYNONYMS, SI_KEYS)
-        sizes = (length, density, area, second_moment, youngs_modulus)
-        for name, size in zip(SI_REQUIRED, sizes, strict=True):
-            if size is None:
-                raise InvalidInput(f"missing value {name!r} [{SI_KEYS[name]}]")
-        L, rho, A, I, E = map(check_positive, SI_REQUIRED, sizes)
-        time = L * L * math.sqrt(rho / E) * math.sqrt(A / I)
-        for name, value in {"T* [s]": time, "density area length [kg]": rho * A * L}.items():
-            if not (math.isfinite(value) and value > 0):
-                raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
-        position = L if mass_position is None else mass_position
-        acceleration = check_float("angular_acceleration", angular_acceleration)
-        numbers: dict[str, Any] = {
-            "alpha": check_float("mass", mass, 0.0) / (rho * A * L),
-            "beta": check_float("mass_position", position, 0.0, L) / L,
-            "gamma": check_float("rotation_speed", rotation_speed, 0.0) * time,
-            "delta": check_float("hub_radius", hub_radius) / L,
-            "mu": L * math.sqrt(A / I),
-            "spin_up": acceleration * time**2,
-        }
-        for name, parameter in NUMBERS.items():
-            check_float(f"{parameter.si_formula} = {name}", numbers[name], *parameter.limits)
-        units = Units(length=L, time=time, mass=rho * A * L, youngs_modulus=E)
-        return cls(**numbers, units=units)
+    def __repr__(self) -> str:
+        values = {name: getattr(self, name) for name in ("units", "blade", "masses", "root")}
+        given = {name: x for name, x in values.items() if x != getattr(type(self), name)}
+        texts = (f"{name}={value!r}" for name, value in (self.numbers | given).items())
+        return f"Beam({', '.join(texts)})"
 
     @property
-    def si(self) -> dict[str, float]:
-        """The keywords of `from_si` for this beam; {} where its size is not known in full."""
-        sizes: Any = vars(self.units).values() if self.units else [None]
-        if None in sizes:
-            return {}
-        L, T, mass, E = sizes
-        density = E * (T / (L * self.mu)) ** 2
-        area = mass / (density * L)
+    def summary(self) -> str:
+        """The numbers, rounded, and in words what is not uniform: alpha=1, beta=0.5, ..."""
+        numbers = [f"{name}={value:g}" for name, value in self.numbers.items()]
+        return ", ".join([*numbers, *self.structure])
+
+    @property
+    def structure(self) -> list[str]:
+        """What is not uniform, in words: a blade of 5 stations, 2 more masses, hinged root."""
+        texts = []
+        if self.blade:
+            texts.append(f"a blade of {len(self.blade.x)} stations")
+        if self.masses:
+            more, s = " more" if self.alpha else "", "" if len(self.masses) == 1 else "es"
+            texts.append(f"{len(self.masses)}{more} mass{s}")
+        if self.root != math.inf:
+            texts.append(f"root stiffness {self.root:g}" if self.root else "hinged root")
+        return texts
+
+    def described(self, names: Iterable[str]) -> str:
+        """Some of the numbers, and in words what is not uniform: α = 1, β = 0.5, hinged root."""
+        numbers = (f"{NUMBERS[name].symbol} = {getattr(self, name):g}" for name in names)
+        return ", ".join([*numbers, *self.structure])
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The numbers, and of a beam that is not uniform its blade, masses and root, in the types
+        of JSON."""
+        record: dict[str, Any] = dict(self.numbers)
+        if self.blade:
+            record["blade"] = self.blade.record
+        if self.masses:
+            record["masses"] = [mass.record for mass in self.masses]
+        return record | ({"root": self.root} if self.root != math.inf else {})
+
+    @property
+    def attributes(self) -> dict[str, float | str]:
+        """The record as attributes of a dataset, which hold numbers and texts: blade and masses as
+        JSON."""
         return {
-            "length": L,
-            "density": density,
-            "area": area,
-            "second_moment": area * (L / self.mu) ** 2,
-            "youngs_modulus": E,
-            "hub_radius": self.delta * L,
-            "rotation_speed": self.gamma / T,
-            "mass": self.alpha * mass,
-            "mass_position": self.beta * L,
-            "angular_acceleration": self.spin_up / T**2,
+            name: value if isinstance(value, float) else json.dumps(value)
+            for name, value in self.record.items()
         }
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any], units: Units | None = None) -> Self:
+        """The beam of a record, or of the attributes of a dataset. Raises InvalidInput."""
+        return cls(**from_record(record), units=units)
+
+    @classmethod
+    def from_si(cls, **values: Any) -> Self:
+        """A beam from SI values.
+
+        length [m]. The section: mass_per_length [kg/m], bending_stiffness [N m^2] and
+        axial_stiffness [N]; each a number, or a sequence of one for each of the stations [m] from 0
+        at the root to the length. Between stations they are linear (or polynomials of a `degree`,
+        see `Blade`); a station named twice is a jump. flap_stiffness [N m^2]: bending out of the
+        plane of rotation, where it is another one. Or, of a uniform beam: density [kg/m^3], area
+        [m^2], second_moment [m^4] and youngs_modulus [Pa].
+
+        hub_radius [m]; rotation_speed [rad/s] or rotation_rpm [1/min]; angular_acceleration
+        [rad/s^2]; mass [kg] and mass_position [m] from the root, by default the tip; masses: more
+        bodies, each a dict of mass [kg], position [m] and inertia (Jx, Jy, Jz) [kg m^2] along the
+        beam, across it in the plane of rotation, and parallel to the axis of rotation;
+        root_stiffness [N m/rad] of a spring at the root, 0 for a hinge, by default a clamp.
+
+        Warns with ImplausibleInput of a value that is likely in another unit. Raises InvalidInput,
+        which names for a mistyped keyword the nearest, with its unit.
+        """
+        beam = cls.of_physical(PhysicalBeam.of(values))
+        beam.warn_of_doubts(stacklevel=3)
+        return beam
+
+    @classmethod
+    def of_physical(cls, physical: PhysicalBeam) -> Self:
+        """The dimensionless beam of a physical one, without warnings. Raises InvalidInput."""
+        numbers = physical.numbers
+        for name, parameter in NUMBERS.items():
+            low, high = parameter.limits
+            numbers[name] = rounded_into(numbers[name], low, high)
+            try:
+                check_float(f"{physical.formulas[name]} = {name}", numbers[name], low, high)
+            except InvalidInput as error:
+                raise InvalidInput("; ".join([str(error), *doubts(physical)])) from None
+        return cls(
+            **numbers,
+            units=physical.units,
+            blade=physical.blade,
+            masses=physical.bodies,
+            root=physical.root,
+        )
+
+    @property
+    def si(self) -> dict[str, Any]:
+        """The keywords of `from_si` for this beam; {} where its mass is not known."""
+        return self.physical.values if self.physical else {}
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """A sentence for each value of a beam in SI that is likely in another unit."""
+        return doubts(self.physical) if self.physical else ()
+
+    def warn_of_doubts(self, stacklevel: int = 2) -> None:
+        """Warn of each value that is likely in another unit; stacklevel: as in `warnings.warn`."""
+        for text in self.doubts:
+            warnings.warn(text, ImplausibleInput, stacklevel)
+
+    @property
+    def physical(self) -> PhysicalBeam | None:
+        """The beam in SI; None where its mass is not known."""
+        if self.units is None:
+            return None
+        return physical_beam(self.numbers, self.units, self.blade, self.masses, self.root)
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """A beam from a TOML file of `from_si` keywords; InvalidInput names file and mistake."""
-        return cls.from_si(**check_si_keys(parse_toml(read_small(path), str(path)), str(path)))
+        """A beam from a TOML file of `from_si` keywords, with [[masses]] as tables, and
+        stations_file = "blade.csv", relative to it, in place of stations and properties.
+        InvalidInput names file and mistake."""
+        table = parse_toml(read_small(path), str(path))
+        return cls.from_si(**check_si_table(table, str(path), Path(path).parent))
+
+    @classmethod
+    def from_csv(cls, path: str | Path, **values: Any) -> Self:
+        """A blade from a CSV file of stations with the columns station, mass_per_length,
+        bending_stiffness, axial_stiffness and optionally flap_stiffness. values: other keywords of
+        `from_si`, as hub_radius and rotation_rpm."""
+        return cls.from_si(**read_stations(path), **values)
 
 
-SI_KEYS = {
-    "length": "m",
-    "density": "kg/m^3",
-    "area": "m^2",
-    "second_moment": "m^4",
-    "youngs_modulus": "Pa",
-    "hub_radius": "m",
-    "rotation_speed": "rad/s",
-    "mass": "kg",
-    "mass_position": "m",
-    "angular_acceleration": "rad/s^2",
-}
-SI_SYNONYMS = {  # other names of these values
-    **dict.fromkeys(("rpm", "speed", "omega", "Omega", "angular_velocity"), "rotation_speed"),
-    **dict.fromkeys(("E", "modulus", "elastic_modulus"), "youngs_modulus"),
-    **dict.fromkeys(("I", "inertia", "moment_of_inertia"), "second_moment"),
-    **dict.fromkeys(("a", "radius", "offset"), "hub_radius"),
-    **dict.fromkeys(("d", "position"), "mass_position"),
-    "L": "length",
-    "rho": "density",
-    "A": "area",
-    "m": "mass",
-    "spin_up": "angular_acceleration",
-}
-SI_REQUIRED = ("length", "density", "area", "second_moment", "youngs_modulus")
-MAX_TOML_BYTES = 64_000
+def rounded_into(value: float, low: float, high: float) -> float:
+    """A number that rounding has brought just outside its limits, at the limit."""
+    slack = ROUNDING * max(abs(low), abs(high))
+    return min(max(value, low), high) if low - slack <= value <= high + slack else value
 
 
-def check_si_keys(data: dict[str, Any], source: str) -> dict[str, float]:
-    """`data` if its keys are those of `from_si`, else InvalidInput for one unknown or missing."""
-    check_keys(data, SI_KEYS, source)
-    missing = [key for key in SI_REQUIRED if key not in data]
-    if missing:
-        raise InvalidInput(f"{source}: missing key {missing[0]!r} [{SI_KEYS[missing[0]]}]")
-    return data
-
-
-def read_small(path: str | Path) -> bytes:
-    """The start of a file, a byte more than `parse_toml` accepts; InvalidInput if unreadable."""
-    try:
-        with Path(path).open("rb") as file:
-            return file.read(MAX_TOML_BYTES + 1)
-    except OSError as error:
-        raise InvalidInput(f"{path}: {error.strerror or error}") from None
-
-
-def parse_toml(text: bytes, name: str) -> dict[str, Any]:
-    """The contents of a TOML file called `name`; InvalidInput if it is too large or not TOML."""
-    if len(text) > MAX_TOML_BYTES:
-        raise InvalidInput(f"{name}: larger than {MAX_TOML_BYTES} bytes, not a file of beamviz")
-    try:
-        return tomllib.loads(text.decode("utf-8-sig"))  # some editors write a byte-order mark
-    except (ValueError, RecursionError) as error:
-        raise InvalidInput(f"{name}: not a TOML file ({error})") from None
-
-
-def check_keys(data: Collection[str], keys: Collection[str], source: str) -> None:
-    """InvalidInput for the first key of `data` that is not among `keys`; SI values have units."""
-    unknown = sorted(set(data) - set(keys))
-    if unknown:
-        names = [f"{key} [{SI_KEYS[key]}]" if key in SI_KEYS else key for key in keys]
-        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(names)}")
+def from_record(record: Mapping[str, Any]) -> dict[str, Any]:
+    """The keywords of `Beam` in a record, its blade and masses made of plain values, or of JSON.
+    Raises InvalidInput."""
+    values = {
+        name: json.loads(value) if name in ("blade", "masses") and isinstance(value, str) else value
+        for name, value in record.items()
+    }
+    if isinstance(blade := values.get("blade"), Mapping):
+        values["blade"] = Blade.from_record(blade) if blade else None
+    masses = values.get("masses", ())
+    if isinstance(masses, list | tuple):
+        masses = tuple(Mass.from_record(m) if isinstance(m, Mapping) else m for m in masses)
+    return values | ({"masses": masses} if "masses" in values else {})

@@ -5,14 +5,14 @@ NumPy is imported where properties are evaluated: most beams are uniform, and so
 stays fast.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from beamviz.checks import check_float, check_floats, check_int
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, unknown_keyword
 
 if TYPE_CHECKING:
     from numpy.polynomial import Polynomial
@@ -49,6 +49,30 @@ class Mass:
         object.__setattr__(self, "beta", check_float("beta of a mass", self.beta, 0.0, 1.0))
         object.__setattr__(self, "inertia", inertia)
 
+    @property
+    def record(self) -> dict[str, Any]:
+        """The values by name in the types of JSON."""
+        return {"alpha": self.alpha, "beta": self.beta, "inertia": list(self.inertia)}
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Self:
+        """The mass of values by name. Raises InvalidInput."""
+        return cls(**checked_keys(cls, "a mass", record, ("alpha", "beta")))
+
+
+def checked_keys(
+    kind: type, name: str, record: Mapping[str, Any], required: Iterable[str]
+) -> Mapping[str, Any]:
+    """`record` if its keys are fields of a class; InvalidInput for one unknown or missing."""
+    known = [field.name for field in fields(kind)]
+    for key in record:
+        if key not in known:
+            raise unknown_keyword(f"key of {name}", str(key), known)
+    for key in required:
+        if key not in record:
+            raise InvalidInput(f"{name}: missing key {key!r}")
+    return record
+
 
 class Segment(NamedTuple):
     """A part of the span on which each property is a polynomial of (x - start) / (stop - start)."""
@@ -58,7 +82,7 @@ class Segment(NamedTuple):
     polynomials: "dict[str, Polynomial]"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Blade:
     """Properties along the span, relative to the root section, where each of them but flap is 1.
 
@@ -116,6 +140,25 @@ class Blade:
             )
         return values
 
+    def __repr__(self) -> str:
+        rows = ((name, getattr(self, name)) for name in PROPERTIES)
+        ends = [f"{name} {row[0]:.4g} .. {row[-1]:.4g}" for name, row in rows if row]
+        degree = f" of degree {self.degree}" if self.degree > 1 else ""
+        return f"<Blade of {len(self.x)} stations{degree}: {', '.join(ends)}>"
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The values by name in the types of JSON, without those of no effect."""
+        record: dict[str, Any] = {
+            name: list(row) for name in ("x", *PROPERTIES) if (row := getattr(self, name))
+        }
+        return record | ({"degree": self.degree} if self.degree > 1 else {})
+
+    @classmethod
+    def from_record(cls, record: Mapping[str, Any]) -> Self:
+        """The blade of values by name. Raises InvalidInput."""
+        return cls(**checked_keys(cls, "a blade", record, ("x", *PROPERTIES[:3])))
+
     @classmethod
     def tapered(cls, height: float = 0.0, width: float = 0.0) -> "Blade":
         """A solid rectangular section whose height, in the plane of bending, and width fall
@@ -165,15 +208,15 @@ class Blade:
         """The ends of the segments, from 0 to 1, where a property or its slope may jump."""
         return (0.0, *(segment.stop for segment in self.segments))
 
-    def at(self, name: str, x: "ArrayLike") -> "NDArray":
+    def at(self, name: str, x: "ArrayLike", inboard: bool = False) -> "NDArray":
         """A property ("mass", "bending", "axial" or "flap") at points x in 0 .. 1, an array of
-        their shape; where it jumps, its value toward the tip."""
+        their shape; where it jumps, its value toward the tip, or `inboard` toward the root."""
         import numpy as np
 
         x = np.asarray(x, dtype=float)
         values = np.empty(x.shape)
         for segment in self.segments:
-            outboard = x >= segment.start
+            outboard = x > segment.start if inboard and segment.start else x >= segment.start
             place = (x[outboard] - segment.start) / (segment.stop - segment.start)
             values[outboard] = segment.polynomials[name](place)
         return values

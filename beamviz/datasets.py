@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from beamviz.beam import Units
+from beamviz.beam import Beam
 from beamviz.errors import requires
 from beamviz.protocols import Branch
+from beamviz.units import Units
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
@@ -16,14 +17,14 @@ if TYPE_CHECKING:
 QUANTITIES = ("family", "frequency", "growth_rate", "error", "bending_fraction")  # of a mode
 PER_TIME = {"units": "1/T*"}
 UNITS = {"frequency": PER_TIME, "growth_rate": PER_TIME, "error": PER_TIME}
+LOADS = {"force": "E I / L^2", "shear": "E I / L^2", "moment": "E I / L"}  # of the root section
 
 
-def attributes(
-    numbers: Mapping[str, float], model: Mapping[str, Any], units: Units | None
-) -> dict[str, Any]:
-    """The numbers of a beam, its model, its units and the version; without None, as in files."""
+def attributes(beam: Beam, model: Mapping[str, Any], units: Units | None) -> dict[str, Any]:
+    """The numbers of a beam, its blade and masses as JSON, its model, its units and the version;
+    without None, as in files."""
     sizes = units.attributes if units else {}
-    return {**numbers, **model, **sizes, "beamviz_version": __version__}
+    return {**beam.attributes, **model, **sizes, "beamviz_version": __version__}
 
 
 def mode_dataset(
@@ -45,6 +46,8 @@ def mode_dataset(
         variables["shape_imag"] = (dims, shape.imag, note)
     variables["position"] = (("x", "component"), along["position"], {"units": "L"})
     variables["stretch"] = ("x", along["stretch"])
+    for name, unit in LOADS.items():
+        variables[name] = ("x", along[name], {"units": unit})
     coordinates = {
         "mode": modes["index"],
         "label": ("mode", np.array(modes["label"])),

@@ -37,6 +37,10 @@ class InvalidInput(BeamvizError, ValueError):
         return super().__str__() + self.advice("--{} {}").replace("_", "-")
 
 
+class ImplausibleInput(UserWarning):
+    """A warning: a value in SI is possible, but likely in another unit; the message names which."""
+
+
 class NoEquilibrium(BeamvizError):
     """No equilibrium; `limit`: the largest gamma with one, nan if unknown or not the reason."""
 

@@ -6,7 +6,8 @@ from typing import Protocol
 
 from numpy.typing import NDArray
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
+from beamviz.units import Units
 
 
 class Branch(Protocol):

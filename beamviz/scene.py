@@ -10,20 +10,13 @@ from pathlib import Path
 from typing import Any, Self
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import (
-    NUMBERS,
-    PARAMETERS,
-    SI_KEYS,
-    Beam,
-    Units,
-    check_keys,
-    check_si_keys,
-    parse_toml,
-    read_small,
-)
+from beamviz.beam import NUMBERS, PARAMETERS, Beam, from_record
 from beamviz.checks import check_choice, check_float, check_int, check_positive
 from beamviz.errors import InvalidInput
+from beamviz.input_files import check_keys, parse_toml, read_small
+from beamviz.si import FILE_KEYS, SI_KEYS, PhysicalBeam, check_si_table
 from beamviz.solver.problem import OPTIONS, parse_keywords
+from beamviz.units import Units
 
 MODES = 5  # solved for a scene, and more where its view shows more
 MAX_DISTANCE = 1000.0  # of the camera, in beam lengths
@@ -33,6 +26,8 @@ MAX_AMPLITUDE = 0.4
 MAX_PACE = 4.0
 UPPER_LIMITS = {"pace": MAX_PACE, "amplitude": MAX_AMPLITUDE}
 MAX_SHARES = 20
+MAX_LINK = 7000  # characters: common servers and proxies accept addresses of 8000
+LINK_DIGITS = 15  # significant, of values in SI
 TOML_HEADER = """\
 # A scene of beamviz: `beamviz serve FILE`, `beamviz screenshot OUT.png --scene FILE`.
 # Every key is optional. shares: the contribution of mode 1, 2 ... to the motion, each 0 .. 1.
@@ -145,16 +140,18 @@ def clip(value: Any, upper: float, old: float) -> float:
     return min(max(float(value), 0.0), upper)
 
 
+STRUCTURE = ("blade", "masses", "root")  # of a beam that is not uniform, as in `Beam.record`
+UNIFORM: dict[str, Any] = {"blade": {}, "masses": [], "root": math.inf}  # as a link has it
 # The tables of a file and their keys. The keys of LINKED are unique, so that a link and `Scene.of`
 # need no tables; [si] replaces both [beam] and [units].
 LINKED = {
-    "beam": tuple(NUMBERS),
+    "beam": (*NUMBERS, *STRUCTURE),
     "model": tuple(name for name in OPTIONS if name != "modes"),
     "view": (*ViewOptions.__dataclass_fields__, "mode"),
     "camera": tuple(Camera.__dataclass_fields__),
     "chart": ("over", "per_rev"),
 }
-TABLES = {**LINKED, "units": tuple(Units.__dataclass_fields__), "si": tuple(SI_KEYS)}
+TABLES = {**LINKED, "units": tuple(Units.__dataclass_fields__), "si": tuple(FILE_KEYS)}
 KEYS = tuple(key for keys in LINKED.values() for key in keys)
 
 
@@ -195,7 +192,7 @@ class Scene:
         }
         return replace(
             self,
-            beam=self.beam.replace(**by_table["beam"]),
+            beam=self.beam.replace(**from_record(by_table["beam"])),
             options={**self.options, **by_table["model"]},
             view=change_view(self.view, **by_table["view"]),
             camera=change_camera(self.camera, by_table["camera"]),
@@ -211,7 +208,7 @@ class Scene:
     def tables(self) -> dict[str, dict[str, Any]]:
         """All keys with their values, by table."""
         return {
-            "beam": self.beam.numbers,
+            "beam": self.beam.record,
             "units": without_none(self.beam.units),
             "model": {key: value for key, value in self.options.items() if value is not None},
             "view": asdict(self.view),
@@ -221,49 +218,62 @@ class Scene:
 
     def to_toml(self) -> str:
         """The scene as the text of a TOML file."""
-        lines = [TOML_HEADER]
-        for table, values in self.tables.items():
-            lines += [f"\n[{table}]\n"] if values else []
-            lines += [f"{key} = {json.dumps(value)}\n" for key, value in values.items()]
-        return "".join(lines)
+        tables = (toml_table(f"[{name}]", values) for name, values in self.tables.items())
+        return "".join([TOML_HEADER, *tables])
 
     def to_query(self, base: Self | None = None, without: Collection[str] = ()) -> str:
         """The query of a link to the scene, which `Scene.from_query` reads: the keys, except those
-        of `without`, whose values differ from those of `base`; in SI for a real beam."""
+        of `without`, whose values differ from those of `base`; in SI for a real beam. Raises
+        InvalidInput for a blade of too many stations."""
         base, beam = base or type(self)(), self.beam
         tables, others = self.tables, base.tables
         spinless = {"spin_up": 0.0}  # which a table does not list
         values = spinless | {k: v for name in LINKED for k, v in tables[name].items()}
         usual = spinless | {k: v for name in LINKED for k, v in others[name].items()}
-        if beam != base.beam and beam.si:
+        if beam != base.beam and (si := beam.si):
             values = {key: value for key, value in values.items() if key not in LINKED["beam"]}
-            values = beam.si | values
-            usual |= {**dict.fromkeys(beam.si, 0.0), "mass_position": beam.si["length"]}
+            values = rounded(si) | values
+            usual |= dict.fromkeys(si.keys() - {"root_stiffness"}, 0.0)
+            usual["mass_position"] = si["length"]
+        else:
+            values |= {key: UNIFORM[key] for key in UNIFORM if key in usual and key not in values}
         shares = self.view.shares
         if shares != base.view.shares and self.view.only(len(shares) - 1).shares == shares:
             values["mode"] = len(shares)
             del values["shares"]
         changed = {k: v for k, v in values.items() if v != usual.get(k) and k not in without}
-        compact = json.JSONEncoder(separators=(",", ":")).encode
-        texts = {k: v if isinstance(v, str) else compact(v) for k, v in changed.items()}
-        return urlencode(texts, safe="[],")
+        texts = {k: v if isinstance(v, str) else inline_toml(v) for k, v in changed.items()}
+        query = urlencode(texts, safe="[],{}=")
+        if len(query) > MAX_LINK:
+            raise InvalidInput(
+                f"a link to this beam has {len(query)} characters, more than the {MAX_LINK} that"
+                " every server takes; save it as a scene file"
+            )
+        return query
 
     @classmethod
     def from_query(cls, query: dict[str, Any], base: Self | None = None) -> Self:
         """`base` with the values of a link's query (see `parse_query`). Raises InvalidInput."""
-        base, si = base or cls(), {key: query[key] for key in query if key in SI_KEYS}
+        base = base or cls()
+        own = {key for key in query if key in SI_KEYS and key not in STRUCTURE}
+        si = {key: query[key] for key in query if key in SI_KEYS} if own else {}
         if si:
-            base = replace(base, beam=Beam.from_si(**check_si_keys(si, "the link")))
+            physical = PhysicalBeam.of(check_si_table(si, "the link"))
+            base = replace(base, beam=Beam.of_physical(physical))
         return base.changed(**{key: value for key, value in query.items() if key not in si})
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
-        """The scene in a TOML file. Raises InvalidInput, which names the file and the mistake."""
-        return cls.from_bytes(read_small(path), str(path))
+        """The scene in a TOML file. Raises InvalidInput, which names the file and the mistake, and
+        warns as `Beam.from_si`."""
+        scene = cls.from_bytes(read_small(path), str(path), Path(path).parent)
+        scene.beam.warn_of_doubts(stacklevel=3)
+        return scene
 
     @classmethod
-    def from_bytes(cls, text: bytes, name: str) -> Self:
-        """The scene in the contents of a TOML file with a name. Raises InvalidInput."""
+    def from_bytes(cls, text: bytes, name: str, folder: Path | None = None) -> Self:
+        """The scene in the contents of a TOML file with a name. folder: of its file of stations,
+        which it may not name where none is given. Raises InvalidInput."""
         tables = parse_toml(text, name)
         check_keys(tables, TABLES, name)
         for table, values in tables.items():
@@ -272,9 +282,42 @@ class Scene:
             check_keys(values, TABLES[table], f"{name} [{table}]")
         values = ChainMap(*(tables[table] for table in tables.keys() & LINKED.keys()))
         try:
-            return cls.of(beam_with_units(tables), **values)
+            return cls.of(beam_with_units(tables, folder), **values)
         except InvalidInput as error:
             raise InvalidInput(f"{name}: {error}") from None
+
+
+def toml_table(heading: str, values: dict[str, Any]) -> str:
+    """A table as the text of TOML, a key on each line, followed by the tables in it; "" if it is
+    empty."""
+    name, lines, inner = heading.strip("[]"), [f"\n{heading}\n"], []
+    for key, value in values.items():
+        if isinstance(value, dict):
+            inner.append(toml_table(f"[{name}.{key}]", value))
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            inner += [toml_table(f"[[{name}.{key}]]", entry) for entry in value]
+        else:
+            lines.append(f"{key} = {json.dumps(value)}\n")
+    return "".join([*lines, *inner]) if values else ""
+
+
+def inline_toml(value: Any) -> str:
+    """A value in TOML on one line, without spaces."""
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{key}={inline_toml(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ",".join(map(inline_toml, value)) + "]"
+    return "inf" if value == math.inf else json.dumps(value)
+
+
+def rounded(value: Any) -> Any:
+    """A value with its numbers rounded to LINK_DIGITS: those calculated from dimensionless ones
+    become the short ones that they were made of."""
+    if isinstance(value, dict):
+        return {key: rounded(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [rounded(entry) for entry in value]
+    return float(f"{value:.{LINK_DIGITS}g}") if isinstance(value, float) else value
 
 
 def parse_query(query: str) -> dict[str, Any]:
@@ -314,12 +357,13 @@ def change_camera(camera: Camera | None, values: dict[str, Any]) -> Camera | Non
     return Camera(**{**without_none(camera), **values})
 
 
-def beam_with_units(tables: dict[str, Any]) -> Beam:
+def beam_with_units(tables: dict[str, Any], folder: Path | None) -> Beam:
     """The beam of the table [si], or the default beam with the units of the table [units]."""
     if "si" in tables:
         if other := {"beam", "units"} & set(tables):
             raise InvalidInput(f"[si] and [{min(other)}] exclude each other")
-        return Beam.from_si(**check_si_keys(tables["si"], "[si]"))
+        physical = PhysicalBeam.of(check_si_table(tables["si"], "[si]", folder))
+        return Beam.of_physical(physical)
     units = tables.get("units", {})
     if not units:
         return Beam()

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.beam import Units
 from beamviz.errors import requires
 from beamviz.protocols import Event
+from beamviz.units import Units, usual_measure
 
 Columns = Mapping[str, Iterable[Any]]  # the cells of each column of a table, by its heading
 MAX_DECIMALS = 9
@@ -87,15 +87,19 @@ def mode_columns(modes: Mapping[str, Any], units: Units | None) -> dict[str, Ite
 
 
 def event_columns(over: str, units: Units | None, events: Sequence[Event]) -> Columns:
-    """The table of the events of loci over a parameter as texts; with rpm for a beam in SI."""
+    """The table of the events of loci over a parameter as texts; for a beam in SI with rpm, kg or
+    mm, and Hz."""
     columns: dict[str, Iterable[Any]] = {
         "event": [event.name for event in events],
         "branches": [" ".join(event.branches) for event in events],
         f"at {over}": [f"{event.at:.6f}" for event in events],
     }
-    if units and over == "gamma":
-        columns["rpm"] = [f"{units.rpm(event.at):.6g}" for event in events]
+    if measure := usual_measure(over, units):
+        texts = [f"{measure.factor * event.at:.6g}" for event in events]
+        columns[measure.scale.unit] = texts
     columns["frequency [1/T*]"] = [f"{event.frequency:.5f}" for event in events]
+    if units:
+        columns["[Hz]"] = [f"{units.hertz(event.frequency):.6g}" for event in events]
     if any(event.kind == "veering" for event in events):
         pairs = [(event, event.kind == "veering") for event in events]
         columns["gap [1/T*]"] = [f"{event.gap:.3g}" if veers else "-" for event, veers in pairs]

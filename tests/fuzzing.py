@@ -9,6 +9,7 @@ import io
 import math
 import re
 import tempfile
+import warnings
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,10 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from hypothesis import strategies as st
 
-from beamviz.beam import PARAMETERS, SI_KEYS, SI_REQUIRED, Beam
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.cli import main
-from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.errors import BeamvizError, ImplausibleInput, InvalidInput
 from beamviz.frequency_loci import loci
+from beamviz.si import SECTION, SI_KEYS, SI_REQUIRED
 from beamviz.solver import solve
 from beamviz.solver.problem import CHOICES
 
@@ -140,6 +142,8 @@ def sweep_any_values(beam: Beam, over: str, values: Any) -> None:
     answer(loci, beam, over, values, 1, names=[over])
 
 
+SIZES = st.floats(1e-9, 1e9)
+ROWS = SIZES | st.lists(SIZES, min_size=1, max_size=3) | st.lists(st.just(1.0), max_size=3)
 TOML = st.one_of(
     st.binary(max_size=200),
     st.text(max_size=200).map(str.encode),
@@ -148,15 +152,25 @@ TOML = st.one_of(
         st.one_of(NUMBERS, st.text("ab\"'\\", max_size=3), st.booleans()),
         max_size=9,
     ).map(lambda d: "\n".join(f"{k} = {str(v).lower()}" for k, v in d.items()).encode()),
-    st.fixed_dictionaries({key: st.floats(1e-9, 1e9) for key in SI_REQUIRED}).map(
-        lambda d: "\n".join(f"{k} = {v!r}" for k, v in d.items()).encode()
-    ),
+    st.one_of(
+        st.fixed_dictionaries(dict.fromkeys(SI_REQUIRED, SIZES)),
+        st.fixed_dictionaries(
+            {"length": st.just(1.0), **dict.fromkeys(SECTION, ROWS)},
+            optional={
+                "stations": st.sampled_from([[0.0, 1.0], [0, 0.5, 1.0], [0, 2], [], [1.0]]),
+                "degree": st.integers(0, 3),
+                "masses": st.lists(NUMBERS, max_size=2),
+                "root_stiffness": SIZES,
+            },
+        ),
+    ).map(lambda d: "\n".join(f"{k} = {v!r}" for k, v in d.items()).encode()),
 )
 
 
 def read_toml(text: bytes) -> None:
     """Any bytes as a beam file: a beam, or an error that names the file or a quantity."""
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore", ImplausibleInput)  # most of these sizes
         path = Path(folder) / "beam.toml"
         path.write_bytes(text)
         answer(Beam.from_toml, path, names=["beam.toml", *SI_KEYS, *PARAMETERS, "T*"])

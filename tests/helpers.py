@@ -15,6 +15,7 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.frequency_loci import Loci
 from beamviz.solver import solve
 from beamviz.solver.solution import Solution
+from beamviz.units import Units
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
 
@@ -79,3 +80,21 @@ def sampled(beam: Beam, before: SampledModes | None = None, **options: Any) -> S
 def sorted_frequencies(found: Loci) -> np.ndarray:
     """The frequencies (values, branches) of loci in order, nan last."""
     return np.sort(np.column_stack([branch.frequency for branch in found.branches]), axis=1)
+
+
+def same_beam(found: Beam, beam: Beam) -> None:
+    """Equal to the rounding of a few operations."""
+    assert found.numbers == pytest.approx(beam.numbers, rel=1e-12)
+    assert found.root == pytest.approx(beam.root, rel=1e-12)
+    sizes = (beam.units or Units(0, 0)).attributes
+    assert (found.units or Units(0, 0)).attributes == pytest.approx(sizes, rel=1e-12)
+    assert len(found.masses) == len(beam.masses)
+    for mass, other in zip(found.masses, beam.masses, strict=True):
+        assert (mass.alpha, mass.beta) == pytest.approx((other.alpha, other.beta), rel=1e-12)
+        assert mass.inertia == pytest.approx(other.inertia, rel=1e-12)
+    assert (found.blade is None) == (beam.blade is None)
+    for name in ("x", "mass", "bending", "axial") if beam.blade else ():
+        assert getattr(found.blade, name) == pytest.approx(getattr(beam.blade, name), rel=1e-12)
+    if beam.blade:
+        assert (found.blade.flap is None) == (beam.blade.flap is None)
+        assert (found.blade.flap or ()) == pytest.approx(beam.blade.flap or (), rel=1e-12)

@@ -1,5 +1,6 @@
 """Properties along the span and bodies: what is stored, and what is refused."""
 
+import json
 import math
 import pickle
 
@@ -66,3 +67,29 @@ def test_a_beam_has_its_bodies_from_the_root_outward():
     for wrong in ({"root": -1}, {"root": math.nan}, {"masses": [3]}, {"blade": 1}):
         with pytest.raises(InvalidInput, match=next(iter(wrong))):
             Beam(**wrong)
+
+
+def test_a_beam_is_described_on_one_line():
+    """Its numbers, and in words what is not uniform; nothing that is as usual."""
+    assert repr(Beam(alpha=1)) == "Beam(alpha=1.0, beta=1.0, gamma=0.0, delta=0.0, mu=70.0)"
+    beam = Beam(gamma=2, blade=JUMP, masses=[Mass(2, 0.3)], root=0)
+    assert beam.described(["gamma"]) == "γ = 2, a blade of 4 stations, 1 mass, hinged root"
+    assert "blade=<Blade of 4 stations: mass 1 .. 0.5, bending 1 .. 0.2, axial" in repr(beam)
+    assert len(repr(beam)) < 300
+
+
+def test_a_record_is_plain_and_makes_the_beam_again():
+    """In the types of JSON; a mistyped or missing key is named."""
+    beam = Beam(gamma=2, blade=Blade.tapered(0.5), masses=[Mass(2, 0.3, (0.1, 0.1, 0.2))], root=0)
+    record = json.loads(json.dumps(beam.record))
+    assert Beam.from_record(record) == beam
+    assert Beam.from_record(beam.attributes) == beam
+    assert Beam(alpha=1).record == Beam(alpha=1).numbers
+    for wrong, message in (
+        ({"blade": {"x": [0, 1]}}, "a blade: missing key 'mass'"),
+        ({"blade": record["blade"] | {"bendin": []}}, "did you mean 'bending'"),
+        ({"masses": [{"alpha": 1}]}, "a mass: missing key 'beta'"),
+        ({"masses": [{"alpha": 1, "beta": 1, "J": 1}]}, "unknown key of a mass 'J'"),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            Beam.from_record(record | wrong)

@@ -11,9 +11,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
-    ("errors", "signals", "files", "version"),
+    ("errors", "signals", "files", "version", "hooks"),
     ("checks",),
-    ("blade",),
+    ("blade", "units", "input_files"),
+    ("si",),
+    ("plausibility",),
     ("beam",),
     ("protocols",),
     ("tables", "datasets", "plotting"),  # of columns and records, for the methods of results
@@ -32,6 +34,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("drawing",),
     ("exports",),
     ("explorer",),
+    ("notebook",),
     ("cli",),
     ("__main__", "beamviz"),
 )

@@ -9,8 +9,8 @@ import xarray
 from matplotlib.figure import Figure
 
 from beamviz import Beam, Unavailable, __version__, loci, solve, sweep
-from beamviz.beam import Units
 from beamviz.frequency_loci import Loci
+from beamviz.units import Units
 
 BEAM = Beam(alpha=1, beta=1, gamma=5)
 

@@ -4,6 +4,7 @@ import contextlib
 import os
 import platform
 import re
+import sys
 import textwrap
 from collections.abc import Iterator
 from datetime import date
@@ -16,8 +17,9 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from beamviz.benchmark import work_precision
+from beamviz.benchmark import motion, work_precision
 from beamviz.benchmark.external import PEERS
+from beamviz.benchmark.motion_chart import draw_curves, draw_map
 from beamviz.benchmark.work_precision import METHODS, SCENES, Row, Solver, time_to_error
 from beamviz.files import json_text, make_folder, write_files
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
@@ -74,7 +76,8 @@ REASONS = {  # part of a reason: its short form in the chart
 
 
 def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
-    """Write benchmark.png, .svg and .json to a folder; the ratios as text.
+    """Write benchmark.png, .svg and .json to a folder, and motion.json, motion-time-error and
+    motion-failures of the motions in time; the ratios as text.
 
     `release` is the version of beamviz that they name. Raises Unavailable, before anything is
     measured, for a folder that cannot be written to.
@@ -83,8 +86,30 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     solvers = METHODS + (PEERS if peers else ())
     effort = work_precision.QUICK if quick else work_precision.FULL
     rows = work_precision.measure(solvers, effort)
-    write_files(folder, files(rows, environment(solvers, quick, release)))
-    return "\n".join(summary(rows))
+    about = environment(solvers, quick, release)
+    work = motion.QUICK if quick else motion.FULL
+    motions = motion.measure(work, peers, print_progress)
+    cells = motion.trials(motion.NAMES, work.mus, work.steps, print_progress)
+    write_files(folder, files(rows, about) | motion_files(motions, cells, about))
+    return "\n".join([*summary(rows), "", *motion.summary(motions)])
+
+
+def print_progress(line: str) -> None:
+    print(line, file=sys.stderr)
+
+
+def motion_files(
+    rows: list[motion.Row], cells: list[motion.Trial], about: dict[str, Any]
+) -> dict[str, bytes]:
+    """The contents of the files of the motions in time, by name."""
+    data = {
+        **about,
+        "time against error": [row._asdict() for row in rows],
+        "map": [cell._asdict() for cell in cells],
+    }
+    found = picture_files(draw_curves(rows), "motion-time-error")
+    found |= picture_files(draw_map(cells), "motion-failures")
+    return found | {"motion.json": (json_text(data, indent=1) + "\n").encode()}
 
 
 def environment(solvers: tuple[Solver, ...], quick: bool, release: str) -> dict[str, Any]:

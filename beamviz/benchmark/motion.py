@@ -1,57 +1,120 @@
 """Integrators of the motion in time, compared: processor time against the error of the tip, and
 where each of them fails over step and slenderness.
 
-A beam at gamma = 3 is held by a force at the tip and let go; its stretching vibrations, mu times
-faster than bending, make the equation stiff. The mesh is the same for all, so that the error is
-that of the integrator, against `radau` with the smallest step.
+Two motions: Kane's manoeuvre, a slender arm that is spun up, and a plucked beam, held at gamma = 3
+by a force at the tip and let go. Stretching vibrations, mu times faster than bending, make the
+equation stiff. `auto` is `beamviz.motion` as a user calls it, with all runs that its error bar
+takes; the others are single runs with constant steps, on a mesh that is fine enough for all but the
+smallest errors, or on the paper's elements. The error is the largest of the tip at any time against
+a motion computed with a much finer mesh and much smaller steps, for Exudyn with its strain and
+curvature measures.
 """
 
-from collections.abc import Callable, Iterable
+import math
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
-from pathlib import Path
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import rc_context
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
+from beamviz.benchmark.exudyn_motion import exudyn_tip, missing
 from beamviz.benchmark.work_precision import processor_time
+from beamviz.dynamics import motion
 from beamviz.dynamics.case import Case
-from beamviz.dynamics.elements import PositionElements, position_elements
+from beamviz.dynamics.drives import Ramp
+from beamviz.dynamics.elements import Elements, elements_between
 from beamviz.dynamics.equation import Equation
 from beamviz.dynamics.integration import Control
+from beamviz.dynamics.meshes import cubic_mesh
 from beamviz.dynamics.run import equation_of, run, start_solution
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.dynamics.start import equilibrium, held
-from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.files import json_text, make_folder, write_files
-from beamviz.plotting import STYLE, new_figure, picture_files
+from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 
 EXPLICIT = "explicit"  # the classical Runge-Kutta method, which is no row of the product
+CUBIC = "cubic elements, generalised-alpha"
+EXUDYN = "Exudyn"
 NAMES = (*INTEGRATORS, EXPLICIT)
-ORDER, UNTIL, RELEASE, GAMMA = 8, 4.0, 0.5, 3.0
-CURVE_MU, FINEST = 70.0, 0.0025  # of time against error, and the step of the reference
-CURVE_STEPS = (0.08, 0.04, 0.02, 0.01, 0.005)
-MAP_STEPS = tuple(np.geomspace(0.002, 0.5, 9).tolist())
-MAP_MUS = (20.0, 70.0, 250.0, 1000.0)
-TIMES = np.linspace(0.0, UNTIL, 201)
+EXUDYN_MODEL = {"strain": "biot", "curvature": "material"}
+ORDER, FINE_ORDER, REFERENCE_STEPS = 12, 22, 500
+MAP_ORDER, MAP_UNTIL, MAP_RELEASE, MAP_GAMMA = 8, 4.0, 0.5, 3.0
+FINEST = 0.02  # the step of the reference of the map
 ENERGY_GROWS, INACCURATE = 0.02, 1e-3  # of the energy released; of the tip [L]
-OUTCOMES = {  # from the worst, with a colour
-    "does not converge": "#555555",
-    "unstable": "#D55E00",
-    "energy grows": "#E69F00",
-    "inaccurate": "#F0E442",
-    "accurate": "#0072B2",
+REPEATS = 2
+
+
+class Scene(NamedTuple):
+    """A motion. instants: the number of intervals between the times at which tips are compared."""
+
+    beam: Beam
+    until: float
+    options: dict[str, Any]
+    instants: int
+
+    @property
+    def times(self) -> NDArray:
+        return np.linspace(0.0, self.until, self.instants + 1)
+
+
+SCENES = {
+    "Kane's manoeuvre": Scene(
+        Beam(mu=447.2136), 21.6, {"speed": Ramp(5.554921, 16.20185)}, instants=180
+    ),
+    "a plucked beam": Scene(Beam(gamma=3), 4.0, {"release": 0.5}, instants=200),
 }
-COLOURS = ("#0072B2", "#009E73", "#56B4E9", "#D55E00", "#CC79A7", "#555555")
+
+
+class Effort(NamedTuple):
+    """tolerances: of `auto`. high, low: numbers of steps of integrators of high order, and of order
+    2. elements: numbers of cubic elements, with the last of these. peer: numbers of
+    elements and of steps of the peer. mus, steps: of the map."""
+
+    tolerances: tuple[float, ...]
+    high: tuple[int, ...]
+    low: tuple[int, ...]
+    elements: tuple[int, ...]
+    peer: tuple[tuple[int, ...], tuple[int, ...]]
+    mus: tuple[float, ...]
+    steps: tuple[float, ...]
+
+
+FULL = Effort(
+    tolerances=(1e-2, 1e-3, 1e-4, 1e-5),
+    high=(15, 30, 60, 120, 240, 480),
+    low=(180, 360, 720, 1440, 2880),
+    elements=(2, 4, 8, 16),
+    peer=((2, 4, 8, 16), (1, 2, 4, 8, 16)),
+    mus=(20.0, 70.0, 250.0, 1000.0),
+    steps=tuple(np.geomspace(0.002, 0.5, 9).tolist()),
+)
+QUICK = Effort(
+    tolerances=(1e-2, 1e-4),
+    high=(30, 60),
+    low=(180, 720),
+    elements=(2, 4),
+    peer=((4,), (1, 4)),
+    mus=(20.0, 250.0),
+    steps=(0.05, 0.5),
+)
+
+
+class Row(NamedTuple):
+    """One motion: processor time [s] and the largest error of the tip [L], or, where these are nan,
+    the reason."""
+
+    scene: str
+    name: str
+    resolution: str
+    seconds: float = math.nan
+    error: float = math.nan
+    reason: str = ""
 
 
 class Trial(NamedTuple):
-    """One integration: its outcome, the largest error of the tip [L] and processor time [s], nan
+    """A cell of the map: its outcome, the largest error of the tip [L] and processor time [s], nan
     where there is none."""
 
     integrator: str
@@ -62,46 +125,148 @@ class Trial(NamedTuple):
     seconds: float
 
 
-def case_of(mu: float, integrator: str, step: float) -> Case:
+# Time against error
+
+
+def measure(effort: Effort, peers: bool, report: Callable[[str], Any] = print) -> list[Row]:
+    """Rows of all scenes."""
+    rows = []
+    for name, scene in SCENES.items():
+        report(f"{name}: reference")
+        reference = reference_tip(scene, {})
+        own = reference_tip(scene, EXUDYN_MODEL) if peers and not missing() else None
+        for solver, resolution, tip in works(scene, effort, peers):
+            truth = own if solver == EXUDYN and own is not None else reference
+            report(f"{name}: {solver}, {resolution}")
+            rows.append(row_of(Row(name, solver, resolution), tip, truth))
+    return rows
+
+
+def works(
+    scene: Scene, effort: Effort, peers: bool
+) -> Iterator[tuple[str, str, Callable[[], NDArray]]]:
+    """Solver, resolution and the work that gives the tip (n, 2)."""
+    for tolerance in effort.tolerances:
+        yield "auto", f"tolerance {tolerance:g}", partial(auto_tip, scene, tolerance)
+    mesh = elements_between((0.0, 1.0), (ORDER,))
+    for name, row in INTEGRATORS.items():
+        for count in effort.low if row.scheme().order == 2 else effort.high:
+            work = partial(run_tip, scene, mesh, {"integrator": name}, scene.until / count)
+            yield name, f"{count} steps", work
+    for count in effort.elements:
+        options = {"method": "ancf", "integrator": "generalised-alpha"}
+        step = scene.until / effort.low[-1]
+        work = partial(run_tip, scene, cubic_mesh(count), options, step)
+        yield CUBIC, f"{count} elements, {effort.low[-1]} steps", work
+    if peers:
+        for elements, times in product(*effort.peer):
+            count = times * scene.instants
+            work = partial(peer_tip, scene, elements, count)
+            yield EXUDYN, f"{elements} elements, {count} steps", work
+
+
+def row_of(row: Row, work: Callable[[], NDArray], reference: NDArray) -> Row:
+    """The row with its time and error."""
+    seconds = []
+    for _ in range(REPEATS):
+        start = processor_time()
+        try:
+            with np.errstate(all="ignore"):
+                tip = work()
+        except BeamvizError as failure:
+            return row._replace(reason=str(failure))
+        seconds.append(processor_time() - start)
+    error = float(np.linalg.norm(tip - reference, axis=1).max())
+    if not error < 1:
+        return row._replace(reason="the tip is off by more than the length of the beam")
+    return row._replace(seconds=min(seconds), error=error)
+
+
+def reference_tip(scene: Scene, model: dict[str, str]) -> NDArray:
+    mesh = elements_between((0.0, 1.0), (FINE_ORDER,))
+    return run_tip(scene, mesh, model, scene.until / REFERENCE_STEPS)
+
+
+def auto_tip(scene: Scene, tolerance: float) -> NDArray:
+    points = scene.instants + 1
+    moved = motion(scene.beam, scene.until, tolerance=tolerance, points=points, **scene.options)
+    return moved.tip
+
+
+def run_tip(scene: Scene, mesh: Elements, options: dict[str, Any], step: float) -> NDArray:
+    case = Case(beam=scene.beam, until=scene.until, step=step, **scene.options, **options)
+    return run(case, start_solution(case), mesh, Control(1e-6, step)).tip(scene.times)
+
+
+def peer_tip(scene: Scene, elements: int, steps: int) -> NDArray:
+    drive = scene.options.get("speed")
+    release = scene.options.get("release", 0.0)
+    return exudyn_tip(scene.beam, scene.times, drive, release, elements, steps)
+
+
+def time_to_error(rows: Iterable[Row], scene: str, name: str, target: float) -> float | None:
+    """The least time of a row with at most this error, none interpolated."""
+    times = [
+        row.seconds
+        for row in rows
+        if row.scene == scene and row.name == name and row.error <= target
+    ]
+    return min(times, default=None)
+
+
+def summary(rows: list[Row], targets: tuple[float, ...] = (1e-3, 1e-4)) -> Iterator[str]:
+    """Times at equal error relative to auto's."""
+    for target in targets:
+        yield f"{f'time to tip error {target:g} / auto':34}" + "".join(f"{s:>18}" for s in SCENES)
+        for name in dict.fromkeys(row.name for row in rows):
+            cells = []
+            for scene in SCENES:
+                ours, theirs = (time_to_error(rows, scene, n, target) for n in ("auto", name))
+                cells.append(f"{theirs / ours:.2g}" if ours and theirs else "not reached")
+            yield f"{name:34}" + "".join(f"{cell:>18}" for cell in cells)
+        yield ""
+
+
+# The map
+
+
+def map_case(mu: float, integrator: str, step: float) -> Case:
     return Case(
-        beam=Beam(gamma=GAMMA, mu=mu),
-        until=UNTIL,
-        release=RELEASE,
+        beam=Beam(gamma=MAP_GAMMA, mu=mu),
+        until=MAP_UNTIL,
+        release=MAP_RELEASE,
         integrator="radau" if integrator == EXPLICIT else integrator,
         step=step,
     )
 
 
-def elements() -> PositionElements:
-    return position_elements((0.0, 1.0), (ORDER,), None)
+MAP_TIMES = np.linspace(0.0, MAP_UNTIL, 201)
 
 
 def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
-    """Tip (n, 2) and energy (n,) at TIMES."""
-    solution = start_solution(case)
+    """Tip (n, 2) and energy (n,) at the times of the map."""
+    solution, mesh = start_solution(case), elements_between((0.0, 1.0), (MAP_ORDER,))
     if integrator == EXPLICIT:
-        return explicit(case, equation_of(case, elements(), False, None))
-    found = run(case, solution, elements(), Control(case.tolerance, case.step))
-    return found.tip(TIMES), found.energy(TIMES)
+        return explicit(case, equation_of(case, mesh, False, None))
+    found = run(case, solution, mesh, Control(case.tolerance, case.step))
+    return found.tip(MAP_TIMES), found.energy(MAP_TIMES)
 
 
 def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
-    """The same by the classical Runge-Kutta method, with steps that end at TIMES."""
-    q = held(equation, equilibrium(equation, start_solution(case)), GAMMA, RELEASE)
-    state, tips, energies = np.array([q, 0 * q]), [equation.at_tip @ q], []
+    """The same by the classical Runge-Kutta method, with steps that end at the times of the map."""
+    q = held(equation, equilibrium(equation, start_solution(case)), MAP_GAMMA, MAP_RELEASE)
     assert case.step is not None
-    count = int(np.ceil((TIMES[1] - TIMES[0]) / case.step))
-    h = (TIMES[1] - TIMES[0]) / count
+    count = math.ceil((MAP_TIMES[1] - MAP_TIMES[0]) / case.step)
+    h = (MAP_TIMES[1] - MAP_TIMES[0]) / count
+    state, states = np.array([q, 0 * q]), []
 
     def rates(state: NDArray) -> NDArray:
         (a,) = equation.accelerations(np.zeros(1), state[:1], state[1:])
         return np.array([state[1], a])
 
-    for t in TIMES:
-        energies.append(equation.energy(np.array([GAMMA]), state[:1], state[1:])[0])
-        if t == TIMES[-1]:
-            break
-        for _ in range(count):
+    for t in MAP_TIMES:
+        states.append(state)
+        for _ in range(count if t < MAP_UNTIL else 0):
             k1 = rates(state)
             k2 = rates(state + h / 2 * k1)
             k3 = rates(state + h / 2 * k2)
@@ -109,9 +274,11 @@ def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
             state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
             if not np.abs(state[0]).max() < 10:
                 raise NoEquilibrium(f"t = {t:.3g}: the positions grow without bound", np.nan)
-        equation.check(float(t), GAMMA, state[0])
-        tips.append(equation.at_tip @ state[0])
-    return np.array(tips), np.array(energies)
+        equation.check(float(t), MAP_GAMMA, state[0])
+    positions, velocities = np.array(states).swapaxes(0, 1)
+    tip = equation.unknowns.positions(positions, 1.0)[:, 0]
+    energy = equation.energy(np.full(len(tip), MAP_GAMMA), positions, velocities)
+    return np.stack((tip.real, tip.imag), axis=1), energy
 
 
 def trial(integrator: str, mu: float, step: float, reference: NDArray) -> Trial:
@@ -120,14 +287,14 @@ def trial(integrator: str, mu: float, step: float, reference: NDArray) -> Trial:
     start = processor_time()
     try:
         with np.errstate(all="ignore"):
-            tip, energy = integrate(case_of(mu, integrator, step), integrator)
+            tip, energy = integrate(map_case(mu, integrator, step), integrator)
     except NotConverged:
         return result("does not converge", np.nan, np.nan)
     except NoEquilibrium:
         return result("unstable", np.nan, np.nan)
     seconds = processor_time() - start
     error = float(np.linalg.norm(tip - reference, axis=1).max())
-    released = RELEASE * abs(reference[0, 1]) / 2
+    released = MAP_RELEASE * abs(reference[0, 1]) / 2
     if not error < 1:
         outcome = "unstable"
     elif (energy - energy[0]).max() > ENERGY_GROWS * released:
@@ -137,62 +304,17 @@ def trial(integrator: str, mu: float, step: float, reference: NDArray) -> Trial:
     return result(outcome, error, seconds)
 
 
-def trials(names: Iterable[str], mus: Iterable[float], steps: Iterable[float]) -> list[Trial]:
+def trials(
+    names: Iterable[str],
+    mus: Iterable[float],
+    steps: Iterable[float],
+    report: Callable[[str], Any] = print,
+) -> list[Trial]:
     """Every integrator with every slenderness and step."""
     steps, found = tuple(steps), []
     for mu in mus:
-        reference, _ = integrate(case_of(mu, "radau", FINEST), "radau")
-        found += [trial(name, mu, step, reference) for name in names for step in steps]
+        reference, _ = integrate(map_case(mu, "radau", FINEST), "radau")
+        for name in names:
+            report(f"map: {name}, mu = {mu:g}")
+            found += [trial(name, mu, step, reference) for step in steps]
     return found
-
-
-def draw_curves(rows: list[Trial]) -> Figure:
-    """Processor time against the error of the tip."""
-    with rc_context(STYLE):
-        figure = new_figure(6.0, 4.2, layout="constrained")
-        axes = figure.subplots()
-        for name, colour in zip(NAMES, COLOURS, strict=True):
-            points = [(r.error, r.seconds) for r in rows if r.integrator == name]
-            points = [point for point in points if np.isfinite(point[0])]
-            if points:
-                axes.loglog(*zip(*points, strict=True), "o-", color=colour, label=name, ms=4)
-        axes.set(xlabel="largest error of the tip [L]", ylabel="processor time [s]")
-        axes.legend(frameon=False, fontsize=8)
-    return figure
-
-
-def draw_map(rows: list[Trial]) -> Figure:
-    """Where each integrator fails, and how: a frame for each, step against slenderness."""
-    kinds = list(OUTCOMES)
-    with rc_context(STYLE):
-        figure = new_figure(8.0, 5.0, layout="constrained")
-        frames = figure.subplots(2, 3, sharex=True, sharey=True)
-        for axes, name in zip(frames.ravel(), NAMES, strict=True):
-            own = [row for row in rows if row.integrator == name]
-            mus, steps = (sorted({getattr(row, key) for row in own}) for key in ("mu", "step"))
-            cells = np.zeros((len(mus), len(steps)))
-            for row in own:
-                cells[mus.index(row.mu), steps.index(row.step)] = kinds.index(row.outcome)
-            colours = ListedColormap([*OUTCOMES.values()])
-            axes.pcolormesh(cells, cmap=colours, vmin=-0.5, vmax=len(kinds) - 0.5, ec="white")
-            axes.set_title(name, loc="left", size=9, weight="bold")
-            axes.set_xticks(np.arange(len(steps)) + 0.5, [f"{step:.2g}" for step in steps], size=6)
-            axes.set_yticks(np.arange(len(mus)) + 0.5, [f"{mu:g}" for mu in mus])
-        for axes in frames[-1]:
-            axes.set_xlabel("step [T*]")
-        figure.supylabel("slenderness μ", size=9)
-        patches = [Patch(color=colour, label=kind) for kind, colour in OUTCOMES.items()]
-        figure.legend(handles=patches, loc="outside lower center", ncols=5, frameon=False)
-    return figure
-
-
-def compare_integrators(out: Path, report: Callable[[str], Any] = print) -> None:
-    """Write both charts and their numbers to a folder."""
-    make_folder(out)
-    curves = trials(NAMES, [CURVE_MU], CURVE_STEPS)
-    report("time against error: done")
-    cells = trials(NAMES, MAP_MUS, MAP_STEPS)
-    files = picture_files(draw_curves(curves), "motion-time-error")
-    files |= picture_files(draw_map(cells), "motion-failures")
-    files["motion-integrators.json"] = json_text({"curves": curves, "map": cells}).encode()
-    write_files(out, files)

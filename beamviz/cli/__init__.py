@@ -1,12 +1,15 @@
 """The command line: data on stdout, messages on stderr, one exit code for each kind of failure."""
 
+import contextlib
 import json
 import os
 import sys
+import warnings
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any
+from typing import Any, TextIO
 
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import BeamvizError, ImplausibleInput, InvalidInput, NoEquilibrium, NotConverged
 from beamviz.files import plain
 from beamviz.signals import Terminated, terminate_on_signal
 
@@ -41,7 +44,8 @@ def run(arguments: list[str]) -> int:
     from beamviz.cli.commands import app
 
     try:
-        return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
+        with warnings_as_lines():
+            return app(arguments, prog_name="beamviz", standalone_mode=False) or 0
     except BeamvizError as error:
         code = EXIT_CODES.get(type(error), OTHER_FAILURE)
         limit = {"limit": error.limit} if isinstance(error, NoEquilibrium) else {}
@@ -54,6 +58,30 @@ def run(arguments: list[str]) -> int:
     except Exception as error:
         message = f"unexpected {type(error).__name__}: {error}"
         return report(OTHER_FAILURE, "internal", message, arguments)
+
+
+@contextlib.contextmanager
+def warnings_as_lines() -> Iterator[None]:
+    """Within, a warning of an implausible value is one line on stderr."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", ImplausibleInput)
+        show = warnings.showwarning
+
+        def show_line(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if issubclass(category, ImplausibleInput):
+                print(f"beamviz: warning: {message}", file=sys.stderr)
+            else:
+                show(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = show_line
+        yield
 
 
 def report(code: int, kind: str, message: str, arguments: list[str], **details: Any) -> int:

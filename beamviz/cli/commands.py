@@ -31,6 +31,7 @@ from beamviz.cli.options import (
 from beamviz.errors import InvalidInput
 from beamviz.files import check_suffix, json_text
 from beamviz.solver.problem import Problem
+from beamviz.units import number_of
 from beamviz.version import __version__
 
 if TYPE_CHECKING:
@@ -125,15 +126,16 @@ def loci(
     if sweep:
         from beamviz.sweeps import open_line
 
+        over = number_of(over)
         beam, values, options = open_line(sweep, over, parse_place(at))
         modes = options.pop("modes")
     else:
         for option in (name for name, value in (("start", start), ("stop", stop)) if value is None):
             raise InvalidInput(f"Missing option '--{option}'.")
-        values = sweep_values("--", over, start, stop, points)
+        values = sweep_values("--", over, beam.units, start, stop, points)
         note_unused(beam, [over])
     check_int("per-rev", per_rev, 0, MAX_PER_REV)
-    if per_rev and over != "gamma":
+    if per_rev and number_of(over) != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {over}")
     tracked = loci(beam, over, values, modes, per_rev, **options)
     if plot:
@@ -172,7 +174,7 @@ def sweep(
     from beamviz.sweeps.run import dask_client
     from beamviz.sweeps.store import count_statuses
 
-    axes = sweep_axes(over)
+    axes = sweep_axes(over, beam.units)
     note_unused(beam, axes)
     with contextlib.ExitStack() as stack:
         client = stack.enter_context(dask_client(scheduler)) if scheduler else None
@@ -223,7 +225,7 @@ def serve(
     open: Annotated[bool, option("Open the page in the default browser.")] = False,
     visitors: Annotated[int, number("Largest number of simultaneous visitors.")] = 60,
     public_url: Annotated[
-        str, option("Its address behind a reverse proxy.", metavar="https://NAME")
+        str, option("Its address behind a reverse proxy.", metavar="https://NAME[/PATH]")
     ] = "",
     follow: Annotated[bool, option(FOLLOW_HELP, "--follow")] = False,
     processes: Annotated[int | None, number(PROCESSES_HELP)] = None,

@@ -16,13 +16,21 @@ from beamviz.beam import NUMBERS, Beam
 from beamviz.checks import check_float, check_int, full_text
 from beamviz.errors import InvalidInput
 from beamviz.solver.problem import OPTIONS
+from beamviz.units import BY_NAME, Units, parse_over
 
 if TYPE_CHECKING:
     from beamviz.scene import Scene
 
 MAX_POINTS = 10_000  # of a sweep
 ASCII = str.maketrans({"ρ": "rho", "Ω": "Omega", "√": "sqrt", "²": "^2"})
-FILE_HELP = "TOML file with the beam in SI units, in place of these numbers."
+FILE_HELP = (
+    "The beam in SI units: a TOML file, in place of these numbers; or a CSV file of stations along"
+    " it, which gives --mu."
+)
+OVER_HELP = (
+    "The parameter to vary. For a beam in SI also in a unit, which --start and --stop then have:"
+    " rpm, rad/s, kg, beta:mm, ..."
+)
 SCENE_HELP = "A scene saved by the explorer; other options override it."
 DARK_HELP = "Background (default light)."
 
@@ -90,7 +98,7 @@ def solver_keyword(name: str, panel: str | None = "Model") -> inspect.Parameter:
 
 # The number of modes of a command that takes a beam; a scene has its own.
 MODES = solver_keyword("modes", panel=None).annotation
-OVER = keyword("over", Literal[tuple(NUMBERS)], option("The parameter to vary."), None).annotation
+OVER = keyword("over", Literal[(*NUMBERS, *BY_NAME)], option(OVER_HELP), None).annotation
 MODEL_KEYWORDS = [solver_keyword(name) for name in OPTIONS if name != "modes"]
 BEAM_KEYWORDS = [
     *map(beam_keyword, NUMBERS),
@@ -105,10 +113,14 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     given = {name: values[name] for name in NUMBERS if values[name] is not None}
     if si is None:
         return Beam(**given), options
+    is_csv = si.suffix.lower() == ".csv"
     for name, value in given.items():
-        option = f"--{name} {value}".replace("_", "-")
-        raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives all numbers")
-    return Beam.from_toml(si), options
+        if name == "mu" or not is_csv:
+            option = f"--{name} {value}".replace("_", "-")
+            gives = "mu" if is_csv else "all numbers"
+            raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives {gives}")
+    beam = Beam.from_csv(si) if is_csv else Beam.from_toml(si)
+    return beam.replace(**given), options
 
 
 SCENE_KEYWORDS = [
@@ -198,14 +210,16 @@ def with_keywords(
 
 
 def sweep_values(
-    prefix: str, over: str, start: object, stop: object, points: object
+    prefix: str, over: str, units: Units | None, start: object, stop: object, points: object
 ) -> list[float]:
-    """Equally spaced values of one of the beam's numbers; InvalidInput names the wrong one, with a
-    prefix as an option has it."""
+    """Equally spaced values of one of the beam's numbers, which may be in a unit, as "rpm";
+    InvalidInput names the wrong one, with a prefix as an option has it."""
+    name, factor = parse_over(over, units)
+    low, high = (factor * limit for limit in NUMBERS[name].limits)
     ends = []
     for option, value in ((f"{prefix}start", start), (f"{prefix}stop", stop)):
         try:
-            ends.append(check_float(over, value, *NUMBERS[over].limits))
+            ends.append(check_float(over, value, low, high))
         except InvalidInput as error:
             raise InvalidInput(f"{option}: {error}") from None
     first, last = ends
@@ -216,18 +230,20 @@ def sweep_values(
     return [first + (last - first) * i / steps for i in range(steps)] + [last]
 
 
-def sweep_axes(texts: Iterable[str]) -> dict[str, list[float]]:
-    """The axes given as NAME=START:STOP:POINTS or NAME=VALUE,VALUE,...; InvalidInput names a wrong
-    one."""
+def sweep_axes(texts: Iterable[str], units: Units | None) -> dict[str, list[float]]:
+    """The axes given as NAME=START:STOP:POINTS or NAME=VALUE,VALUE,..., NAME also in a unit, as
+    "rpm"; InvalidInput names a wrong one."""
     axes: dict[str, list[float]] = {}
     for text in texts:
-        valid = ":" not in text or re.fullmatch("[^:,]+:[^:,]+:[^:,]+", text)
+        is_range = ":" in text.partition("=")[2]
+        valid = not is_range or re.fullmatch("[^=]+=[^:,]+:[^:,]+:[^:,]+", text)
         form = "NAME=START:STOP:POINTS or NAME=VALUE,VALUE,..."
-        name, numbers = named_numbers(f"--over {text}", text if valid else "", form)
+        known = (*NUMBERS, *BY_NAME)
+        name, numbers = named_numbers(f"--over {text}", text if valid else "", form, known)
         if name in axes:
             raise InvalidInput(f"--over {text}: {name} is given twice")
         try:
-            axes[name] = sweep_values("", name, *numbers) if ":" in text else numbers
+            axes[name] = sweep_values("", name, units, *numbers) if is_range else numbers
         except InvalidInput as error:
             raise InvalidInput(f"--over {text}: {error}") from None
     return axes
@@ -238,19 +254,21 @@ def parse_place(text: str) -> dict[str, float]:
     place = {}
     for part in filter(None, text.split(",")):
         valid = "" if ":" in part else part
-        name, values = named_numbers(f"--at {part}", valid, "NAME=VALUE")
+        name, values = named_numbers(f"--at {part}", valid, "NAME=VALUE", NUMBERS)
         place[name] = values[0]
     return place
 
 
-def named_numbers(option: str, text: str, form: str) -> tuple[str, list[float]]:
-    """One of the beam's numbers by name, and values of it, from a text as NAME=VALUE,VALUE or
-    NAME=VALUE:VALUE. Raises InvalidInput, which names the option and the form expected."""
+def named_numbers(
+    option: str, text: str, form: str, known: Collection[str]
+) -> tuple[str, list[float]]:
+    """One of the known names, and values, from a text as NAME=VALUE,VALUE or NAME=VALUE:VALUE.
+    Raises InvalidInput, which names the option and the form expected."""
     name, _, values = text.partition("=")
     numbers = [parse_number(part) for part in re.split("[:,]", values)]
     floats = [float(value) for value in numbers if not isinstance(value, str)]
-    if name not in NUMBERS or len(floats) < len(numbers):
-        raise InvalidInput(f"{option}: must be {form}, NAME one of {', '.join(NUMBERS)}")
+    if name not in known or len(floats) < len(numbers):
+        raise InvalidInput(f"{option}: must be {form}, NAME one of {', '.join(known)}")
     return name, floats
 
 

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam, Units
+from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver.solution import Solution
+from beamviz.units import Units, usual_measure
 
-MILLIMETRES = 1000.0
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
@@ -59,15 +59,11 @@ def measure(name: str, units: Units | None) -> Measure:
     """The display of a number of the beam. mu has no unit, as T* depends on it; alpha has none if
     the mass of the beam is not known."""
     parameter = NUMBERS[name]
-    if units is None or name == "mu" or (name == "alpha" and units.mass is None):
+    usual = usual_measure(name, units)
+    if usual is None:
         return Measure(parameter.slider_label, parameter.symbol)
-    others = {
-        "alpha": ("kg", units.mass or 1.0),
-        "gamma": ("rpm", units.rpm(1.0)),
-        "spin_up": ("rad/s²", 1 / units.time**2),
-    }
-    unit, factor = others.get(name, ("mm", MILLIMETRES * units.length))
-    return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, factor)
+    unit = usual.scale.unit.replace("^2", "²")
+    return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, usual.factor)
 
 
 def frequencies(units: Units | None) -> Measure:

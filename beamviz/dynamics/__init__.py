@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.dynamics.case import DEFAULT_ELEMENTS, Case
 from beamviz.dynamics.drives import Hub
-from beamviz.dynamics.elements import PositionElements
+from beamviz.dynamics.elements import Elements
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
 from beamviz.dynamics.result import Motion, MotionStats
@@ -25,12 +25,13 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
-REFINEMENTS = 12  # after which a motion counts as not converged
-TAIL = 0.3  # of the first steps, over the tolerance
+REFINEMENTS = 9  # after which a motion counts as not converged
+TAIL = 1.0  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
 # The error estimate: this times the change by halved steps and a finer mesh, and a part of the
 # tolerance for vibrations that neither resolves, see tests/dynamics.
-ESTIMATE, UNRESOLVED = 3.0, 0.1
+ESTIMATE, UNRESOLVED = 2.0, 0.1
+LEAST_RATIO, GREATEST_RATIO = 0.2, 0.6
 COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
 
 
@@ -86,30 +87,21 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     """A motion refined until its error estimate is within the tolerance, the estimate, and the
     number of runs.
 
-    A first run, whose steps adapt to the motion, gives the number of steps in each smooth part; in
-    the others they are equal there, since an undamped vibration does not fade. Mesh and steps are
-    refined together; where that does not suffice, first the mesh alone, with few steps, and then
-    both again, since few steps hide what a mesh does to fast vibrations.
+    A first run, whose steps adapt to the motion, gives the number of steps in each smooth part. In
+    the others they are equal there, since an undamped vibration does not fade, and their number is
+    doubled while the orders of the mesh are raised.
     """
-    mesh = first_mesh(case.beam, case.greatest_speed)
-    steps = equal_steps(case, attempt(case, solution, mesh, None), 1)
-    coarse = attempt(case, solution, mesh, steps)
-    found, runs = attempt(case, solution, refined(mesh), equal_steps(case, coarse, 2)), 3
-    error = estimate(case, difference(case, found, coarse))
-    if isinstance(found, Run) and error <= case.tolerance:
-        return found, error, runs
-    last, change, mesh_suffices = coarse, math.inf, False
-    for runs in range(4, REFINEMENTS + 4):
-        before, mesh = last, refined(mesh)
-        steps = equal_steps(case, last, 2) if mesh_suffices else steps
-        last = attempt(case, solution, mesh, steps)
+    mesh, steps = first_mesh(case.beam, case.greatest_speed), None
+    last, change = attempt(case, solution, mesh, steps), math.inf
+    for runs in range(2, REFINEMENTS + 2):
+        before, steps, mesh = last, equal_steps(case, last, 1 if runs == 2 else 2), refined(mesh)
+        last, change_before = attempt(case, solution, mesh, steps), change
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
         change = difference(case, last, before)
-        error = estimate(case, change)
-        if mesh_suffices and isinstance(last, Run) and error <= case.tolerance:
+        error = estimate(case, change, change_before)
+        if isinstance(last, Run) and error <= case.tolerance:
             return last, error, runs
-        mesh_suffices = mesh_suffices or error <= case.tolerance
     if isinstance(last, BeamvizError):
         raise last
     raise NotConverged(
@@ -137,13 +129,19 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
     return found, COARSER * difference(case, found, finer), 2
 
 
-def estimate(case: Case, change: float) -> float:
-    """The error bar of a run that differs by a change from a coarser one."""
-    return ESTIMATE * change + UNRESOLVED * case.tolerance
+def estimate(case: Case, change: float, before: float) -> float:
+    """The error bar of a run that differs by a change from a coarser one, which differed by the
+    change before from one still coarser: the sum of the changes to come, if they go on so."""
+    ratio = (
+        min(max(change / max(before, 1e-300), LEAST_RATIO), GREATEST_RATIO)
+        if before < math.inf
+        else GREATEST_RATIO
+    )
+    return ESTIMATE * change * ratio / (1 - ratio) + UNRESOLVED * case.tolerance
 
 
 def attempt(
-    case: Case, solution: Solution, elements: PositionElements, ends: NDArray | None
+    case: Case, solution: Solution, elements: Elements, ends: NDArray | None
 ) -> Run | BeamvizError:
     """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
     succeed."""
@@ -181,9 +179,9 @@ def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> M
     t, path = case.times, found.path
     drive = case.drive
     angle = path.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)
-    elements = path.elements
+    elements = path.unknowns.elements
     stats = MotionStats(
-        dof=len(elements.free),
+        dof=path.unknowns.size,
         elements=len(elements.orders),
         order=max(elements.orders),
         steps=len(path.q),

@@ -16,7 +16,7 @@ from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 
 METHODS = {
-    "auto": "positions of high order on few elements, split at the mass",
+    "auto": "stretch and angle, polynomials of high order on few elements, split at the mass",
     "ancf": "the paper's cubic elements, as many as `elements` says",
 }
 STATES = ("straight", "bent", "stable")
@@ -79,6 +79,11 @@ class Case:
             raise InvalidInput(
                 f"spin_up = {self.beam.spin_up:g}: the speed of a motion is given by `speed`, as"
                 " Ramp(to, within)"
+            )
+        if not self.beam.is_uniform:
+            raise InvalidInput(
+                "motion in time: the beam has to be uniform, clamped, with one concentrated mass;"
+                " its modes, loci and deflected states are those of solve and loci"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))
@@ -188,7 +193,12 @@ class Case:
     @property
     def studied(self) -> bool:
         """Whether the resolution is given: nothing is refined then."""
-        return self.method == "ancf" or self.step is not None
+        return self.cubic or self.step is not None
+
+    @property
+    def cubic(self) -> bool:
+        """Whether the unknowns are those of the paper's elements."""
+        return self.method == "ancf"
 
     @property
     def model(self) -> dict[str, Any]:

@@ -1,114 +1,70 @@
-"""Positions as polynomials on a few elements: the unknowns of the motion in time.
-
-Each component of r(x) is a polynomial of order p >= 3 on each element: the cubic Hermite functions
-of its ends, which share position and gradient with the neighbour, and internal functions whose
-second derivatives are the Legendre polynomials of degree 2 .. p - 2. With p = 3 these are the
-paper's elements (eqs. 2-6); their mass, Coriolis and centrifugal matrices are constant for any p.
-
-At an interior concentrated mass the axial force jumps, and with it the stretch |r'|. There each
-side has a gradient of its own, and the directions are held together by an interior penalty (see
-`beamviz.dynamics.joint`).
-
-The clamp holds r(0) and the direction of r'(0); the length of r'(0) is free.
-"""
+"""Elements of the beam, on each of which functions of x are polynomials."""
 
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import Literal
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from beamviz.solver.fem.elements import gauss, hermite
+from beamviz.solver.fem.elements import gauss
 from beamviz.solver.solution import read_only
 
 EXTRA_POINTS = 3  # Gauss points of an element: its order and these (the energy is no polynomial)
 
 
 @dataclass(frozen=True, eq=False)
-class PositionElements:
-    """Functions of one component: `count` of them, and which of them the clamp leaves free.
-
-    ends: of the elements (e + 1,); orders: (e,); jump: the element end at which the gradient is
-    not shared, None where there is none. points, weights: (m,) of Gauss on all elements. S, dS,
-    ddS: all functions and their derivatives at the points (m, count).
-    """
+class Elements:
+    """ends: of the elements (e + 1,), 0 .. 1, ascending. orders: of the polynomials (e,). points,
+    weights: (m,) of Gauss on all elements."""
 
     ends: NDArray
     orders: tuple[int, ...]
-    jump: int | None
-    count: int
     points: NDArray
     weights: NDArray
-    S: NDArray
-    dS: NDArray
-    ddS: NDArray
 
-    @property
-    def free(self) -> NDArray:
-        """Which of the 2 `count` functions of both components are free: r(0) = 0, r2'(0) = 0."""
-        fixed = [0, self.count, self.count + 1]
-        return np.setdiff1d(np.arange(2 * self.count), fixed)
+    def polynomials(self, counts: tuple[int, ...], x: NDArray) -> tuple[NDArray, NDArray]:
+        """The Legendre polynomials of degree 0 .. counts[e] - 1 on each element e, orthonormal on
+        it but for its length, and their integrals from 0, at points x of the beam: (len(x),
+        sum(counts)) each. A point between two elements belongs to the one inboard."""
+        element = np.clip(np.searchsorted(self.ends, x) - 1, 0, len(counts) - 1)
+        P, E = np.zeros((2, len(x), sum(counts)))
+        first = 0
+        for e, (start, end) in enumerate(pairwise(self.ends)):
+            inside, beyond = element == e, element > e
+            columns = slice(first, first + counts[e])
+            values, integrals = legendre_integrals((x[inside] - start) / (end - start), counts[e])
+            P[inside, columns], E[inside, columns] = values, (end - start) * integrals
+            E[beyond, first] = end - start  # the higher polynomials have no mean
+            first += counts[e]
+        return P, E
 
-    def at(
-        self, x: NDArray, derivative: int = 0, side: Literal["left", "right"] = "left"
-    ) -> NDArray:
-        """All functions, or a derivative of them, at points x of the beam: (len(x), count). A point
-        between two elements belongs to the one on this side of it."""
-        element = np.clip(np.searchsorted(self.ends, x, side) - 1, 0, len(self.orders) - 1)
-        rows = np.zeros((len(x), self.count))
-        for e in range(len(self.orders)):
-            inside = np.flatnonzero(element == e)
-            length = self.ends[e + 1] - self.ends[e]
-            local = functions((x[inside] - self.ends[e]) / length, length, self.orders[e])
-            rows[np.ix_(inside, self.numbers(e))] = local[derivative]
-        return rows
-
-    def numbers(self, e: int) -> NDArray:
-        """The functions of element e: those of its ends, then its internal ones."""
-        ends = np.arange(2 * e, 2 * e + 4)
-        if e == self.jump:
-            ends[1] = 2 * len(self.ends)
-        first = 2 * len(self.ends) + (self.jump is not None)
-        first += sum(order - 3 for order in self.orders[:e])
-        return np.append(ends, np.arange(first, first + self.orders[e] - 3))
+    def integration(self, x: ArrayLike) -> NDArray:
+        """The integral from 0 to points x of a function of which the values at the Gauss points are
+        given: (len(x), m)."""
+        counts = tuple(order + EXTRA_POINTS for order in self.orders)
+        P, _ = self.polynomials(counts, self.points)
+        _, E = self.polynomials(counts, np.atleast_1d(x))
+        lengths = np.repeat(np.diff(self.ends), counts)
+        return E @ (P.T * (self.weights / lengths))
 
 
-def functions(xi: NDArray, length: float, order: int) -> tuple[NDArray, NDArray, NDArray]:
-    """The functions of an element of a length, and their two derivatives by x, at xi = 0 .. 1:
-    (len(xi), order + 1) each."""
-    ends = hermite(xi, length)
-    if order == 3:
-        return ends
-    z, half = 2 * xi - 1, length / 2
-    second = np.eye(order - 1)[:, 2:]  # Legendre coefficients of the second derivatives
-    first = legendre.legint(second, lbnd=-1)
-    value = legendre.legint(first, lbnd=-1)
-    internal = [
-        factor * legendre.legval(z, coefficients).T
-        for factor, coefficients in ((half**2, value), (half, first), (1.0, second))
-    ]
-    S, dS, ddS = (np.hstack(pair) for pair in zip(ends, internal, strict=True))
-    return S, dS, ddS
+def legendre_integrals(c: ArrayLike, s: int) -> tuple[NDArray, NDArray]:
+    """The orthonormal Legendre polynomials of degree 0 .. s - 1 on 0 .. 1 at c, and their integrals
+    from 0: (len(c), s) each."""
+    P = np.diag(np.sqrt(2 * np.arange(s) + 1.0))
+    E = legendre.legint(P, lbnd=-1, scl=0.5)  # dx = dz / 2
+    z = 2 * np.asarray(c, float) - 1
+    return legendre.legval(z, P).T, legendre.legval(z, E).T
 
 
 @lru_cache(maxsize=32)
-def position_elements(
-    ends: tuple[float, ...], orders: tuple[int, ...], jump: int | None
-) -> PositionElements:
-    """The elements between `ends` (0 .. 1, ascending), cached."""
-    count = 2 * len(ends) + (jump is not None) + sum(order - 3 for order in orders)
+def elements_between(ends: tuple[float, ...], orders: tuple[int, ...]) -> Elements:
+    """The elements between `ends`, cached."""
     parts: list[tuple[NDArray, NDArray]] = []
     for (start, end), order in zip(pairwise(ends), orders, strict=True):
         points, weights = gauss(2 * (order + EXTRA_POINTS) - 1)
         parts.append((start + (end - start) * points, (end - start) * weights))
     points, weights = map(np.concatenate, zip(*parts, strict=True))
-    empty = np.zeros((0, count))
-    bare = PositionElements(
-        np.array(ends), orders, jump, count, points, weights, empty, empty, empty
-    )
-    S, dS, ddS = (read_only(bare.at(points, k)) for k in range(3))
-    arrays = read_only(bare.ends), orders, jump, count, read_only(points), read_only(weights)
-    return PositionElements(*arrays, S, dS, ddS)
+    return Elements(read_only(np.array(ends)), orders, read_only(points), read_only(weights))

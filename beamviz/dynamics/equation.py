@@ -1,206 +1,171 @@
-"""The equation of motion in the rotating frame (paper, eqs. 26-38), dimensionless:
+"""The equation of motion in the rotating frame (paper, eqs. 26-38), dimensionless.
 
-    M q" + 2 gamma G q' + D q' + (gamma' G - gamma^2 M)(q + delta) + dU/dq = F
+With r(x, t) the position from the clamp in the axes of the hub, as complex numbers r1 + i r2, and
+R = r + delta that from the axis of rotation, the force of inertia of each point of mass is
 
-q: free coefficients of the positions r(x) = N(x) q from the clamp. M = int rho N' N and
-G = int rho N' (e3 x N), which is skew, with rho = 1 + alpha Dirac(x - beta); delta stands for the
-translation by the hub radius; D is the damping, F a constant force. The strain energy is
-U = int mu^2 e(f)^2 / 2 + kappa^2 / 2 dx with f = |r'| and kappa = (r' x r'') / f^c.
+    p = rho (r" + 2 i gamma r' + (i gamma' - gamma^2) R),    rho = 1 + alpha Dirac(x - beta),
+
+its Coriolis, Euler and centrifugal parts among them. By the principle of virtual work the forces on
+the unknowns q that r depends on vanish together,
+
+    int p . dr/dq dx + D q' + dU/dq - F . dr/dq = 0,
+
+with the damping D and a constant force F at one point. For positions r = N q, which are linear in
+the unknowns, this is M q" + 2 gamma G q' + D q' + (gamma' G - gamma^2 M)(q + delta) + dU/dq = F.
 
 The speed gamma(t) is prescribed, or that of a hub of inertia J under a torque:
 
-    (J + int rho |R|^2) gamma' + int rho (R x r" + 2 gamma R . r') = torque,   R = r + delta e1.
+    J gamma' + int R x p dx = torque.
 
 Arrays have the instants of time in their first axis: q, v = q' and a = q" are (k, n).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.dynamics.elements import PositionElements
-from beamviz.dynamics.joint import Joint
+from beamviz.dynamics.coordinates import State, StretchAndAngle
+from beamviz.dynamics.cubic import CubicPositions, CubicState
+from beamviz.dynamics.elements import Elements
 from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.fem.elements import TURN, axial_hessian, bending, bending_hessian
 
 Speed = Callable[[NDArray], tuple[NDArray, NDArray]]  # t (k,) -> gamma and gamma' (k,) each
+Load = tuple[NDArray, NDArray]  # what is prescribed at k times, and its rate
+TIP = 1.0
 
 
 @dataclass(frozen=True)
 class Model:
-    """The beam, its strain law and the power of its curvature measure."""
+    """The beam, its strain law and the power of its curvature measure. cubic: whether the unknowns
+    are those of the paper. force_at: the point that a force acts on."""
 
     beam: Beam
     law: StrainLaw
     curvature_power: int
+    cubic: bool = False
+    force_at: float = TIP
+
+    def unknowns(self, elements: Elements) -> StretchAndAngle | CubicPositions:
+        """The unknowns on some elements; the mass and the force act on the last two points."""
+        kind = CubicPositions if self.cubic else StretchAndAngle
+        others = (self.beam.beta, self.force_at)
+        return kind(elements, self.beam.mu, self.law, self.curvature_power, others)
 
 
 class Equation:
-    """The equation of motion of a beam whose speed is prescribed.
-
-    M, G: (n, n). m: int rho N (2, n). unstressed: q of the straight, unstretched beam (n,).
-    """
+    """The equation of motion of a beam whose speed is prescribed. rho: mass of the points
+    (m + 2,)."""
 
     def __init__(
         self,
-        elements: PositionElements,
+        elements: Elements,
         model: Model,
         speed: Speed,
         damping: NDArray | None = None,
-        force: NDArray | None = None,
     ):
-        self.elements, self.model, self.speed = elements, model, speed
-        beam, free = model.beam, elements.free
-        self.delta = beam.delta
-        S, dS, ddS = elements.S, elements.dS, elements.ddS
-        mass, tip = elements.at(np.array([beam.beta]))[0], elements.at(np.ones(1))[0]
-        m = S.T @ (elements.weights[:, None] * S) + beam.alpha * np.outer(mass, mass)
-        self.M = np.kron(np.eye(2), m)[np.ix_(free, free)]
-        self.G = np.kron(TURN, m)[np.ix_(free, free)]
-        line = elements.weights @ S + beam.alpha * mass
-        self.m = np.kron(np.eye(2), line)[:, free]
-        self.at_mass = np.kron(np.eye(2), mass)[:, free]  # (2, n)
-        self.at_tip = np.kron(np.eye(2), tip)[:, free]  # (2, n)
-        zero = np.zeros_like(dS)
-        B = np.stack([[dS, zero], [zero, dS], [ddS, zero], [zero, ddS]])  # (4, 2, m, count)
-        B = np.moveaxis(B, 1, 2).reshape(4, len(S), -1)[..., free]
-        self.B = np.moveaxis(B, 0, 1)  # (m, 4, n): q -> (r1', r2', r1'', r2'') at the points
-        self.flat = self.B.reshape(-1, len(free))  # (4 m, n)
-        jump = elements.jump
-        self.joint = None if jump is None else Joint(elements, jump, model.curvature_power)
-        self.size = self.unknowns = len(free)
-        self.D = np.zeros_like(self.M) if damping is None else damping
-        self.F = np.zeros(self.size) if force is None else force
-
-    @cached_property
-    def unstressed(self) -> NDArray:
-        full = np.zeros((2, self.elements.count))
-        ends = self.elements.ends
-        full[0, : 2 * len(ends) : 2], full[0, 1 : 2 * len(ends) : 2] = ends, 1.0
-        if self.elements.jump is not None:
-            full[0, 2 * len(ends)] = 1.0
-        return full.ravel()[self.elements.free]
+        self.model, self.speed = model, speed
+        self.unknowns = model.unknowns(elements)
+        self.size = self.unknowns.size  # of the beam
+        self.delta = model.beam.delta
+        self.rho = np.append(elements.weights, (model.beam.alpha, 0.0))
+        self.D = np.zeros((self.size, self.size)) if damping is None else damping
+        self.force: complex = 0.0
 
     # Motion
 
-    def load(self, t: NDArray) -> tuple[NDArray, NDArray]:
-        """What is prescribed at times t: gamma and gamma' (k,) each."""
+    def load(self, t: NDArray) -> Load:
+        """gamma and gamma' (k,) at times t."""
         return self.speed(t)
 
-    def residual(
-        self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray
-    ) -> NDArray:
-        """The left-hand side of the equation less F: (k, n). load: at the times of q, v and a."""
-        gamma, rate = load
-        return a @ self.M + self.forces(gamma, rate, q, v)
+    def residual(self, load: Load, q: NDArray, v: NDArray, a: NDArray) -> NDArray:
+        """The left-hand side of the equation (k, n). load: at the times of q, v and a."""
+        state = self.unknowns.state(q, v, a)
+        return self.forces(state, self.inertia(state, *load), v)
 
-    def tangents(
-        self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray
-    ) -> tuple[NDArray, NDArray, NDArray]:
-        """Derivatives of the residual by q, v and a: (k, n, n) each."""
-        gamma, rate = load
-        M = np.broadcast_to(self.M, (len(q), *self.M.shape))
-        return self.stiffness(gamma, rate, q), self.gyroscopic(gamma), M
+    def tangents(self, load: Load, q: NDArray, v: NDArray, a: NDArray) -> tuple[NDArray, ...]:
+        """Derivatives of the residual by q, v and a: (n, n) each. load, q, v and a: of one
+        instant, k = 1."""
+        return self.tangents_of(self.unknowns.state(q, v, a), load)[:3]
+
+    def balance(self, gamma: float, q: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """The forces (n,) on the unknowns (n,) of the beam at rest at a constant speed, K and M."""
+        load, still = (np.array([gamma]), np.zeros(1)), np.zeros((1, self.size))
+        state = self.unknowns.state(q[None], still, still)
+        (R,) = self.forces(state, self.inertia(state, *load), still)
+        K, _, M, *_ = self.tangents_of(state, load)
+        return R, K, M
 
     def accelerations(self, t: NDArray, q: NDArray, v: NDArray) -> NDArray:
-        """a (k, n) from positions and velocities."""
-        load = self.load(t)
-        rest = self.residual(load, q, v, np.zeros_like(q))
-        *_, M = self.tangents(load, q, v, np.zeros_like(q))
-        return -np.linalg.solve(M, rest[..., None])[..., 0]
+        """a (1, n) from positions and velocities at one instant."""
+        load, none = self.load(t), np.zeros_like(q)
+        *_, M = self.tangents(load, q, v, none)
+        return -np.linalg.solve(M, self.residual(load, q, v, none)[0])[None]
 
     def after_docking(
-        self, q: NDArray, v: NDArray, before: "Equation", velocity: NDArray
+        self, q: NDArray, v: NDArray, before: "Equation", velocity: complex
     ) -> NDArray:
-        """v (n,) after the body of this equation has docked with a velocity (2,) relative to the
-        hub's frame: M v is what it was `before`, and the momentum of the body."""
-        momentum = before.M @ v + self.model.beam.alpha * velocity @ self.at_mass
-        return np.linalg.solve(self.M, momentum)
+        """v (n,) after the body of this equation has docked with a velocity relative to the hub's
+        frame: M v is what it was `before`, and the momentum of the body."""
+        load, q, none = self.load(np.zeros(1)), q[None], np.zeros((1, len(v)))
+        (*_, M_before), (*_, M) = (e.tangents(load, q, none, none) for e in (before, self))
+        body, carried = self.body(q, v, velocity)
+        momentum = self.model.beam.alpha * (body.conjugate() * carried).real
+        return np.linalg.solve(M, M_before @ v + momentum)
+
+    def body(self, q: NDArray, v: NDArray, velocity: complex) -> tuple[complex, NDArray]:
+        """The velocity of a body in the frame in which the momentum is kept, and how its place
+        moves with the unknowns (n,)."""
+        none = np.zeros_like(q)
+        return velocity, self.unknowns.state(q, none, none).derivatives().r_q[-2]
 
     # Its parts
 
-    def forces(self, gamma: NDArray, rate: NDArray, q: NDArray, v: NDArray) -> NDArray:
-        """All terms but M q"."""
+    def inertia(self, state: State | CubicState, gamma: NDArray, rate: NDArray) -> NDArray:
+        """p of each point (k, m + 2), with the force F."""
         gamma, rate = gamma[:, None], rate[:, None]
-        inertia = q @ self.M + self.delta * self.m[0]  # M (q + delta)
-        euler = q @ self.G.T + self.delta * self.m[1]  # G (q + delta)
-        coriolis = 2 * gamma * (v @ self.G.T) + v @ self.D.T
-        return coriolis + rate * euler - gamma**2 * inertia + self.elastic(q) - self.F
+        R = state.r + self.delta
+        p = self.rho * (state.a + 2j * gamma * state.v + (1j * rate - gamma**2) * R)
+        if self.force:
+            p[:, -1] -= self.force
+        return p
 
-    def stiffness(self, gamma: NDArray, rate: NDArray, q: NDArray) -> NDArray:
-        """Derivative of the forces by q: (k, n, n)."""
-        gamma, rate = gamma[:, None, None], rate[:, None, None]
-        return rate * self.G - gamma**2 * self.M + self.elastic_tangent(q)
+    def forces(self, state: State | CubicState, p: NDArray, v: NDArray) -> NDArray:
+        """The left-hand side of the equation of the beam (k, n)."""
+        return state.pulled_back(p) + state.elastic() + v @ self.D.T
 
-    def gyroscopic(self, gamma: NDArray) -> NDArray:
-        """Derivative of the forces by v: (k, n, n)."""
-        return 2 * gamma[:, None, None] * self.G + self.D
-
-    def strain_state(self, q: NDArray) -> NDArray:
-        """(r1', r2', r1'', r2'') at the Gauss points: (k, m, 4)."""
-        return (q @ self.flat.T).reshape(len(q), -1, 4)
-
-    def stretch(self, q: NDArray) -> NDArray:
-        """f at the Gauss points: (k, m)."""
-        s = self.strain_state(q)
-        return np.hypot(s[..., 0], s[..., 1])
-
-    def elastic(self, q: NDArray) -> NDArray:
-        """dU/dq (k, n)."""
-        s = self.strain_state(q)
-        f = np.hypot(s[..., 0], s[..., 1])
-        kappa, dkappa = bending(s, f, self.model.curvature_power)
-        g = kappa[..., None] * dkappa
-        g[..., :2] += (self.model.beam.mu**2 * self.model.law.force(f) / f)[..., None] * s[..., :2]
-        g *= self.elements.weights[:, None]
-        force = g.reshape(len(q), -1) @ self.flat
-        return force if self.joint is None else force + self.joint.force(q)
-
-    def elastic_tangent(self, q: NDArray) -> NDArray:
-        """d^2 U / dq^2 (k, n, n)."""
-        s = self.strain_state(q)
-        f = np.hypot(s[..., 0], s[..., 1])
-        H = self.model.beam.mu**2 * axial_hessian(s, f, self.model.law)
-        H += bending_hessian(s, f, self.model.curvature_power)
-        H *= self.elements.weights[:, None, None]
-        K = self.flat.T @ (H @ self.B).reshape(len(q), -1, self.size)
-        return K if self.joint is None else K + self.joint.tangent(q)
-
-    def strain_energy(self, q: NDArray) -> NDArray:
-        """U (k,)."""
-        s = self.strain_state(q)
-        f = np.hypot(s[..., 0], s[..., 1])
-        kappa, _ = bending(s, f, self.model.curvature_power)
-        density = (self.model.beam.mu * self.model.law.strain(f)) ** 2 + kappa**2
-        energy = density @ self.elements.weights / 2
-        return energy if self.joint is None else energy + self.joint.energy(q)
-
-    def moment_of_inertia(self, q: NDArray) -> NDArray:
-        """int rho |R|^2 about the axis of rotation (k,)."""
-        whole = 1 + self.model.beam.alpha  # int rho
-        arm = 2 * (q @ self.m[0]) + self.delta * whole
-        return ((q @ self.M) * q).sum(axis=1) + self.delta * arm
+    def tangents_of(
+        self, state: State | CubicState, load: Load
+    ) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+        """K, C and M (n, n), then the derivatives of p by q and by v (m + 2, n) over rho."""
+        (gamma,), (rate,) = load
+        r_q, v_q, a_q, a_v = state.derivatives()
+        p_q = a_q + 2j * gamma * v_q + (1j * rate - gamma**2) * r_q
+        p_v = a_v + 2j * gamma * r_q
+        virtual = (r_q.conj() * self.rho[:, None]).T
+        p = self.inertia(state, *load)
+        K = (virtual @ p_q).real + state.geometric(p) + state.elastic_tangent()
+        return K, (virtual @ p_v).real + self.D, (virtual @ r_q).real, p_q, p_v
 
     def gamma(self, t: NDArray, v: NDArray) -> NDArray:
         """The speed (k,)."""
         return self.speed(t)[0]
 
     def energy(self, gamma: NDArray, q: NDArray, v: NDArray) -> NDArray:
-        """q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2 - F q (k,), constant at a constant speed
+        """int rho |r'|^2 / 2 + U - gamma^2 / 2 int rho |R|^2 (k,), constant at a constant speed
         without damping (the Jacobi integral)."""
-        kinetic = ((v @ self.M) * v).sum(axis=1) / 2
-        centrifugal = gamma**2 / 2 * self.moment_of_inertia(q)
-        return kinetic + self.strain_energy(q) - centrifugal - q @ self.F
+        state = self.unknowns.state(q, v, np.zeros_like(q))
+        kinetic = abs(state.v) ** 2 @ self.rho / 2
+        centrifugal = gamma**2 / 2 * (abs(state.r + self.delta) ** 2 @ self.rho)
+        return kinetic + self.unknowns.strain_energy(q) - centrifugal
 
     def check(self, t: float, gamma: float, q: NDArray) -> None:
         """Raises NoEquilibrium where the stretch of a position (n,) is out of the range of the
         strain law."""
-        law, f = self.model.law, self.stretch(q[None])[0]
+        law, f = self.model.law, self.stretch(q)
         for value, beyond in ((f.min(), law.min_stretch), (f.max(), law.max_stretch)):
             if (value <= beyond) == (beyond < 1):
                 raise NoEquilibrium(
@@ -210,6 +175,10 @@ class Equation:
                     gamma,
                 )
 
+    def stretch(self, q: NDArray) -> NDArray:
+        """f (m,) of a position (n,) at the Gauss points."""
+        return self.unknowns.state(q[None], q[None], q[None]).f[0]
+
 
 class HubEquation(Equation):
     """The equation of motion of a beam on a hub of inertia J under a torque. The last unknown is
@@ -217,69 +186,48 @@ class HubEquation(Equation):
 
     def __init__(
         self,
-        elements: PositionElements,
+        elements: Elements,
         model: Model,
         inertia: float,
         torque: Speed,
         damping: NDArray | None = None,
-        force: NDArray | None = None,
     ):
-        super().__init__(elements, model, torque, damping, force)
-        self.J, self.torque = inertia, torque
-        self.unknowns = self.size + 1
+        super().__init__(elements, model, torque, damping)
+        self.J = inertia
 
     def gamma(self, t: NDArray, v: NDArray) -> NDArray:
         return v[:, -1]
 
-    def load(self, t: NDArray) -> tuple[NDArray, NDArray]:
-        """The torque and its rate (k,) each."""
-        return self.torque(t)
+    def residual(self, load: Load, q: NDArray, v: NDArray, a: NDArray) -> NDArray:
+        """As with a prescribed speed, and the balance of angular momentum (k, n + 1). load: the
+        torque and its rate."""
+        state = self.unknowns.state(q[:, :-1], v[:, :-1], a[:, :-1])
+        p = self.inertia(state, v[:, -1], a[:, -1])
+        R = state.r + self.delta
+        hub = self.J * a[:, -1] + (R.conj() * p).imag.sum(axis=1) - load[0]
+        return np.column_stack((self.forces(state, p, v[:, :-1]), hub))
 
-    def residual(
-        self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray
-    ) -> NDArray:
-        q, v, a, gamma, rate = q[:, :-1], v[:, :-1], a[:, :-1], v[:, -1], a[:, -1]
-        torque, _ = load
-        beam = a @ self.M + self.forces(gamma, rate, q, v)
-        R, turned = self.arm(q)
-        hub = (self.J + self.moment_of_inertia(q)) * rate + (turned * a).sum(axis=1)
-        hub += 2 * gamma * (R * v).sum(axis=1) - torque
-        return np.column_stack((beam, hub))
-
-    def tangents(
-        self, load: tuple[NDArray, NDArray], q: NDArray, v: NDArray, a: NDArray
-    ) -> tuple[NDArray, NDArray, NDArray]:
-        q, v, a, gamma, rate = q[:, :-1], v[:, :-1], a[:, :-1], v[:, -1], a[:, -1]
-        R, turned = self.arm(q)
-        K, C, M = np.zeros((3, len(q), self.unknowns, self.unknowns))
-        K[:, :-1, :-1] = self.stiffness(gamma, rate, q)
-        K[:, -1, :-1] = 2 * rate[:, None] * R + a @ self.G + 2 * gamma[:, None] * (v @ self.M)
-        C[:, :-1, :-1] = self.gyroscopic(gamma)
-        C[:, :-1, -1] = 2 * (v @ self.G.T) - 2 * gamma[:, None] * R
-        C[:, -1, :-1] = 2 * gamma[:, None] * R
-        C[:, -1, -1] = 2 * (R * v).sum(axis=1)
-        M[:, :-1, :-1] = self.M
-        M[:, :-1, -1] = M[:, -1, :-1] = turned
-        M[:, -1, -1] = self.J + self.moment_of_inertia(q)
+    def tangents(self, load: Load, q: NDArray, v: NDArray, a: NDArray) -> tuple[NDArray, ...]:
+        state = self.unknowns.state(q[:, :-1], v[:, :-1], a[:, :-1])
+        motion = v[:, -1], a[:, -1]
+        p, (R,) = self.inertia(state, *motion)[0], state.r + self.delta
+        *beam, p_q, p_v = self.tangents_of(state, motion)
+        r_q, rho = state.derivatives().r_q, self.rho
+        p_gamma = 2j * (state.v[0] + 1j * v[0, -1] * R)
+        turned, n = (R.conj() * rho), self.size
+        K, C, M = np.zeros((3, n + 1, n + 1))
+        K[:n, :n], C[:n, :n], M[:n, :n] = beam
+        K[n, :n] = (turned @ p_q + p @ r_q.conj()).imag
+        C[:n, n] = ((rho * p_gamma) @ r_q.conj()).real
+        C[n, :n] = (turned @ p_v).imag
+        C[n, n] = (turned @ p_gamma).imag
+        M[n, :n] = M[:n, n] = (turned @ r_q).imag
+        M[n, n] = self.J + (turned @ R).real
         return K, C, M
 
-    def after_docking(self, q: NDArray, v: NDArray, before: Equation, velocity: NDArray) -> NDArray:
-        """As with a prescribed speed, but the momentum is that of beam and hub, and the velocity
-        relative to the frame of the hub before."""
-        none = np.zeros((1, self.unknowns))
-        q, alpha, load = q[None], self.model.beam.alpha, self.load(np.zeros(1))
-        (M_before,), (M,) = (e.tangents(load, q, none, none)[2] for e in (before, self))
-        R = self.at_mass @ q[0, :-1] + [self.delta, 0.0]
-        carried = np.append(self.at_mass, (TURN @ R)[:, None], axis=1)  # (2, n): v -> velocity
-        body = velocity + v[-1] * (TURN @ R)
-        return np.linalg.solve(M, M_before @ v + alpha * body @ carried)
-
-    def arm(self, q: NDArray) -> tuple[NDArray, NDArray]:
-        """int rho N' R and int rho N' (e3 x R): (k, n) each."""
-        return q @ self.M + self.delta * self.m[0], q @ self.G.T + self.delta * self.m[1]
-
-    def angular_momentum(self, q: NDArray, v: NDArray) -> NDArray:
-        """About the axis, with the hub: (k,)."""
-        _, turned = self.arm(q[:, :-1])
-        inertia = self.J + self.moment_of_inertia(q[:, :-1])
-        return inertia * v[:, -1] + (turned * v[:, :-1]).sum(axis=1)
+    def body(self, q: NDArray, v: NDArray, velocity: complex) -> tuple[complex, NDArray]:
+        """As with a prescribed speed, but the velocity in the fixed frame, of a body whose velocity
+        is relative to the frame of the hub before."""
+        _, r_q = super().body(q[:, :-1], v[:-1], velocity)
+        R = self.unknowns.positions(q[:, :-1], self.model.beam.beta)[0, 0] + self.delta
+        return velocity + 1j * v[-1] * R, np.append(r_q, 1j * R)

@@ -12,20 +12,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
 
-from beamviz.dynamics.elements import PositionElements
-from beamviz.dynamics.equation import Equation
-from beamviz.dynamics.schemes import Scheme, legendre_integrals
+from beamviz.dynamics.coordinates import StretchAndAngle
+from beamviz.dynamics.cubic import CubicPositions
+from beamviz.dynamics.elements import legendre_integrals
+from beamviz.dynamics.equation import Equation, Load
+from beamviz.dynamics.schemes import Scheme
 from beamviz.errors import NotConverged
 
 NEWTON_STEPS = 10
-SLOW = 0.05  # ratio of successive Newton steps above which the tangent is computed anew
-# Of a Newton step over the tolerance: the error left is a part of it, by the ratio above.
-CONVERGED = 1e-4
+SLOW = 0.2  # ratio of successive Newton steps above which the tangent is computed anew
+DIVERGED = 2.0  # ratio of successive Newton steps at which a step is given up
+CONVERGED = 1e-3  # Newton step over the tolerance
 ROUNDED = 1e-11  # [L] a Newton step that may be rounding error
 HALF = 0.5  # of a step in which Newton's method failed
-SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 2.0  # of the next step over this one
+SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 3.0  # of the next step over this one
 REPEATED = 2.0  # times the tolerance: a step that is worse is repeated
 RECOVERY = 1.02  # of the longest step, in each step after a failure
 GROWS = 1.2  # a smaller growth is not worth new factors
@@ -44,7 +45,7 @@ class Path:
     t: (steps + 1,). q, v: at the start of each step (steps, n); slopes, rates: (steps, s, n).
     """
 
-    elements: PositionElements
+    unknowns: StretchAndAngle | CubicPositions
     t: NDArray
     q: NDArray
     v: NDArray
@@ -106,7 +107,7 @@ class Step:
     v: NDArray
     slopes: NDArray
     rates: NDArray
-    last: NDArray  # acceleration at its end
+    accelerations: NDArray  # X
     error: float
 
     @property
@@ -116,83 +117,79 @@ class Step:
 
 
 class Stepper:
-    """Steps of one integrator for one equation."""
+    """Steps of one integrator for one equation, by Newton's method with a tangent that is kept
+    while it serves."""
 
     def __init__(self, equation: Equation, scheme: Scheme, control: Control):
         self.equation, self.scheme, self.control = equation, scheme, control
-        W, (s, k) = scheme.W, scheme.W.shape
-        # The contributions of the three tangents at each stage to the blocks of the matrix.
-        products = (np.einsum("jk,ki->jik", W, part) for part in (scheme.P, scheme.E, scheme.D))
-        self.in_M, self.in_C, self.in_K = (part.reshape(s * s, k) for part in products)
-        self.factors: tuple[NDArray, NDArray] | None = None
-        self.factored_step = 0.0
+        self.into_modes, self.back, (self.in_M, self.in_C, self.in_K) = scheme.modes()
+        self.middle = len(scheme.c) // 2
+        self.inverse: NDArray | None = None  # of the systems (i, n, n)
+        self.inverse_step = 0.0
+        self.mass = np.zeros((0, 0))
 
     def step(
-        self, t: float, h: float, q: NDArray, v: NDArray, a: NDArray, mean: NDArray
+        self, t: float, h: float, q: NDArray, v: NDArray, a: NDArray, guess: NDArray
     ) -> Step | None:
         """A step of length h from q, v and a (n,), None where Newton's method does not converge.
-        mean: a first guess of the acceleration, that of the step before."""
+        guess: of the accelerations X (s, n)."""
         scheme, c = self.scheme, self.scheme.c
-        times = t + h * np.minimum(c, BEFORE)
-        start_q = q + h * np.outer(c, v) + h * h * np.multiply.outer(scheme.d, a)
-        start_v = v + h * np.multiply.outer(scheme.e, a)
-        start_a = np.multiply.outer(scheme.p, a)
-        if self.factored_step != h:
-            self.factors = None
-        load = self.equation.load(times)
-        X = np.zeros((len(scheme.W), len(q)))
-        X[0] = mean
-        last = math.inf
+        load = self.equation.load(t + h * np.minimum(c, BEFORE))
+        start_q = q + h * np.outer(c, v) + h * h * scheme.d * a
+        start_v, start_a = v + h * scheme.e * a, scheme.p * a
+        X, last = guess, math.inf
         for _ in range(NEWTON_STEPS):
             Q = start_q + h * h * (scheme.D @ X)
             V = start_v + h * (scheme.E @ X)
             A = start_a + scheme.P @ X
-            R = scheme.W @ self.equation.residual(load, Q, V, A)
-            fresh = self.factors is None
-            if self.factors is None:
-                self.factors = self.factored(h, self.equation.tangents(load, Q, V, A))
-            dX = lapack.dgetrs(*self.factors, R.ravel())[0].reshape(X.shape)
+            fresh = self.inverse is None or self.inverse_step != h
+            if fresh:
+                self.take_tangent(h, load, Q, V, A)
+            R = self.equation.residual(load, Q, V, A)
+            dX = self.solved(R)
             X = X - dX
             self.control.newton_steps += 1
             size = h * h * float(np.abs(scheme.D @ dX).max())
             if size <= max(CONVERGED * self.control.tolerance, ROUNDED):
                 return self.finished(h, q, v, a, X)
-            if not math.isfinite(size) or (fresh and size > 2 * last):
+            if not size < (DIVERGED * last if fresh else math.inf):
                 break
-            if size > SLOW * last and not fresh:
-                self.factors = None
+            if size > SLOW * last:
+                self.inverse = None
             last = size
-        self.factors = None
+        self.inverse = None
         self.control.failures += 1
         return None
 
-    def factored(
-        self, h: float, tangents: tuple[NDArray, NDArray, NDArray]
-    ) -> tuple[NDArray, NDArray]:
-        """LU factors of the matrix of Newton's method for all unknowns of a step."""
-        K, C, M = (tangent.reshape(len(tangent), -1) for tangent in tangents)
-        s, n = len(self.scheme.W), self.equation.unknowns
-        J = self.in_M @ M + h * (self.in_C @ C) + h * h * (self.in_K @ K)
-        J = J.reshape(s, s, n, n).swapaxes(1, 2).reshape(s * n, s * n)
-        lu, pivots, _ = lapack.dgetrf(J)
-        self.factored_step = h
-        return lu, pivots
+    def take_tangent(self, h: float, load: Load, Q: NDArray, V: NDArray, A: NDArray) -> None:
+        """The inverses of the systems of Newton's method, one for each pair of eigenvectors of the
+        scheme, with the tangents of the stage in the middle."""
+        one = slice(self.middle, self.middle + 1)
+        K, C, M = self.equation.tangents((load[0][one], load[1][one]), Q[one], V[one], A[one])
+        in_M, in_C, in_K = (part[:, None, None] for part in (self.in_M, self.in_C, self.in_K))
+        self.inverse = np.linalg.inv(in_M * M + h * in_C * C + h * h * in_K * K)
+        self.inverse_step, self.mass = h, M
+
+    def solved(self, R: NDArray) -> NDArray:
+        """The Newton step (s, n) of residuals (s, n)."""
+        assert self.inverse is not None
+        modes = self.inverse @ (self.into_modes @ R)[:, :, None]
+        return (self.back @ modes[:, :, 0]).real
 
     def finished(self, h: float, q: NDArray, v: NDArray, a: NDArray, X: NDArray) -> Step:
-        scheme, n = self.scheme, self.equation.size
-        end = scheme.end_P @ X + scheme.end_p * a
-        if scheme.twice is not None:
-            slopes = h * (scheme.twice @ X)
-            slopes[0] += v
-            rates = X
+        scheme = self.scheme
+        if scheme.polynomial is not None:
+            slopes = scheme.polynomial @ (v + h * (scheme.E @ X))
+            rates = scheme.polynomial @ X
         else:
-            q1 = h * v + h * h * (scheme.end_D @ X + scheme.end_d * a)
-            v1 = v + h * (scheme.end_E @ X + scheme.end_e * a)
-            slopes, rates = hermite_coefficients(q1 / h, v, v1, h, end - a)
-        top = h * slopes[-1, :n] / (2 * math.sqrt(2 * len(slopes) - 1))
-        error = math.sqrt(float(top @ self.equation.M @ top))
+            E, D, e, d = scheme.end
+            (end,) = X
+            moved = v + h * (D * end + d * a)
+            slopes, rates = hermite_coefficients(moved, v, v + h * (E * end + e * a), h, end - a)
+        top = h * slopes[-1] / (2 * math.sqrt(2 * len(slopes) - 1))
+        error = math.sqrt(abs(float(top @ self.mass @ top)))
         q1 = q + h * slopes[0]  # the higher polynomials have no mean
-        return Step(h, q1, v + h * rates[0], slopes, rates, end, error)
+        return Step(h, q1, v + h * rates[0], slopes, rates, X, error)
 
 
 def hermite_coefficients(
@@ -210,8 +207,8 @@ def hermite_coefficients(
 class Recorder:
     """Collects the steps of a motion."""
 
-    def __init__(self, elements: PositionElements, start: float):
-        self.elements, self.t = elements, [start]
+    def __init__(self, unknowns: StretchAndAngle | CubicPositions, start: float):
+        self.unknowns, self.t = unknowns, [start]
         self.q: list[NDArray] = []
         self.v: list[NDArray] = []
         self.slopes: list[NDArray] = []
@@ -227,7 +224,7 @@ class Recorder:
     @property
     def path(self) -> Path:
         arrays = (np.array(part) for part in (self.t, self.q, self.v, self.slopes, self.rates))
-        return Path(self.elements, *arrays)
+        return Path(self.unknowns, *arrays)
 
 
 def integrate(
@@ -249,14 +246,14 @@ def integrate(
     stops = [*sorted(t for t in breaks if start < t < end), end]
     t, most = start, math.inf  # most: the longest step that Newton's method is tried with
     for stop in stops:
-        a, mean = acceleration(equation, t, q, v), np.zeros_like(q)
+        a, guess = acceleration(equation, t, q, v), np.zeros((len(scheme.c), len(q)))
         while t < stop:
             h = control.planned(t) or min(length, most)
             if control.ends is not None:
                 h = min(h, most)
             parts = math.ceil((stop - t) / h - 1e-9)
             h = (stop - t) / parts if parts <= 2 else h  # no tiny last step
-            step = stepper.step(t, h, q, v, a, mean)
+            step = stepper.step(t, h, q, v, a, guess)
             factor = HALF
             if step is not None:
                 excess = max(step.error / control.tolerance, 1e-12)
@@ -271,7 +268,8 @@ def integrate(
             if step is None:
                 raise failure(equation, t, h, q, v)
             record.add(stop if parts == 1 else t + h, q, v, step)
-            t, q, v, a, mean = record.t[-1], step.q, step.v, step.last, step.rates[0]
+            t, q, v, a = record.t[-1], step.q, step.v, step.accelerations[-1]
+            guess = np.broadcast_to(step.rates[0], guess.shape)
             equation.check(t, float(equation.gamma(np.array([t]), v[None])[0]), q[: equation.size])
             control.count(t)
             length = h if 1 <= factor < GROWS else h * factor

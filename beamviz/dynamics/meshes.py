@@ -9,9 +9,9 @@ import math
 from itertools import pairwise
 
 from beamviz.beam import Beam
-from beamviz.dynamics.elements import PositionElements, position_elements
+from beamviz.dynamics.elements import Elements, elements_between
 
-HIGHEST_ORDER, ORDERS_ADDED = 14, 2
+HIGHEST_ORDER, ORDERS_ADDED = 24, 2
 LONG = 0.6  # an element at least so long resolves three bending modes with the second order
 FIRST_ORDERS = 6, 8
 # A layer of width d is resolved by an element of length 6 d, the first order at least; the next is
@@ -25,7 +25,7 @@ def interior_mass(beam: Beam) -> bool:
     return beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
 
 
-def first_mesh(beam: Beam, gamma: float) -> PositionElements:
+def first_mesh(beam: Beam, gamma: float) -> Elements:
     """Elements for the layers at a greatest speed gamma."""
     parts = [0.0, beam.beta, 1.0] if interior_mass(beam) else [0.0, 1.0]
     ends = set(parts)
@@ -33,9 +33,8 @@ def first_mesh(beam: Beam, gamma: float) -> PositionElements:
         ends |= {start + x for x in layer_ends(tension(beam, gamma, start), end - start)}
         if end < 1:
             ends |= {end - x for x in layer_ends(tension(beam, gamma, end), end - start)}
-    jump = sorted(ends).index(beam.beta) if interior_mass(beam) else None
     orders = tuple(FIRST_ORDERS[b - a >= LONG] for a, b in pairwise(sorted(ends)))
-    return position_elements(tuple(sorted(ends)), orders, jump)
+    return elements_between(tuple(sorted(ends)), orders)
 
 
 def tension(beam: Beam, gamma: float, x: float) -> float:
@@ -57,7 +56,7 @@ def layer_ends(tension: float, length: float) -> list[float]:
     return distances
 
 
-def refined(elements: PositionElements) -> PositionElements:
+def refined(elements: Elements) -> Elements:
     """A mesh of higher orders, or of halves."""
     ends, orders = [0.0], list[int]()
     for (start, end), order in zip(pairwise(elements.ends.tolist()), elements.orders, strict=True):
@@ -67,11 +66,10 @@ def refined(elements: PositionElements) -> PositionElements:
         else:
             ends.append(end)
             orders.append(order + ORDERS_ADDED)
-    jump = None if elements.jump is None else ends.index(float(elements.ends[elements.jump]))
-    return position_elements(tuple(ends), tuple(orders), jump)
+    return elements_between(tuple(ends), tuple(orders))
 
 
-def cubic_mesh(count: int) -> PositionElements:
-    """The paper's elements, equal and with a gradient shared across a mass."""
+def cubic_mesh(count: int) -> Elements:
+    """The paper's elements, of equal length."""
     ends = tuple(k / count for k in range(count)) + (1.0,)
-    return position_elements(ends, (3,) * count, None)
+    return elements_between(ends, (3,) * count)

@@ -24,7 +24,7 @@ TABLE_ROWS = 21
 class MotionStats:
     """Cost and resolution of a motion."""
 
-    dof: int  # unknown positions
+    dof: int  # unknowns of the beam
     elements: int
     order: int  # of the polynomials along the beam, the greatest
     steps: int  # in time
@@ -58,7 +58,7 @@ class Motion:
     path: Path
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        numbers = self.beam.summary
         _, y = self.tip[np.argmax(abs(self.tip[:, 1]))]
         return (
             f"<Motion of Beam({numbers}) until t = {self.t[-1]:g}: largest deflection of the tip"
@@ -68,21 +68,18 @@ class Motion:
     def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Position (len(t), len(x), 2) of the points x in 0 .. 1 at times t, from the clamp, in the
         rotating frame. Raises ValueError outside."""
-        return self._field(t, x, 0)
+        q, x = self._unknowns(t), within("x", x, 1.0)
+        r = self.path.unknowns.positions(q, x)
+        return np.stack((r.real, r.imag), axis=-1)
 
     def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Stretch |r'| (len(t), len(x)); at a jump the one inboard."""
-        return np.linalg.norm(self._field(t, x, 1), axis=2)
+        return self.path.unknowns.stretch(self._unknowns(t), within("x", x, 1.0))
 
-    def _field(self, t: ArrayLike, x: ArrayLike, derivative: int) -> NDArray:
-        """r or r' (len(t), len(x), 2)."""
-        times = within("t", t, float(self.t[-1]))
-        functions = self.path.elements.at(within("x", x, 1.0), derivative)
-        free = self.path.elements.free
-        q, _ = self.path.at(times)
-        full = np.zeros((len(times), 2 * functions.shape[1]))
-        full[:, free] = q[:, : len(free)]
-        return np.einsum("xi,tci->txc", functions, full.reshape(len(times), 2, -1))
+    def _unknowns(self, t: ArrayLike) -> NDArray:
+        """The unknowns of the beam (len(t), n)."""
+        q, _ = self.path.at(within("t", t, float(self.t[-1])))
+        return q[:, : self.path.unknowns.size]
 
     def spectrum(self) -> tuple[NDArray, NDArray]:
         """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier
@@ -123,7 +120,7 @@ class Motion:
         units and version as attributes. Raises Unavailable where xarray is not installed."""
         from beamviz.datasets import attributes, motion_dataset
 
-        notes = attributes(self.beam.numbers, self.model, self.beam.units)
+        notes = attributes(self.beam, self.model, self.beam.units)
         return motion_dataset(self.columns, {**notes, "error": self.error})
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
@@ -131,7 +128,7 @@ class Motion:
         default), and return these."""
         from beamviz.plotting.motion import plot_deflection
 
-        return plot_deflection(self.t, self.tip[:, 1], ax)
+        return plot_deflection(self.t, self.tip[:, 1], ax, self.beam.units)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table

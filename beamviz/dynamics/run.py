@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from beamviz.dynamics import start
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.drives import Hub
-from beamviz.dynamics.elements import PositionElements
-from beamviz.dynamics.equation import Equation, HubEquation, Model
+from beamviz.dynamics.elements import Elements
+from beamviz.dynamics.equation import TIP, Equation, HubEquation, Model
 from beamviz.dynamics.integration import Control, Path, Recorder, integrate
 from beamviz.dynamics.schemes import scheme
 from beamviz.errors import unknown_keyword
@@ -18,7 +18,7 @@ from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 
 MODES = 10  # that a start may name
 SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from
-FIRST_STEP = 0.01  # [T*]; the next ones are chosen by the tails
+FIRST_STEP = 0.1  # [T*]; the next ones are chosen by the tails
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,8 @@ class Run:
     def tip(self, t: NDArray) -> NDArray:
         """Position of the tip (len(t), 2)."""
         q, _ = self.path.at(t)
-        return q[:, : self.parts[0][1].size] @ self.parts[0][1].at_tip.T
+        tip = self.path.unknowns.positions(q[:, : self.path.unknowns.size], TIP)[:, 0]
+        return np.stack((tip.real, tip.imag), axis=1)
 
     def speed(self, t: NDArray) -> NDArray:
         """gamma (len(t),)."""
@@ -67,7 +68,7 @@ def start_solution(case: Case) -> Solution:
     )
 
 
-def run(case: Case, solution: Solution, elements: PositionElements, control: Control) -> Run:
+def run(case: Case, solution: Solution, elements: Elements, control: Control) -> Run:
     """Integrates a case. Raises NoEquilibrium and NotConverged."""
     first = equation_of(case, elements, case.parts[0].with_mass, None)
     q = start.equilibrium(first, solution)
@@ -81,12 +82,12 @@ def run(case: Case, solution: Solution, elements: PositionElements, control: Con
         q, v = start.with_modes(first, solution, mode_amplitudes(case, solution))
     if isinstance(case.drive, Hub):
         q, v = np.append(q, 0.0), np.append(v, case.beam.gamma)
-    record, t, length = Recorder(elements, 0.0), 0.0, FIRST_STEP
+    record, t, length = Recorder(first.unknowns, 0.0), 0.0, FIRST_STEP
     parts: list[tuple[float, Equation]] = []
     for part in case.parts:
         equation = equation_of(case, elements, part.with_mass, damping)
         if parts and part.with_mass:
-            v = equation.after_docking(q, v, parts[-1][1], np.array(case.body_velocity))
+            v = equation.after_docking(q, v, parts[-1][1], complex(*case.body_velocity))
         if part.end > t:
             q, v, length = integrate(
                 *(equation, scheme(case.integrator), (q, v), t, part.end),
@@ -98,11 +99,11 @@ def run(case: Case, solution: Solution, elements: PositionElements, control: Con
 
 
 def equation_of(
-    case: Case, elements: PositionElements, with_mass: bool, damping: NDArray | None
+    case: Case, elements: Elements, with_mass: bool, damping: NDArray | None
 ) -> Equation:
     """The equation of motion with or without the concentrated mass."""
     beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
-    model = Model(beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature])
+    model = Model(beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature], case.cubic)
     if isinstance(case.drive, Hub):
         return HubEquation(elements, model, case.drive.inertia, case.drive.history, damping)
     return Equation(elements, model, case.drive, damping)

@@ -1,21 +1,21 @@
 """Integrators, as a table: each is a set of coefficients for one kind of step.
 
-In a step of length h the acceleration is a combination of unknown vectors X (s, n) and, in the
-methods of Newmark's family, of the acceleration before. With c the instants of the stages in units
-of h,
+In a step of length h the unknowns are the accelerations X (s, n) at s stages and, in the methods of
+Newmark's family, that at the end, of which the one before is known. With c the instants of the
+stages in units of h,
 
     a(c) = P X + p a0,    v(c) = v0 + h (E X + e a0),    q(c) = q0 + h c v0 + h^2 (D X + d a0),
 
-and X solves W R = 0, with R (k, n) the residuals of the equation of motion at the k stages. Three
-families are of this form:
+and X makes the residuals of the equation of motion vanish at the s stages. Two families are of this
+form:
 
-collocation    a(tau) is a polynomial of degree s - 1, and R = 0 at s points: Gauss or Radau
-energy         the same polynomial, and R orthogonal to all polynomials of that degree, by Gauss
-               quadrature with k > s points: the line integral of the forces is exact to quadrature,
-               so that the Jacobi integral is kept (Hairer 2010; Brugnano, Iavernaro & Trigiante
-               2010, HBVM(k, s)); k = s is Gauss collocation
-Newmark        s = 1: X is the acceleration after the step; residual at the end (trapezoidal rule),
-               or between (generalised-alpha, Chung & Hulbert 1993)
+collocation    a(tau) is a polynomial of degree s - 1 through X: the Runge-Kutta methods of Gauss
+               and Radau, whose matrix is E, with D = E^2
+Newmark        s = 1: X is the acceleration after the step; the residual at the end (trapezoidal
+               rule), or between (generalised-alpha, Chung & Hulbert 1993)
+
+P, E and D commute: with their eigenvectors Newton's method falls apart into s / 2 complex systems
+of the size of the equation of motion.
 """
 
 from collections.abc import Callable
@@ -24,96 +24,81 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
-from scipy.special import roots_jacobi
+from scipy.special import roots_jacobi, roots_legendre
+
+from beamviz.dynamics.elements import legendre_integrals
 
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """The coefficients of a step. c: (k,). W: (s, k). P, E, D: (k, s) of the stages and p, e, d:
-    (k,); end_...: the same of the end of the step. order: of convergence of smooth motions.
+    """The coefficients of a step. c: (s,). P, E, D: (s, s) and p, e, d of the stages. order: of
+    convergence of smooth motions.
 
-    twice: where X are coefficients of the orthonormal Legendre polynomials of the step, (s, s):
-    those of q' are twice @ X h, and v0; None in Newmark's family.
+    polynomial: of a method of collocation, the coefficients of the orthonormal Legendre polynomials
+    of the step from the values at the stages (s, s); None in Newmark's family.
     """
 
     c: NDArray
-    W: NDArray
     P: NDArray
     E: NDArray
     D: NDArray
-    end_P: NDArray  # (s,)
-    end_E: NDArray
-    end_D: NDArray
     order: int
-    twice: NDArray | None = None
-    p: NDArray | float = 0.0
-    e: NDArray | float = 0.0
-    d: NDArray | float = 0.0
-    end_p: float = 0.0
-    end_e: float = 0.0
-    end_d: float = 0.0
+    polynomial: NDArray | None = None
+    p: float = 0.0
+    e: float = 0.0
+    d: float = 0.0
+    end: tuple[float, ...] = ()  # E, D, e and d of the end of the step, in Newmark's family
+
+    def modes(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Eigenvectors of E, one of each pair: rows (i, s) into them, columns (s, i) back, of which
+        the real part is to be taken, and the values of P, E and D (3, i)."""
+        values, T = np.linalg.eig(self.E)
+        one = values.imag >= 0
+        inverse = np.linalg.inv(T)
+        found = [np.diag(inverse @ A @ T)[one] for A in (self.P, self.E, self.D)]
+        back = T[:, one] * np.where(values[one].imag > 0, 2, 1)
+        return inverse[one], back, np.array(found)
 
 
-def legendre_integrals(c: NDArray, s: int) -> tuple[NDArray, NDArray]:
-    """The orthonormal Legendre polynomials of degree 0 .. s - 1 on 0 .. 1 at c, and their integrals
-    from 0: (len(c), s) each."""
-    P = np.diag(np.sqrt(2 * np.arange(s) + 1.0))
-    E = legendre.legint(P, lbnd=-1, scl=0.5)  # d tau = dz / 2
-    z = 2 * np.asarray(c, float) - 1
-    return legendre.legval(z, P).T, legendre.legval(z, E).T
-
-
-def polynomial_scheme(c: NDArray, weights: NDArray | None, s: int, order: int) -> Scheme:
-    """Collocation at c where there are no weights, else projection onto s polynomials. q' = v holds
-    in the same sense as the equation of motion, so that D is E times the projection of E: a
-    polynomial of a higher degree, with q' = v everywhere, would not be stable."""
-    P, E = legendre_integrals(c, s)
-    projection = np.linalg.inv(P) if weights is None else P.T * weights
-    W = np.eye(len(c)) if weights is None else projection
-    end_P, end_E = (array[0] for array in legendre_integrals(np.ones(1), s))
-    twice = projection @ E  # (s, s)
-    return Scheme(c, W, P, E, E @ twice, end_P, end_E, end_E @ twice, order, twice)
-
-
-def energy(s: int, k: int) -> Scheme:
-    z, w = legendre.leggauss(k)
-    return polynomial_scheme((z + 1) / 2, w / 2, s, 2 * s)
+def collocation(c: NDArray, order: int) -> Scheme:
+    P, integrals = legendre_integrals(c, len(c))
+    polynomial = np.linalg.inv(P)
+    E = integrals @ polynomial
+    return Scheme(c, np.eye(len(c)), E, E @ E, order, polynomial)
 
 
 def radau(s: int) -> Scheme:
-    """Radau IIA: collocation at s points of which the last is the end of the step."""
-    inner = (roots_jacobi(s - 1, 1, 0)[0] + 1) / 2
-    return polynomial_scheme(np.append(inner, 1.0), None, s, 2 * s - 1)
+    inner, _ = roots_jacobi(s - 1, 1.0, 0.0)
+    return collocation(np.append((inner + 1) / 2, 1.0), 2 * s - 1)
+
+
+def gauss(s: int) -> Scheme:
+    points, _ = roots_legendre(s)
+    return collocation((points + 1) / 2, 2 * s)
 
 
 def newmark(rho: float | None) -> Scheme:
     """The trapezoidal rule, or with `rho`, the spectral radius at infinite frequency,
     generalised-alpha."""
     am, af = (0.0, 0.0) if rho is None else ((2 * rho - 1) / (rho + 1), rho / (rho + 1))
-    gamma = 0.5 - am + af
-    beta = (1 - am + af) ** 2 / 4
-    E, D, e, d = gamma, beta, 1 - gamma, 0.5 - beta
+    E = 0.5 - am + af
+    D = (1 - am + af) ** 2 / 4
+    e, d = 1 - E, 0.5 - D
 
     def one(value: float) -> NDArray:
         return np.array([[value]])
 
     return Scheme(
         c=np.array([1 - af]),
-        W=one(1.0),
         P=one(1 - am),
         E=one((1 - af) * E),
         D=one((1 - af) * D),
-        end_P=np.ones(1),
-        end_E=np.array([E]),
-        end_D=np.array([D]),
         order=2,
         p=am,
         e=(1 - af) * e,
         d=(1 - af) * d,
-        end_e=e,
-        end_d=d,
+        end=(E, D, e, d),
     )
 
 
@@ -126,21 +111,18 @@ class Integrator(NamedTuple):
     choose: str
 
 
+STAGES = 10
 INTEGRATORS = {
-    "energy": Integrator(
-        lambda: energy(STAGES, 2 * STAGES),
-        "energy-keeping collocation (Hairer 2010; Brugnano, Iavernaro & Trigiante 2010)",
-        "unless you are studying another integrator",
+    "radau": Integrator(
+        lambda: radau(STAGES),
+        "Radau IIA of order 19 (Ehle 1969; Hairer & Wanner 1999)",
+        "unless you are studying another: fast vibration that the steps do not resolve is damped,"
+        " what they resolve keeps its energy",
     ),
     "gauss": Integrator(
-        lambda: energy(STAGES, STAGES),
-        "Gauss collocation, symplectic (Kuntzmann 1961; Butcher 1964)",
-        "to see what is lost without the exact line integral",
-    ),
-    "radau": Integrator(
-        lambda: radau(5),
-        "Radau IIA of order 9 (Ehle 1969; Hairer & Wanner 1999)",
-        "where fast vibration is to be damped numerically",
+        lambda: gauss(STAGES),
+        "Gauss collocation of order 20 (Kuntzmann 1961; Butcher 1964)",
+        "to see what is lost without numerical damping",
     ),
     "generalised-alpha": Integrator(
         lambda: newmark(0.8),
@@ -153,7 +135,6 @@ INTEGRATORS = {
         "to see it fail: stable for linear problems only",
     ),
 }
-STAGES = 4
 
 
 @lru_cache(maxsize=16)

@@ -53,8 +53,7 @@ def serve(
     possible, and Unavailable if the address is not available, if viser or websockets lack a
     required attribute, or if the self-test fails and other machines can reach the server.
     """
-    with suppress(NoEquilibrium, NotConverged):  # the page explains these
-        solve(scene.beam, **scene.options)
+    check_scene(scene)
     public = public_url(public) if public else ""
     shared = Access(host, port, public=public).shared
     key = secrets.token_urlsafe(KEY_BYTES) if shared else ""
@@ -87,6 +86,12 @@ def limit_arenas() -> None:
             ctypes.CDLL(None).mallopt(M_ARENA_MAX, 1)
 
 
+def check_scene(scene: Scene) -> None:
+    """Raise InvalidInput for a beam that the method cannot solve."""
+    with suppress(NoEquilibrium, NotConverged):  # the page explains these
+        solve(scene.beam, **scene.options)
+
+
 @contextmanager
 def several_processes(
     scene: Scene, host: str, port: int, processes: int, **access: Any
@@ -112,7 +117,13 @@ def several_processes(
 @contextmanager
 def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: Any) -> Iterator[str]:
     """A running explorer: the URL for visitors, with any key; options: further fields of Access."""
-    access = Access(host, port, **options)
+    with run_explorer(scene, Access(host, port, **options)) as (url, _):
+        yield url
+
+
+@contextmanager
+def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]]:
+    """A running explorer: the URL for visitors, and its frame loop."""
     contents = {key: (tab.name, tab.content) for key, tab in tabs().items()}
     with run_server(access, partial(insert_page, tabs=contents)) as server:
         access = replace(access, port=server.get_port())
@@ -121,7 +132,7 @@ def explorer(scene: Scene, host: str = "127.0.0.1", port: int = 0, **options: An
         place(server.initial_camera, initial(scene))
         frame_loop = FrameLoop(server, scene, access)
         try:
-            yield access.url
+            yield access.url, frame_loop
         finally:
             frame_loop.stop()
 

@@ -13,6 +13,7 @@ from functools import partial
 
 from viser import ClientHandle, ViserServer
 
+from beamviz.errors import InvalidInput
 from beamviz.explorer.features.lessons import prepare
 from beamviz.explorer.jobs import PATIENCE, Workers
 from beamviz.explorer.session import Session
@@ -43,19 +44,21 @@ async def exchange_messages() -> None:
 class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
-    sessions: by client id; woken: ids of visitors whose page may be outdated; later: ids of those
-    whose next frame shows more; presenter: None while there is none; is_late: the last round that
-    showed edits took longer than a frame may.
+    sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
+    ones; woken: ids of visitors whose page may be outdated; later: ids of those whose next frame
+    shows more; presenter: None while there is none; is_late: the last round that showed edits took
+    longer than a frame may.
     """
 
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
-        self.server, self.scene, self.access = server, scene, access
+        self.server, self.opening, self.access = server, scene, access
         self.loop, self.changed = server.get_event_loop(), asyncio.Event()
         self.workers = Workers()
         self.opener = ThreadPoolExecutor(1, "opener")
         self.opener.submit(prepare)  # before the first session, which shows the cards of lessons
         self.presenter: Session | None = None
         self.sessions: dict[int, Session] = {}
+        self.last: Session | None = None
         self.woken: dict[int, None] = {}
         self.later: dict[int, None] = {}
         self.stopped = self.is_late = False
@@ -68,9 +71,12 @@ class FrameLoop:
         visitor = client.client_id
         presents = self.access.presents(handshake_request(self.server, visitor))
         follows = bool(self.access.presenter_key) and not presents
+        opening = self.opening
         with suppress(RuntimeError):  # stopped meanwhile
             opened = self.loop.run_in_executor(self.opener, self.session, client, follows)
             self.sessions[visitor] = session = await opened
+            if self.opening is not opening:  # shown while the session was built
+                session.visitor.load(self.opening, opened=self.opening)
             self.presenter = session if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
@@ -78,10 +84,32 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool) -> Session:
         """A session for a new visitor, who may follow the presenter."""
-        state = replace(State.of(self.scene), following=follows)
+        state = replace(State.of(self.first_scene()), following=follows)
         wake = partial(self.wake, client.client_id)
         presenter = self.presented if follows else None
         return Session(Visitor(client, state, self.workers, wake, presenter))
+
+    def first_scene(self) -> Scene:
+        """The scene of a new visitor; in a notebook, where they are one person, that of the last
+        one."""
+        if self.access.framed:
+            with suppress(InvalidInput):
+                return self.scene
+        return self.opening
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the visitor who came last, also after all have left. Raises InvalidInput for
+        a number out of range on their page."""
+        sessions = list(self.sessions.values())
+        session = sessions[-1] if sessions else self.last
+        return session.visitor.to_scene() if session else self.opening
+
+    def show(self, scene: Scene) -> None:
+        """Show a scene to all visitors, from any thread, and to those who come later."""
+        self.opening, self.last = scene, None
+        for session in list(self.sessions.values()):
+            session.visitor.load(scene, opened=scene)
 
     def presented(self) -> Snapshot | None:
         """The last snapshot of the presenter."""
@@ -94,6 +122,7 @@ class FrameLoop:
         """Close the session of a visitor, by client id."""
         if session := self.sessions.pop(visitor, None):
             session.close()
+            self.last = session if self.access.framed else None
             if session is self.presenter:
                 self.presenter = None
                 self.wake_followers()

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
@@ -64,6 +65,10 @@ def write_csv(file: Path, solution: Solution) -> None:
     columns = {"mode": modes["index"][:, None]}
     columns |= {key: np.array(modes[key])[:, None] for key in MODE_COLUMNS}
     columns |= {"x": line["x"], "position_x": x, "position_y": y, "stretch": line["stretch"]}
+    if units := solution.beam.units:
+        columns |= {name: np.array(modes[name])[:, None] for name in ("hertz", "rad_per_s")}
+        places = {"x_m": line["x"], "position_x_m": x, "position_y_m": y}
+        columns |= {name: units.length * place for name, place in places.items()}
     columns |= {"shape_x": u.real, "shape_y": w.real}
     if np.iscomplexobj(u):  # with Coriolis forces
         columns |= {"shape_x_imag": u.imag, "shape_y_imag": w.imag}
@@ -79,6 +84,7 @@ def field_arrays(solution: Solution) -> dict[str, Any]:
     return {
         "beam": np.array(list(beam.numbers.values())),
         "beam_names": np.array(list(beam.numbers)),
+        "structure": np.array(json.dumps(structure_record(beam))),
         "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
         "model": np.array(json.dumps(solution.problem.model)),
         "status": np.array(solution.equilibrium.status),
@@ -86,7 +92,27 @@ def field_arrays(solution: Solution) -> dict[str, Any]:
         "bending_fractions": solution.bending_energy_fraction,
         **line,
         "shapes": shapes,
+        **si_arrays(solution, line),
     }
+
+
+def si_arrays(solution: Solution, line: dict[str, Any]) -> dict[str, Any]:
+    """Of a beam in SI: frequencies in Hz, places [m], and its keywords of `Beam.from_si` as JSON
+    where its mass is known; line: of `Solution.along_beam`."""
+    units = solution.beam.units
+    if units is None:
+        return {}
+    return {
+        "frequencies_hertz": units.hertz(solution.frequencies),
+        "x_m": units.length * line["x"],
+        "position_m": units.length * line["position"],
+        "si": np.array(json.dumps(solution.beam.si)),
+    }
+
+
+def structure_record(beam: Beam) -> dict[str, Any]:
+    """The blade, masses and root of a beam that is not uniform, else {}."""
+    return {name: value for name, value in beam.record.items() if name not in beam.numbers}
 
 
 def screenshot(

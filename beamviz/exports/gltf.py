@@ -77,7 +77,8 @@ class Gltf:
 
 
 def write_glb(file: Path, solved: SolvedScene) -> None:
-    """Hub, beam and mass, in lengths of the beam; outside the rotating frame they rotate."""
+    """Hub, beam and mass, in metres for a beam in SI, else in lengths of the beam; outside the
+    rotating frame they rotate."""
     gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(SceneGraph())
     drawn.show(solved.drawn)
     loop = None if solved.warning else Loop(solved, film=False)
@@ -105,7 +106,8 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     if loop and loop.angle:
         rotations = Rotation.from_euler("z", [[moment.angle] for moment in moments])
         channels.append((wheel, "rotation", rotations.as_quat()))
-    root = gltf.add("nodes", name="beamviz", children=[wheel], rotation=Z_UP)
+    metres = {"scale": [beam.units.length] * 3} if beam.units else {}
+    root = gltf.add("nodes", name="beamviz", children=[wheel], rotation=Z_UP, **metres)
     gltf.data |= {"scene": 0, "scenes": [{"nodes": [root]}]}
     if loop:
         at = gltf.array(times)

@@ -16,11 +16,20 @@ from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import SampledModes, playback_rate, stations
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
-from beamviz.exports import FORMATS, FRAME_RATES, PIXELS, SAMPLE, check_format, rendered, write_film
+from beamviz.exports import (
+    FORMATS,
+    FRAME_RATES,
+    PIXELS,
+    SAMPLE,
+    check_format,
+    rendered,
+    structure_record,
+    write_film,
+)
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Moment
 from beamviz.files import check_suffix, replaced
-from beamviz.output.motion import motion_csv
+from beamviz.output.motion import motion_csv, si_columns
 from beamviz.plotting import SUFFIXES as CHARTS
 from beamviz.plotting import save_figure
 from beamviz.plotting.motion import draw_motion
@@ -41,7 +50,9 @@ def export_motion(
     suffix = check_suffix(path, SUFFIXES)
     if suffix in CHARTS:
         spectrum = motion.spectrum()
-        figure = draw_motion(motion.t, motion.tip[:, 1], motion.gamma, spectrum)
+        figure = draw_motion(
+            *(motion.t, motion.tip[:, 1], motion.gamma, spectrum), motion.beam.units
+        )
         save_figure(Path(path), figure)
     elif suffix in FORMATS:
         animate_motion(path, motion, progress=progress)
@@ -65,7 +76,9 @@ def motion_arrays(motion: Motion) -> dict[str, Any]:
         "error": np.array(motion.error),
         "beam": np.array(list(beam.numbers.values())),
         "beam_names": np.array(list(beam.numbers)),
+        "structure": np.array(json.dumps(structure_record(beam))),
         "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
+        **(si_columns(motion) if beam.units else {}),
         "model": np.array(json.dumps(dict(motion.model))),
         "drive": np.array(json.dumps(motion.drive.record)),
     }

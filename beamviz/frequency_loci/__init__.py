@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.checks import check_int
 from beamviz.errors import InvalidInput, NotConverged
 from beamviz.frequency_loci.branches import Branch, Part, branches_at
@@ -23,6 +23,7 @@ from beamviz.frequency_loci.path import Path, check_values, first_error
 from beamviz.frequency_loci.tracking import grid_values, track_loci, values_towards
 from beamviz.solver import parse_keywords
 from beamviz.solver.problem import Problem
+from beamviz.units import Units, parse_over
 
 MAX_POINTS = 10_000
 MAX_HTML_ROWS = 20
@@ -69,7 +70,7 @@ class Loci:
         """
         from beamviz.datasets import attributes, loci_dataset
 
-        described = attributes(self.beam.numbers, self.problem.model, self.units)
+        described = attributes(self.beam, self.problem.model, self.units)
         return loci_dataset(self.over, self.values, self.branches, described)
 
     def events_dataframe(self) -> Any:
@@ -123,14 +124,16 @@ def loci(
     """The lowest `modes` frequencies of a beam along ascending values of one of its parameters.
 
     over: "alpha", "beta", "gamma", "delta", "mu" or "spin_up", whose value in `beam` is not used.
-    values: 2 to 10000 ascending numbers; events between the first and the last do not depend on
-    how many there are. modes: 1 to 20. per_rev: over gamma, multiples of the speed, 1 .. per_rev,
-    whose resonances are among the events. options: as for solve(). Ranges without a stable
-    equilibrium are reported in `limits`. Raises InvalidInput; and NoEquilibrium or NotConverged
-    where no value has a solution.
+    For a beam in SI also one of them in a unit, in which `values` are given: "rpm", "rad/s", "kg",
+    "beta:mm", "delta:m" ... (those of the result are dimensionless). values: 2 to 10000 ascending
+    numbers; events between the first and the last do not depend on how many there are. modes: 1 to
+    20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
+    events. options: as for solve(). Ranges without a stable equilibrium are reported in `limits`.
+    Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()
-    values = check_values("over =", over, values, 2, MAX_POINTS)
+    over, factor = parse_over(over, beam.units)
+    values = check_values("over =", over, values, 2, MAX_POINTS, factor)
     per_rev = check_int("per_rev", per_rev, 0, MAX_PER_REV)
     path = Path(beam, over, parse_keywords(**options, modes=modes))
     low, high = values[[0, -1]].tolist()

@@ -8,6 +8,7 @@ have the same damping ratio. Amplitudes are in units of the static deflection of
 same force at rest.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -16,10 +17,11 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
+from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.events import Event
 from beamviz.solver import solve_many
-from beamviz.solver.families import quadrature
+from beamviz.solver.families import moment_of_weight, quadrature
 from beamviz.solver.solution import Solution
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)
@@ -36,32 +38,40 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     """Complex amplitudes (len(x), 2) along and across the beam at x under the force at `frequency`:
     the displacement over the static deflection is the real part of amplitude exp(i frequency t).
 
-    Modal superposition: with shapes phi, norms n and poles p, the inverse of K + 2 i omega gamma G
-    - omega^2 M is the sum of phi phi^H / (n (p - omega)) and of the same for the conjugate modes,
-    with poles -conj(p). nan where a mode is unstable.
+    Modal superposition: with shapes phi of unit modal mass, norms n and poles p, the inverse of
+    K + 2 i omega gamma G - omega^2 M is the sum of phi phi^H / (n (p - omega)) and of the same for
+    the conjugate modes, with poles -conj(p). nan where a mode is unstable.
     """
     if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
     beam, omega = solution.beam, solution.frequencies
     nodes, weight = quadrature(beam)  # the mass at each point
     u, w = np.moveaxis(solution.displacement(nodes), 1, 0)  # (len(nodes), modes) each
-    mass = weight @ (abs(u) ** 2 + abs(w) ** 2)
     coriolis = weight @ (w.conj() * u - u.conj() * w)  # phi^H G phi, 0 for real shapes
     along, across = LOADS[solution.problem.plane]
     force = weight @ (along * u.conj() + across * w.conj())  # its work on each shape
     force_conjugate = weight @ (along * u + across * w)  # and on its conjugate
     ratio = np.sqrt(1 - damping**2)
     pole = omega * (ratio + 1j * damping)
-    norm = ratio * (2 * omega * mass - 2j * beam.gamma * coriolis).real
+    norm = ratio * (2 * omega - 2j * beam.gamma * coriolis).real
     shapes = solution.displacement(x)  # (len(x), 2, modes)
     direct = shapes @ (force / (norm * (pole - frequency)))
     conjugate = shapes.conj() @ (force_conjugate / (norm * (pole.conj() + frequency)))
-    return (direct + conjugate) / static_deflection(beam)
+    return (direct + conjugate) / static_deflection(beam, solution.problem.plane)
 
 
-def static_deflection(beam: Beam) -> float:
-    """Deflection of the tip at rest under the force, constant and across the beam."""
-    return 1 / 8 + beam.alpha * beam.beta**2 * (3 - beam.beta) / 6
+def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
+    """Deflection of the tip at rest under the force, constant and across the beam: of a hinged one
+    infinite."""
+    if beam.is_uniform:
+        return 1 / 8 + beam.alpha * beam.beta**2 * (3 - beam.beta) / 6
+    if beam.root == 0:
+        return math.inf
+    bending = "bending" if plane == "chordwise" else "flap"
+    x, w, moment = moment_of_weight(beam)
+    EI = 1.0 if beam.blade is None else beam.blade.at(bending, x)
+    at, mass = quadrature(beam)
+    return float(w @ (moment / EI * (1 - x)) + (mass @ at) / beam.root)
 
 
 @dataclass(frozen=True)
@@ -106,6 +116,10 @@ def run_up(
     """
     per_rev = check_int("per_rev", per_rev, 1, MAX_PER_REV)
     damping = check_float("damping", damping, *DAMPING)
+    if beam.root == 0:
+        raise InvalidInput(
+            "root = 0: a hinged beam has no static deflection to relate amplitudes to"
+        )
     even = np.linspace(0.0, stop, SPEEDS)
     events = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options).events
     excited = tuple(event for event in events if event.per_rev == per_rev)

@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.errors import BeamvizError
-from beamviz.solver.families import gauss
+from beamviz.solver.families import distributed_mass, gauss
 from beamviz.solver.hp import displacements
 from beamviz.solver.solution import Solution
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
+FEWEST_IN_SPAN = 6  # Gauss points between two discontinuities of a blade
+STEP = 1e-4  # of the difference that is the rotation of a body
 
 Outcome = Solution | BeamvizError  # at one value of a parameter
 
@@ -83,8 +85,11 @@ def _in_phase(fields: np.ndarray, squares: np.ndarray) -> np.ndarray:
 
 
 def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements (n, m, 2, count + 1) of all modes at Gauss points and at the mass, of arbitrary
-    phase; weights and mass there (n, 1, 1, count + 1)."""
+    """Displacements (n, m, 2, points) of all modes at Gauss points and at the bodies, of arbitrary
+    phase, and rotations of bodies with inertia in place of displacements across the beam; weights,
+    masses and moments of inertia there (n, 1, 1, points)."""
+    if not all(solution.beam.is_uniform for solution in solutions):
+        return _fields_of_blades(solutions, count)
     x, w = gauss(count)
     alpha = np.array([solution.beam.alpha for solution in solutions])
     beta = np.array([solution.beam.beta for solution in solutions])
@@ -93,6 +98,41 @@ def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.n
     masses = np.column_stack((np.tile(w / 2, (n, 1)), alpha))
     fields = displacements(solutions, stations)  # (n, count + 1, 2, m)
     return fields.swapaxes(1, 3), masses[:, None, None, :]
+
+
+def _fields_of_blades(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """`_fields` of beams that differ in their numbers, not in blade, masses and root."""
+    first = solutions[0].beam
+    breaks = first.blade.breaks if first.blade else (0.0, 1.0)
+    ends = tuple(sorted({*breaks, *(mass.beta for mass in first.masses)}))
+    points = max(FEWEST_IN_SPAN, math.ceil(count / math.sqrt(len(ends) - 1)))
+    x, w = distributed_mass(first, ends, points)
+    bodies = [[(each.beam.alpha, each.beam.beta)] for each in solutions]
+    carried = np.array([[*body, *((m.alpha, m.beta) for m in first.masses)] for body in bodies])
+    n, (alpha, beta) = len(solutions), np.moveaxis(carried, 2, 0)
+    fields = displacements(solutions, np.column_stack((np.tile(x, (n, 1)), beta))).swapaxes(1, 3)
+    masses = np.column_stack((np.tile(w, (n, 1)), alpha))
+    turning = [mass for mass in first.masses if any(mass.inertia)]
+    if turning:
+        axis = 2 if solutions[0].problem.chordwise else 1
+        rotations = np.zeros((*fields.shape[:3], len(turning)), fields.dtype)
+        for k, body in enumerate(turning):
+            rotations[:, :, 1, k] = _rotations(solutions, max(body.beta, 3 * STEP))
+        fields = np.concatenate((fields, rotations), axis=3)
+        inertia = [mass.inertia[axis] for mass in turning]
+        masses = np.column_stack((masses, np.tile(inertia, (n, 1))))
+    return fields, masses[:, None, None, :]
+
+
+def _rotations(solutions: Sequence[Solution], x: float) -> np.ndarray:
+    """Rotations (n, m) of the section at x, by differences toward the root."""
+    near = x - STEP * np.arange(3)
+    moved = displacements(solutions, np.tile(near, (len(solutions), 1)))  # (n, 3, 2, m)
+    slope = np.array([1.5, -2.0, 0.5]) / STEP
+    angles = np.array([solution.equilibrium.angle(near) for solution in solutions])
+    f = np.array([solution.equilibrium.stretch(near)[0] for solution in solutions])
+    along, across = moved[:, 0, 0], np.einsum("p,npm->nm", slope, moved[:, :, 1])
+    return (across + (angles @ slope)[:, None] * along) / f[:, None]
 
 
 def _gyroscopic(

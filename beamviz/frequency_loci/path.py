@@ -21,16 +21,18 @@ from beamviz.solver.solution import Solution, read_only
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
 
 
-def check_values(argument: str, over: str, values: Any, least: int, most: int) -> NDArray:
+def check_values(
+    argument: str, over: str, values: Any, least: int, most: int, factor: float = 1.0
+) -> NDArray:
     """The values of a parameter, an iterable too, as a read-only array (n,); InvalidInput unless
     they are least .. most ascending numbers within its limits. argument: where the parameter was
-    named."""
+    named; factor: by which the values are larger, as they are in a unit."""
     if over not in NUMBERS:
         raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}")
     if isinstance(values, Iterator):
         values = [*itertools.islice(values, most + 1)]  # it may be endless
     try:
-        array = np.atleast_1d(np.array(values, float)) + 0.0  # -0.0 becomes 0.0
+        array = np.atleast_1d(np.array(values, float)) / factor + 0.0  # -0.0 becomes 0.0
     except (TypeError, ValueError, OverflowError):
         raise InvalidInput(f"values of {over}: must be numbers") from None
     if array.ndim != 1 or not least <= len(array) <= most:

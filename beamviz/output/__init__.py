@@ -1,14 +1,23 @@
 """Results as the command line prints them: tables for a terminal, JSON and CSV."""
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
+from beamviz.units import Units
 
 
 def described_numbers(beam: Beam, without: str = "") -> str:
-    """The numbers of a beam by name, but one."""
+    """The numbers of a beam by name, but one; in words what is not uniform."""
     numbers = beam.numbers.items()
-    return ", ".join(f"{name} {value:.7g}" for name, value in numbers if name != without)
+    texts = [f"{name} {value:.7g}" for name, value in numbers if name != without]
+    return ", ".join([*texts, *beam.structure])
+
+
+def units_record(units: Units) -> dict[str, float]:
+    """The size of a beam in SI: length [m], time [s] and, where it is known, mass [kg]."""
+    sizes = {"length": units.length, "time": units.time, "mass": units.mass}
+    return {name: size for name, size in sizes.items() if size is not None}
 
 
 def described_units(units: Units) -> str:
     """The line of the units of a beam in SI."""
-    return f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s"
+    mass = "" if units.mass is None else f", mass rho A L = {units.mass:.7g} kg"
+    return f"SI units     L = {units.length:g} m, T* = {units.time:.7g} s{mass}"

@@ -5,13 +5,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beamviz.datasets import QUANTITIES
 from beamviz.files import csv_text, json_text
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.branches import Branch
-from beamviz.output import described_numbers, described_units
+from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.limits import Limit
+from beamviz.output import described_numbers, described_units, units_record
 from beamviz.tables import aligned_table, event_columns, plural, significant_decimals
+from beamviz.units import usual_measure
 
 MAX_ROWS = 21  # of the table of frequencies
 
@@ -20,7 +24,7 @@ def loci_json(loci: Loci) -> str:
     """Sweep, branches, events and limits as JSON."""
     keys = ("label", *QUANTITIES)
     data: dict[str, Any] = {
-        "beam": {name: x for name, x in loci.beam.numbers.items() if name != loci.over},
+        "beam": {name: x for name, x in loci.beam.record.items() if name != loci.over},
         "model": loci.problem.model,
         "over": loci.over,
         "values": loci.values,
@@ -32,18 +36,32 @@ def loci_json(loci: Loci) -> str:
     if units := loci.units:
         for record in data["branches"]:
             record["hertz"] = units.hertz(record["frequency"])
-        data["units"] = {"length": units.length, "time": units.time}
-        if loci.over == "gamma":
-            data["rpm"] = units.rpm(loci.values)
+        data["units"] = units_record(units)
+        data |= si_values(loci)
+        data["events"] = [vars(event) | event_si(loci, event) for event in loci.events]
+        data["limits"] = [limit._asdict() | limit_si(loci, limit) for limit in loci.limits]
     return json_text(data)
+
+
+def si_values(loci: Loci) -> dict[str, NDArray]:
+    """The values of a beam in SI in the unit of the parameter, by the unit: rpm, kg, mm."""
+    measure = usual_measure(loci.over, loci.units)
+    return {measure.scale.key: measure.factor * loci.values} if measure else {}
+
+
+def event_si(loci: Loci, event: Event) -> dict[str, float]:
+    """The place, frequency and gap of an event of a beam in SI."""
+    measure, units = usual_measure(loci.over, loci.units), loci.units
+    assert units
+    place = {measure.scale.key: measure.factor * event.at} if measure else {}
+    gap = {"gap_hertz": units.hertz(event.gap)} if event.gap else {}
+    return {**place, "hertz": units.hertz(event.frequency), **gap}
 
 
 def loci_csv(loci: Loci) -> str:
     """One line for each value, every column a number: frequencies, growth rates of branches that
     grow or decay, bending fractions."""
-    columns = {loci.over: loci.values}
-    if loci.units and loci.over == "gamma":
-        columns["rpm"] = loci.units.rpm(loci.values)
+    columns = {loci.over: loci.values, **si_values(loci)}
     columns |= {branch.label: branch.frequency for branch in loci.branches}
     if units := loci.units:
         hertz = {f"{branch.label}_hertz": units.hertz(branch.frequency) for branch in loci.branches}
@@ -59,7 +77,7 @@ def loci_table(loci: Loci) -> str:
     heading = [
         "Beam         " + described_numbers(loci.beam, without=loci.over),
         f"Sweep        {loci.over} = {loci.values[0]:.7g} .. {loci.values[-1]:.7g},"
-        f" {len(loci.values)} values",
+        f" {len(loci.values)} values{described_range(loci)}",
         "Model        " + loci.problem.described,
         *([described_units(loci.units)] if loci.units else []),
     ]
@@ -69,6 +87,24 @@ def loci_table(loci: Loci) -> str:
     return "\n\n".join("\n".join(part) for part in parts if part)
 
 
+def limit_si(loci: Loci, limit: Limit) -> dict[str, float]:
+    """The ends of a range without a stable equilibrium, of a beam in SI: start_rpm, stop_rpm."""
+    measure = usual_measure(loci.over, loci.units)
+    if measure is None:
+        return {}
+    key, factor = measure.scale.key, measure.factor
+    return {f"start_{key}": factor * limit.start, f"stop_{key}": factor * limit.stop}
+
+
+def described_range(loci: Loci) -> str:
+    """The range of the values of a beam in SI: ", 0 .. 300 rpm"."""
+    measure = usual_measure(loci.over, loci.units)
+    if measure is None:
+        return ""
+    first, last = (measure.factor * loci.values[[0, -1]]).tolist()
+    return f", {first:.7g} .. {last:.7g} {measure.scale.unit}"
+
+
 def frequency_lines(loci: Loci) -> list[str]:
     """The table of frequencies, thinned to at most MAX_ROWS values."""
     count = len(loci.values)
@@ -76,7 +112,9 @@ def frequency_lines(loci: Loci) -> list[str]:
     rows = [*range(0, count - 1, step), count - 1]
     columns = {f"{branch.label}  ": [*branch_cells(branch, rows)] for branch in loci.branches}
     thinned = f", one value in {step} (--format csv has all)" if step > 1 else ""
-    table = aligned_table({loci.over: [f"{loci.values[i]:.7g}" for i in rows], **columns})
+    places = {loci.over: loci.values} | {f"[{key}]": row for key, row in si_values(loci).items()}
+    leading = {name: [f"{row[i]:.7g}" for i in rows] for name, row in places.items()}
+    table = aligned_table({**leading, **columns})
     lines = [f"Frequencies [1/T*]{thinned}", *table]
     if any(np.nan_to_num(branch.growth_rate[rows]).any() for branch in loci.branches):
         lines.append("+, -: growth rate [1/T*] of a mode that grows or decays")

@@ -2,16 +2,18 @@
 
 from typing import Any
 
+from numpy.typing import NDArray
+
 from beamviz.dynamics import Motion
 from beamviz.files import csv_text, json_text
-from beamviz.output import described_numbers, described_units
+from beamviz.output import described_numbers, described_units, units_record
 from beamviz.tables import aligned_table, plural
 
 
 def motion_json(motion: Motion) -> str:
     """Beam, model, drive, the motion of the tip, its error and statistics as JSON."""
     data: dict[str, Any] = {
-        "beam": motion.beam.numbers,
+        "beam": motion.beam.record,
         "model": motion.model,
         "drive": motion.drive.record,
         "start": motion.start,
@@ -25,17 +27,33 @@ def motion_json(motion: Motion) -> str:
         "stats": motion.stats,
     }
     if units := motion.beam.units:
-        data["units"] = {"length": units.length, "time": units.time}
+        data["units"] = units_record(units)
+        data["si"] = si_columns(motion)
     return json_text(data)
 
 
 def motion_csv(motion: Motion) -> str:
-    """One line for each time: speed, angle of the hub, position of the tip, energy; in seconds too
-    for a beam in SI."""
+    """One line for each time: speed, angle of the hub, position of the tip, energy; for a beam in
+    SI in these units, too."""
     columns = motion.columns
-    if units := motion.beam.units:
-        columns = {"seconds": motion.t * units.time, **columns}
+    if motion.beam.units:
+        columns = {**si_columns(motion), **columns}
     return csv_text(columns, zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def si_columns(motion: Motion) -> dict[str, NDArray]:
+    """The motion over time of a beam in SI (n,) each; the energy where the mass is known."""
+    units = motion.beam.units
+    assert units
+    columns = {
+        "seconds": motion.t * units.time,
+        "rpm": units.rpm(motion.gamma),
+        "tip_x_m": motion.tip[:, 0] * units.length,
+        "tip_y_m": motion.tip[:, 1] * units.length,
+    }
+    if units.force is not None:
+        columns["energy_J"] = motion.energy * units.force * units.length
+    return columns
 
 
 def motion_table(motion: Motion) -> str:

@@ -3,25 +3,28 @@
 from typing import Any
 
 from beamviz.files import csv_text, json_text, plain
-from beamviz.output import described_numbers, described_units
+from beamviz.output import described_numbers, described_units, units_record
 from beamviz.solver.solution import Solution
 from beamviz.tables import aligned_table, mode_columns, plural
 
-EQUILIBRIUM_KEYS = ("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch")
+EQUILIBRIUM_KEYS = (
+    *("status", "buckled_chordwise", "shape", "iterations", "tip", "max_stretch"),
+    *("root_force", "root_shear", "root_moment"),
+)
 
 
 def solution_json(solution: Solution) -> str:
     """Beam, model, equilibrium, modes and statistics of a solution as JSON."""
     state = solution.equilibrium
     data = {
-        "beam": solution.beam.numbers,
+        "beam": solution.beam.record,
         "model": solution.problem.model,
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
         "modes": mode_records(solution),
         "stats": solution.stats,
     }
     if units := solution.beam.units:
-        data["units"] = {"length": units.length, "time": units.time}
+        data["units"] = units_record(units)
     return json_text(data)
 
 

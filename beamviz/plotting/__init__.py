@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
-from beamviz.beam import NUMBERS, Units
+from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
+from beamviz.units import Units, usual_measure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,9 +56,11 @@ def current_axes() -> "Axes":
 
 def axis_of(name: str, units: Units | None) -> tuple[Callable[[Any], Any], str, str]:
     """Of the axis of a parameter or of the "frequency": the function from numbers to its units, its
-    label, and the template of a text in these units: rpm and Hz for a beam in SI."""
-    if units and name == "gamma":
-        return units.rpm, "rotation speed [rpm]", "{:.5g} rpm"
+    label, and the template of a text in these units: rpm, kg, mm and Hz for a beam in SI."""
+    if measure := usual_measure(name, units):
+        scale, factor = measure
+        unit = scale.unit.replace("^2", "²")
+        return lambda value: factor * value, f"{scale.quantity} [{unit}]", f"{{:.5g}} {unit}"
     if units and name == "frequency":
         return units.hertz, "frequency [Hz]", "{:.3g} Hz"
     if name == "frequency":
@@ -94,8 +97,10 @@ def plot_shapes(
     components: Sequence[int],
     frequencies: NDArray,
     axes: "Axes | None" = None,
+    units: Units | None = None,
 ) -> "Axes":
-    """Draw mode shapes (modes, len(x)), their largest values scaled to 1.
+    """Draw mode shapes (modes, len(x)), their largest values scaled to 1; with frequencies in Hz
+    for a beam in SI.
 
     components: the component of each that is drawn, 0 along the beam or 1 across it.
     """
@@ -105,7 +110,8 @@ def plot_shapes(
     ):
         (family, ls), alpha = LINES[component], max(1.2 - 0.2 * int(label[1:]), 0.3)
         style: Any = {"color": COLOURS[family], "ls": ls, "alpha": alpha}
-        axes.plot(x, shape / abs(shape).max(), label=f"{label}  ω = {frequency:.5g}", **style)
+        text = f"{units.hertz(frequency):.5g} Hz" if units else f"ω = {frequency:.5g}"
+        axes.plot(x, shape / abs(shape).max(), label=f"{label}  {text}", **style)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
     axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")
     axes.legend(frameon=False, fontsize=8, loc="upper left")

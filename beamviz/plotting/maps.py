@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.patches import Patch
 
-from beamviz.beam import NUMBERS, Units
+from beamviz.beam import NUMBERS
 from beamviz.errors import InvalidInput
 from beamviz.plotting import INK, STRIPES, STYLE, axis_of, current_axes, new_figure, save_figure
 from beamviz.plotting.labels import LabelPlacer
@@ -19,6 +19,7 @@ from beamviz.sweeps.arrays import SOLVED, STATUSES
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import chunks_read, damaged_chunk
+from beamviz.units import Units
 
 if TYPE_CHECKING:
     import xarray
@@ -89,8 +90,7 @@ def draw_map(
         met = ", ".join(STATUSES[code] for code in np.unique(status))
         raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
     ax = ax or current_axes()
-    length, time = (dataset.attrs.get(name) for name in ("unit_length_m", "unit_time_s"))
-    units = Units(length, time) if length and time else None
+    units = Units.from_attributes(dataset.attrs)
     (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
     x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
     values = units.hertz(values) if units else values

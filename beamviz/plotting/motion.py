@@ -1,11 +1,12 @@
 """The chart of a motion in time: the deflection of the tip, the speed, and the spectrum."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.plotting import COLOURS, FAINT, INK, STYLE, current_axes, new_figure
+from beamviz.plotting import COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
+from beamviz.units import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,18 +17,43 @@ DECADES = 5  # of amplitude shown below the highest peak
 LEAST_LINES = 8  # of the spectrum that are shown
 
 
-def plot_deflection(t: NDArray, deflection: NDArray, axes: "Axes | None" = None) -> "Axes":
-    """Draw the deflection of the tip (n,) over time (n,)."""
-    axes = axes or current_axes()
-    axes.plot(t, deflection, color=COLOURS["bending"], lw=1.2)
+class Scales(NamedTuple):
+    """The units that a motion is drawn in, and their names."""
+
+    time: float
+    seconds: str
+    length: float
+    metres: str
+
+
+def scales_of(units: Units | None) -> Scales:
+    """Seconds and mm for a beam in SI, else T* and L."""
+    return Scales(units.time, "s", 1000 * units.length, "mm") if units else DIMENSIONLESS
+
+
+DIMENSIONLESS = Scales(1.0, "T*", 1.0, "L")
+
+
+def plot_deflection(
+    t: NDArray, deflection: NDArray, axes: "Axes | None" = None, units: Units | None = None
+) -> "Axes":
+    """Draw the deflection of the tip (n,) over time (n,); in mm and s for a beam in SI."""
+    axes, scales = axes or current_axes(), scales_of(units)
+    axes.plot(scales.time * t, scales.length * deflection, color=COLOURS["bending"], lw=1.2)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
-    axes.set(xlim=(0, t[-1]), xlabel="time t [T*]", ylabel="deflection of the tip [L]")
+    ylabel = f"deflection of the tip [{scales.metres}]"
+    axes.set(xlim=(0, scales.time * t[-1]), xlabel=f"time t [{scales.seconds}]", ylabel=ylabel)
     return axes
 
 
-def plot_spectrum(frequency: NDArray, amplitude: NDArray, axes: "Axes") -> None:
-    """Draw amplitudes (k,) over frequencies (k,), up to the last that is seen."""
-    axes.set(xlabel="frequency ω [1/T*]", ylabel="amplitude [L]", yscale="log")
+def plot_spectrum(
+    frequency: NDArray, amplitude: NDArray, axes: "Axes", units: Units | None = None
+) -> None:
+    """Draw amplitudes (k,) over frequencies (k,), up to the last that is seen; in mm and Hz for a
+    beam in SI."""
+    scales, (convert, label, _) = scales_of(units), axis_of("frequency", units)
+    frequency, amplitude = convert(frequency), scales.length * amplitude
+    axes.set(xlabel=label, ylabel=f"amplitude [{scales.metres}]", yscale="log")
     top = amplitude.max()
     if top == 0:
         return
@@ -38,20 +64,25 @@ def plot_spectrum(frequency: NDArray, amplitude: NDArray, axes: "Axes") -> None:
 
 
 def draw_motion(
-    t: NDArray, deflection: NDArray, gamma: NDArray, spectrum: tuple[NDArray, NDArray]
+    t: NDArray,
+    deflection: NDArray,
+    gamma: NDArray,
+    spectrum: tuple[NDArray, NDArray],
+    units: Units | None = None,
 ) -> "Figure":
-    """A figure of the tip's deflection and the speed (n,) over time (n,), and of the spectrum."""
+    """A figure of the tip's deflection and the speed (n,) over time (n,), and of the spectrum; in
+    s, mm, rpm and Hz for a beam in SI."""
     from matplotlib import rc_context
 
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT, layout="constrained")
         above, below = figure.subplots(2, 1)
-        plot_deflection(t, deflection, above)
+        plot_deflection(t, deflection, above, units)
         if np.ptp(gamma) > 0:
-            right = above.twinx()
-            right.plot(t, gamma, color=FAINT, lw=1.0, ls="--")
-            right.set_ylabel("rotation speed γ = Ω T* (dashed)", color=INK)
+            right, (convert, label, _) = above.twinx(), axis_of("gamma", units)
+            right.plot(scales_of(units).time * t, convert(gamma), color=FAINT, lw=1.0, ls="--")
+            right.set_ylabel(f"{label} (dashed)", color=INK)
             right.spines["right"].set_visible(True)
-            right.set_ylim(bottom=min(0.0, float(gamma.min())))
-        plot_spectrum(*spectrum, below)
+            right.set_ylim(bottom=min(0.0, float(convert(gamma.min()))))
+        plot_spectrum(*spectrum, below, units)
     return figure

@@ -84,9 +84,10 @@ def self_test(server: viser.ViserServer, access: Access) -> None:
 def successful_attack(access: Access, connect: Callable[[], socket.socket]) -> str:
     """Try to connect from a foreign page and without the key, and to send invalid messages. Returns
     a description of the attack that succeeded, or ""."""
-    uri = access.local_url.replace("http://", "ws://")
+    urls = (access.local_url, replace(access, public="").url)
+    uri, keyed = (url.replace("http://", "ws://") for url in urls)
     keyless: dict[str, Any] = {"uri": uri, "subprotocols": [PROTOCOL], "open_timeout": TIMEOUT}
-    key = keyless | {"additional_headers": {"Cookie": f"{access.cookie}={access.visitor_key}"}}
+    key = keyless | {"uri": keyed}
     attacks: dict[str, tuple[dict[str, Any], bytes]] = {
         "a page of a foreign origin": (key | {"origin": FOREIGN_ORIGIN}, b""),
         "a message that no page sends": (key, b"\xc1"),

@@ -3,8 +3,9 @@
 import contextlib
 import hmac
 import ipaddress
+import re
 import socket
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 from urllib.parse import parse_qs, parse_qsl, urlencode, urlsplit
 
@@ -17,6 +18,7 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 ANY_ADDRESS = ("0.0.0.0", "::")
 MAX_VISITORS = 60
 KEY_PARAMETER = "token"  # of the query
+PLAIN = re.compile(r"(/[\w.~%@:+-]+)*/?", re.ASCII)  # a path that can be in a header as it is
 
 
 class Refusal(NamedTuple):
@@ -32,8 +34,10 @@ class Access:
     """The rules of a server bound to host:port; each check returns a Refusal, or None.
 
     visitor_key: the key that all visitors need ("": none); presenter_key: the presenter's key
-    ("": no presenter); public: the URL of a reverse proxy in front of the server; visitor_count: of
-    all processes; listener: the source of the connections of a worker process.
+    ("": no presenter); public: the URL under which a reverse proxy has the server, without a
+    slash at its end; framed: the page may be shown in a frame of a notebook, and its key is a part
+    of the path, as browsers send no cookies of a frame; visitor_count: of all processes; listener:
+    the source of the connections of a worker process.
     """
 
     host: str = "127.0.0.1"
@@ -41,6 +45,7 @@ class Access:
     visitor_key: str = ""
     presenter_key: str = ""
     public: str = ""
+    framed: bool = False
     max_visitors: int = MAX_VISITORS
     visitor_count: VisitorCount = field(default_factory=VisitorCount)
     listener: Pipe | None = None
@@ -59,8 +64,10 @@ class Access:
     @property
     def url(self) -> str:
         """The link for visitors, with their key."""
-        query = f"/?{KEY_PARAMETER}={self.visitor_key}" if self.visitor_key else ""
-        return (self.public or self.local_url) + query
+        place = self.public or self.local_url
+        if self.framed:
+            return f"{place}/{self.visitor_key}/"
+        return f"{place}/?{KEY_PARAMETER}={self.visitor_key}" if self.visitor_key else place
 
     @property
     def cookie(self) -> str:
@@ -71,9 +78,14 @@ class Access:
         """Check the address, the origin and the key of a request."""
         host, origin = header(request, "Host"), header(request, "Origin")
         if not self.answers_to(host):
+            remedy = (
+                "give its address to beamviz.show as public_url"
+                if self.framed
+                else "start it with --public-url"
+            )
             text = (
                 f"This server does not answer to {host[:100]!r}. Use the link it printed when it"
-                " started; behind a reverse proxy, start it with --public-url."
+                f" started; behind a reverse proxy, {remedy}."
             )
             return Refusal(403, "Wrong address", text)
         own = f"{self.scheme(host)}://{host.lower()}"
@@ -85,6 +97,8 @@ class Access:
                 "Ask the person who runs this page for its complete link, which ends in"
                 f" ?{KEY_PARAMETER}= and a key."
             )
+            if self.framed:
+                text = "This page is that of another cell, or of another run: run the cell again."
             return Refusal(403, "A key is missing", text)
         return None
 
@@ -97,27 +111,52 @@ class Access:
 
     def answers_to(self, host: str) -> bool:
         """Whether a Host header names this server. Numerical addresses are accepted on a network:
-        unlike names, they are safe against DNS rebinding."""
-        if self.public and host.lower() == urlsplit(self.public).netloc:
+        unlike names, they are safe against DNS rebinding. The port may be that of an SSH tunnel or
+        of a container: what protects is the name, and that `Origin` agrees with it."""
+        if self.is_public(host):
             return True
-        name, port = split_host(host)
-        if port != self.port:
-            return False
-        if self.host in LOOPBACK:
-            return name in LOOPBACK
-        return names_this_machine(name) if self.host in ANY_ADDRESS else name == self.host.lower()
+        name = host_name(host)
+        if self.host in ANY_ADDRESS:
+            return names_this_machine(name)
+        return name in LOOPBACK or name == self.host.lower()
+
+    def is_public(self, host: str) -> bool:
+        """Whether a Host header names the reverse proxy."""
+        return bool(self.public) and host.lower() == urlsplit(self.public).netloc
 
     def scheme(self, host: str) -> str:
         """The scheme of the page's URL: http, or that of the reverse proxy."""
-        public = urlsplit(self.public)
-        return public.scheme if host.lower() == public.netloc else "http"
+        return urlsplit(self.public).scheme if self.is_public(host) else "http"
+
+    @property
+    def public_path(self) -> str:
+        """The path under which a reverse proxy has the server, "" for that of its host."""
+        return urlsplit(self.public).path
+
+    def own_path(self, request: Request) -> str:
+        """Path and query of a request without the path of the reverse proxy, which may have removed
+        it already."""
+        rest = request.path.removeprefix(self.public_path)
+        if not rest or rest.startswith("?"):
+            return f"/{rest}"
+        return rest if rest.startswith("/") else request.path
+
+    def for_viser(self, request: Request) -> Request:
+        """A request without what viser's server does not know: the proxy's path and the key."""
+        path = self.own_path(request)
+        if self.framed:
+            path = f"/{path.partition('?')[0].lstrip('/').partition('/')[2]}"
+        return replace(request, path=path)
 
     def presents(self, request: Request | None) -> bool:
         """Whether a request, None after its visitor has left, has the presenter's key."""
         return request is not None and matches((self.presenter_key,), self.key_of(request))
 
     def key_of(self, request: Request) -> str:
-        """The key in the query of a request, else in its cookie, else ""."""
+        """The key in the query of a request, else in its cookie, else ""; in the path of a page in
+        a frame."""
+        if self.framed:
+            return self.own_path(request).partition("?")[0].lstrip("/").partition("/")[0]
         if key := query_key(request):
             return key
         pairs = (pair.strip().partition("=") for pair in header(request, "Cookie").split(";"))
@@ -126,11 +165,21 @@ class Access:
     def key_cookie(self, request: Request) -> str:
         """The Set-Cookie header that stores the key of the query; "" without a valid key. Lax, not
         Strict, so that links in e-mails work, which redirect to the page without the key."""
-        key = query_key(request)
-        if not matches((self.visitor_key, self.presenter_key), key):
+        key, host = query_key(request), header(request, "Host")
+        if self.framed or not matches((self.visitor_key, self.presenter_key), key):
             return ""
-        secure = "; Secure" if self.scheme(header(request, "Host")) == "https" else ""
-        return f"{self.cookie}={key}; Path=/; HttpOnly; SameSite=Lax{secure}"
+        # viser's page opens its WebSocket at the path without a slash at its end.
+        path = (self.is_public(host) and self.public_path) or "/"
+        secure = "; Secure" if self.scheme(host) == "https" else ""
+        return f"{self.cookie}={key}; Path={path}; HttpOnly; SameSite=Lax{secure}"
+
+    def without_key(self, request: Request) -> str:
+        """The address of the page with the query of a request, without the key. That of a reverse
+        proxy is complete: some proxies put their path in front of any other, some do not."""
+        pairs = parse_qsl(urlsplit(request.path).query, keep_blank_values=True)
+        rest = urlencode([(name, value) for name, value in pairs if name != KEY_PARAMETER])
+        place = self.public if self.is_public(header(request, "Host")) else ""
+        return f"{place}/?{rest}" if rest else f"{place}/"
 
 
 def header(request: Request, name: str) -> str:
@@ -149,20 +198,13 @@ def matches(keys: tuple[str, ...], given: str) -> bool:
     return any(matched)
 
 
-def without_key(path: str) -> str:
-    """The path of the page with the query of `path`, without the key."""
-    pairs = parse_qsl(urlsplit(path).query, keep_blank_values=True)
-    rest = urlencode([(name, value) for name, value in pairs if name != KEY_PARAMETER])
-    return f"/?{rest}" if rest else "/"
-
-
-def split_host(host: str) -> tuple[str, int | None]:
-    """Name and port of a Host header; ("", None) if it is malformed."""
+def host_name(host: str) -> str:
+    """The name in a Host header; "" if it is malformed."""
     with contextlib.suppress(ValueError):
         parts = urlsplit(f"//{host}")
-        if parts.netloc == host and "@" not in host:
-            return (parts.hostname or ""), (parts.port or 80)
-    return "", None
+        if parts.netloc == host and "@" not in host and parts.port != 0:
+            return parts.hostname or ""
+    return ""
 
 
 def network_address() -> str:
@@ -183,11 +225,14 @@ def names_this_machine(name: str) -> bool:
     return name in ("localhost", own, f"{own}.local", own.partition(".")[0])
 
 
-def public_url(text: str) -> str:
-    """The URL of a reverse proxy: a scheme and a host. Raises InvalidInput for anything else."""
-    parts = urlsplit(text.lower())
-    if parts.scheme not in ("http", "https") or not parts.netloc or parts.path.strip("/"):
+def public_url(text: str, name: str = "public-url") -> str:
+    """The URL of a reverse proxy, without a slash at its end: a scheme, a host, and the path under
+    which it has the server, if any. Raises InvalidInput for anything else, with the name."""
+    parts = urlsplit(text)
+    known = parts.scheme.lower() in ("http", "https") and PLAIN.fullmatch(parts.path)
+    if not (known and parts.netloc) or "@" in parts.netloc or parts.query or parts.fragment:
         raise InvalidInput(
-            f"public-url = {text}: must be a scheme and a host, like https://beams.example.org"
+            f"{name} = {text}: must be a scheme, a host and the path there, if any,"
+            " like https://beams.example.org or https://example.org/beams/"
         )
-    return f"{parts.scheme}://{parts.netloc}"
+    return f"{parts.scheme}://{parts.netloc}".lower() + parts.path.rstrip("/")

@@ -16,7 +16,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from beamviz.server.access import Access, Refusal, header, without_key
+from beamviz.server.access import Access, Refusal, header
 from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import PROTOCOL, message_types
 
@@ -46,6 +46,12 @@ CONTENT_POLICY = {
     "form-action": "'none'",
     "frame-ancestors": "'none'",
 }
+# Pages that may show a page of a notebook: those of this machine, of the same origin behind a
+# proxy, and of Visual Studio Code.
+NOTEBOOKS = (
+    "'self' http://localhost:* https://localhost:* http://127.0.0.1:* https://127.0.0.1:*"
+    " vscode-webview: vscode-file:"
+)
 HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
@@ -217,9 +223,9 @@ class Guard:
         if refusal:
             return refusal_page(refusal)
         if not upgrade and (cookie := self.access.key_cookie(request)):
-            headers = {"Location": without_key(request.path), "Set-Cookie": cookie}
+            headers = {"Location": self.access.without_key(request), "Set-Cookie": cookie}
             return reply(303, "See Other", b"", headers)
-        response = page(connection, request)
+        response = page(connection, self.access.for_viser(request))
         kind = response.headers.get("Content-Type", "") if response else ""
         if response and response.status_code == 200 and kind.startswith("text/html"):
             headers = dict(response.headers.raw_items())
@@ -231,11 +237,16 @@ class Guard:
     def add_headers(
         self, connection: ServerConnection, request: Request, response: Response
     ) -> Response:
-        """Add the security headers; the page may connect to this server only."""
-        host = request.headers.get_all("Host")[:1]
-        connect = " ".join(["'self'", "blob:", "data:", *(f"ws://{h} wss://{h}" for h in host)])
-        policy = CONTENT_POLICY | ({"connect-src": connect} if response.status_code < 400 else {})
-        for name, value in HEADERS.items():
+        """Add the security headers; the page may connect to this server only, and one that belongs
+        to a notebook be shown in it."""
+        host, headers, policy = request.headers.get_all("Host")[:1], dict(HEADERS), CONTENT_POLICY
+        if response.status_code < 400:
+            connect = " ".join(["'self'", "blob:", "data:", *(f"ws://{h} wss://{h}" for h in host)])
+            policy = policy | {"connect-src": connect}
+            if self.access.framed:
+                policy = policy | {"frame-ancestors": NOTEBOOKS}
+                del headers["X-Frame-Options"]  # which has no list
+        for name, value in headers.items():
             response.headers[name] = value
         response.headers["Content-Security-Policy"] = "; ".join(map(" ".join, policy.items()))
         return response

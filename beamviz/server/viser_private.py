@@ -18,6 +18,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import rich
 import viser
 import websockets
 import websockets.asyncio.server
@@ -109,12 +110,11 @@ def viser_server(host: str, port: int, serve: Callable[..., Any]) -> Iterator[vi
         return serve(*args, **options)
 
     def stop() -> None:
-        with contextlib.redirect_stdout(io.StringIO()):
+        with without_banners():
             server.stop()
 
     with contextlib.ExitStack() as stack:
-        # stdout is for data, not for viser's banners
-        with defer_signals(), contextlib.redirect_stdout(io.StringIO()), building:
+        with defer_signals(), without_banners(), building:
             original, module.serve = module.serve, guarded_serve  # type: ignore[misc,assignment]
             try:
                 server = TunnelFreeServer(host=host, port=port, verbose=False)
@@ -129,6 +129,19 @@ def viser_server(host: str, port: int, serve: Callable[..., Any]) -> Iterator[vi
             except AttributeError:
                 raise unsupported(f"viser:ViserServer.{path}") from None
         yield server
+
+
+@contextlib.contextmanager
+def without_banners() -> Iterator[None]:
+    """Context in which viser prints nothing: stdout is for data, and in a notebook its banners
+    would be an output of the cell."""
+    console = rich.get_console()
+    with contextlib.redirect_stdout(io.StringIO()):
+        before, console.quiet = console.quiet, True
+        try:
+            yield
+        finally:
+            console.quiet = before
 
 
 def log_callback_error(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:

@@ -155,14 +155,22 @@ Stacks = tuple[np.ndarray, np.ndarray]  # matrices of each beam, of family a and
 
 
 def gyroscopic_modes(
-    K: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_rounding: float = 1e6
+    K: Stacks,
+    F: Stacks,
+    gamma: np.ndarray,
+    count: int,
+    max_rounding: float = 1e6,
+    singular: bool = False,
 ) -> GyroscopicModes:
     """The `count` lowest modes of a stack of problems, gamma (beams, 1, 1).
 
     Frequencies are real by construction where K is positive definite; LinAlgError is raised where
     it is not for one of several. max_rounding: rounding error of omega^2, in units of EPS, above
-    which a more accurate algorithm is used. Raises NotConverged.
+    which a more accurate algorithm is used. singular: whether K of a single problem is known to be
+    singular. Raises NotConverged.
     """
+    if singular:
+        return _indefinite_gyroscopic(K, F, gamma.item(), count)
     try:
         L = np.linalg.cholesky(K[0]), np.linalg.cholesky(K[1])
     except np.linalg.LinAlgError:

@@ -3,7 +3,7 @@
 Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -16,9 +16,11 @@ from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp import solve_hp
+from beamviz.solver.hp.modes import turns_freely
+from beamviz.solver.hp.properties import ends_of_spans, stack_of
+from beamviz.solver.loads import Curve, Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
-    Curve,
     Equilibrium,
     Fields,
     Solution,
@@ -29,6 +31,7 @@ from beamviz.solver.solution import (
     straight,
 )
 
+MOMENT_POINTS = 12  # Gauss points between two discontinuities, of a static moment
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
 gauss = lru_cache(maxsize=8)(legendre.leggauss)
@@ -79,32 +82,76 @@ def modes_of_matrices(
     without softening. F (m, n): factors of the mass matrices F' F. The softening, a multiple of the
     mass, shifts omega^2, across the beam in the plane of rotation only."""
     Ma, Mb = (f.T @ f for f in F)
+    free = beam.root == 0 and bool(turns_freely(stack_of([beam]), problem)[0])
     if problem.gyroscopic and beam.gamma:
         Ka, Kb = K[0] - beam.gamma**2 * Ma, K[1] - beam.gamma**2 * Mb
         stacks = (Ka[None], Kb[None]), (F[0][None], F[1][None])
-        coupled = eigen.gyroscopic_modes(*stacks, np.full((1, 1, 1), beam.gamma), problem.modes)
+        gamma = np.full((1, 1, 1), beam.gamma)
+        coupled = eigen.gyroscopic_modes(*stacks, gamma, problem.modes, singular=free)
         along, across = shapes[0](coupled.a[0]), shapes[1](coupled.b[0])
         fields = partial(coupled_fields, along, across)
-        return coupled.omega_squared[0], coupled.fraction[0], fields
+        omega_squared = coupled.omega_squared[0]
+        if free:
+            omega_squared[abs(omega_squared).argmin()] = 0.0
+        return omega_squared, coupled.fraction[0], fields
     softening = beam.gamma**2
 
     omega_squared, V = eigen.symmetric_modes(K[0], Ma, problem.modes)
     stretching = Family(omega_squared - softening, shapes[0](V))
 
-    shift = eigen.COMPRESSED if beam.delta < 0 else 0.0
+    shift = eigen.COMPRESSED if beam.delta < 0 or beam.root == 0 else 0.0
     omega_squared, V = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
-    bending = Family(omega_squared - softening * problem.chordwise, shapes[1](V))
+    omega_squared = omega_squared - softening * problem.chordwise
+    if free:  # a rigid rotation about the hinge
+        omega_squared[0] = 0.0
+    bending = Family(omega_squared, shapes[1](V))
     return merge(stretching, bending, problem.modes)
 
 
 def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
     """Points (n,) and weights (n,) of an integral over the mass of a beam: `points` Gauss points on
-    either side of the concentrated mass and, as the last point, the concentrated mass."""
+    either side of the concentrated mass and, as the last point, the concentrated mass. Of a beam
+    that is not uniform, points between all discontinuities and, at the end, the bodies."""
+    if not beam.is_uniform:
+        bodies = beam.bodies
+        along, mass = distributed_mass(beam, ends_of_spans(beam), points)
+        at = [body.beta for body in bodies]
+        return np.append(along, at), np.append(mass, [body.alpha for body in bodies])
     xi, weights = gauss(points)
     parts = list(pairwise(sorted({0.0, beam.beta, 1.0})))
     x = [a + (b - a) * (xi + 1) / 2 for a, b in parts]
     w = [(b - a) / 2 * weights for a, b in parts]
     return np.append(np.concatenate(x), beam.beta), np.append(np.concatenate(w), beam.alpha)
+
+
+def distributed_mass(
+    beam: Beam, ends: tuple[float, ...], points: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n,) and weights (n,) of an integral over the mass of the beam itself, `points` Gauss
+    points between two ends."""
+    xi, weights = gauss(points)
+    start, length = np.array(ends)[:-1, None], np.diff(ends)[:, None]
+    x, w = (start + length * (xi + 1) / 2).ravel(), (length / 2 * weights).ravel()
+    return x, w if beam.blade is None else w * beam.blade.at("mass", x)
+
+
+def moment_of_weight(beam: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (n,), weights (n,) of an integral over x, and the bending moment (n,) at the points of
+    the static force on the mass of the beam, across it and 1 for a unit of mass."""
+    at, mass = quadrature(beam)
+    xi, weights = gauss(MOMENT_POINTS)
+    x, w, moments = [], [], []
+    for start, stop in pairwise(ends_of_spans(beam)):
+        here = start + (stop - start) * (xi + 1) / 2
+        # The rest of the span, and all beyond it.
+        rest = here[:, None] + (stop - here)[:, None] * (xi + 1) / 2
+        rho = 1.0 if beam.blade is None else beam.blade.at("mass", rest)
+        beyond = at >= stop
+        moment = ((rest - here[:, None]) * rho) @ weights * (stop - here) / 2
+        moments.append(moment + (at[beyond] - here[:, None]) @ mass[beyond])
+        x.append(here)
+        w.append((stop - start) / 2 * weights)
+    return np.concatenate(x), np.concatenate(w), np.concatenate(moments)
 
 
 def build_solution(
@@ -114,18 +161,22 @@ def build_solution(
     size: tuple[int, int, int],
     curve: Curve = straight,
     iterations: int = 0,
+    nodes: Sequence[float] = (),
 ) -> Solution:
-    """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium."""
+    """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium, nodes:
+    between which it is smooth."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
     s = exponents(omega_squared)
     softened = problem.softening and not problem.chordwise and beam.delta < 0
     bending = omega_squared[fraction >= 0.5]
     buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
+    breaks = tuple(sorted({*nodes, *ends_of_spans(beam)}))
+    loads = Loads(beam, problem.chordwise, breaks, curve)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=Equilibrium(status_of(s), iterations, curve, buckled_chordwise=buckled),
+        equilibrium=Equilibrium(status_of(s), iterations, loads, buckled_chordwise=buckled),
         stats=Stats(dof, problem.method, elements, order),
         s=read_only(s),
         estimate_errors=errors,

@@ -59,11 +59,13 @@ METHODS = {
         *HP,
         "this program: high-order elements in gradient and curvature, split at the mass",
         "unless you are studying another method: fastest to any accuracy",
+        blades=True,
     ),
     "ancf": Method(
         *FEM,
         "the paper's cubic elements (2017), stretching and bending solved separately",
         "to see the paper's own numbers; 20 elements are the paper's",
+        blades=True,
     ),
     "ancf-planar": Method(
         *FEM,
@@ -75,18 +77,21 @@ METHODS = {
         "linear finite elements with prestress and spin softening, as general codes do it",
         "to see what a linear prestressed analysis says; its limit is foac's",
         rigid_tension=True,
+        blades=True,
     ),
     "foac": Method(
         *HP,
         "first-order coupling: tension of the rigid reference length (Hong et al.; Yoo & Shin)",
         "to see the classical model of slender rotating beams, right while f is near 1",
         rigid_tension=True,
+        blades=True,
     ),
     "zoac": Method(
         *HP,
         "no coupling: the linear model without stiffening, the paradox of Kane et al. (1987)",
         "to see it fail: it falsely loses stability at gamma = 3.516",
         rigid_tension=True,
+        blades=True,
     ),
     "assumed-modes": Method(
         "series",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
+from beamviz.solver.loads import Curve, Loads, Outboard
 from beamviz.solver.problem import Problem
 
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
@@ -22,8 +23,6 @@ STATIONS = 201  # equally spaced along the beam, of shapes in charts and files
 VISIBLE = 1e-7  # share of its amplitude below which a mode near the clamp has no nodes
 ROOT_ITERATIONS, ROOT_TOLERANCE = 40, 1e-14
 
-# x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)
-Curve = Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
 # x -> displacements (len(x), 2, modes) along and across the beam
 Fields = Callable[[NDArray], NDArray]
 
@@ -65,9 +64,14 @@ class Equilibrium:
 
     status: Status
     iterations: int
-    curve: Curve
+    loads: Loads
     bent_state: Any = None  # for `beamviz.solver.bent`; None where it is straight
     buckled_chordwise: bool = False
+
+    @property
+    def curve(self) -> Curve:
+        """x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)."""
+        return self.loads.curve
 
     @property
     def stable(self) -> bool:
@@ -90,6 +94,43 @@ class Equilibrium:
     def angle(self, x: NDArray) -> NDArray:
         """Angle [rad] of the beam's axis (len(x),), continuous, 0 where it is straight."""
         return self.curve(_points(x))[2]
+
+    def force(self, x: NDArray) -> NDArray:
+        """Axial force (len(x),) in units of E I / L^2 of the root section, tension positive. It has
+        a step at a body; there it is the force on the side of the root."""
+        return self.loads.at(_points(x)).axial
+
+    def shear(self, x: NDArray) -> NDArray:
+        """Shear force (len(x),) in units of E I / L^2 that the part outboard of x exerts across the
+        beam, on the side of the root."""
+        return self.loads.at(_points(x)).shear
+
+    def moment(self, x: NDArray) -> NDArray:
+        """Bending moment (len(x),) in units of E I / L that the part outboard of x exerts, positive
+        where it turns the beam the way its angle grows, on the side of the root."""
+        return self.loads.at(_points(x)).moment
+
+    @cached_property
+    def root(self) -> Outboard:
+        """Axial force, shear force and moment that the beam exerts on the hub: the reaction is the
+        opposite."""
+        at_root = self.loads.at(np.zeros(1))
+        return Outboard(*(float(value[0]) for value in at_root))
+
+    @property
+    def root_force(self) -> float:
+        """Axial force on the hub, in units of E I / L^2."""
+        return self.root.axial
+
+    @property
+    def root_shear(self) -> float:
+        """Shear force on the hub, in units of E I / L^2."""
+        return self.root.shear
+
+    @property
+    def root_moment(self) -> float:
+        """Bending moment on the hub, in units of E I / L."""
+        return self.root.moment
 
     @cached_property
     def tip(self) -> NDArray:
@@ -116,7 +157,7 @@ class Solution:
     fields: Fields  # displacement up to a constant factor of modulus 1 of each mode
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name}={value:g}" for name, value in self.beam.numbers.items())
+        numbers = self.beam.summary
         lowest = ", ".join(f"{frequency:.6g}" for frequency in self.frequencies[:5])
         more = ", ..." if len(self.frequencies) > 5 else ""
         return (
@@ -132,7 +173,7 @@ class Solution:
         """
         from beamviz.datasets import attributes, mode_dataset
 
-        described = attributes(self.beam.numbers, self.problem.model, self.beam.units)
+        described = attributes(self.beam, self.problem.model, self.beam.units)
         described["status"] = self.equilibrium.status
         return mode_dataset(self.columns, self.along_beam, described)
 
@@ -142,9 +183,15 @@ class Solution:
 
         x = np.linspace(0.0, 1.0, STATIONS)
         larger = self._larger_components(x).T
-        return plot_shapes(
-            x, larger, self.labels, self.larger_component.tolist(), self.frequencies, ax
-        )
+        components, units = self.larger_component.tolist(), self.beam.units
+        return plot_shapes(x, larger, self.labels, components, self.frequencies, ax, units)
+
+    def show(self, **options: Any) -> Any:
+        """Open the live page of this beam with this model, and return its View; options: those of
+        `beamviz.show`."""
+        from beamviz import hooks
+
+        return hooks.show(self, **options)
 
     def _repr_html_(self) -> str:
         from beamviz.tables import html_table, mode_columns
@@ -174,12 +221,18 @@ class Solution:
     @property
     def along_beam(self) -> dict[str, NDArray]:
         """The equilibrium and the shapes at equally spaced stations and the mass, x (n,): position
-        (n, 2), stretch (n,), shape (modes, n, 2); lengths in L, unit modal mass."""
-        x = np.union1d(np.linspace(0.0, 1.0, STATIONS), [self.beam.beta])
+        (n, 2), stretch, force, shear and moment (n,), shape (modes, n, 2); lengths in L, forces in
+        E I / L^2, unit modal mass."""
+        bodies = [self.beam.beta, *(mass.beta for mass in self.beam.masses)]
+        x = np.union1d(np.linspace(0.0, 1.0, STATIONS), bodies)
+        loads = self.equilibrium.loads.at(x)
         return {
             "x": x,
             "position": self.equilibrium.position(x),
             "stretch": self.equilibrium.stretch(x),
+            "force": loads.axial,
+            "shear": loads.shear,
+            "moment": loads.moment,
             "shape": np.moveaxis(self.displacement(x), 2, 0) + 0.0,  # -0.0 becomes 0.0
         }
 
@@ -212,7 +265,8 @@ class Solution:
         """Estimated absolute errors (modes,) of s: of frequency or growth rate, or of both as a
         distance in the complex plane."""
         size, error = abs(self.s) ** 2, self.omega_squared_errors
-        return read_only(error / (np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))))
+        root = np.sqrt(size) + np.sqrt(np.maximum(size - error, 0.0))
+        return read_only(np.where(root > 0, error, np.sqrt(error)) / np.where(root > 0, root, 1.0))
 
     @cached_property
     def families(self) -> tuple[str, ...]:
@@ -260,7 +314,8 @@ class Solution:
         """Vibration nodes x of each mode: where its larger component is zero at all times."""
         # Dense where boundary layers may be thin: at the clamp, the mass and the tip.
         near = np.geomspace(1e-5, 0.01, 40)
-        near = np.add.outer((0.0, self.beam.beta, 1.0), np.append(near, -near))
+        bodies = (mass.beta for mass in self.beam.masses)
+        near = np.add.outer((0.0, self.beam.beta, *bodies, 1.0), np.append(near, -near))
         x = np.union1d(near, np.linspace(0, 1, NODE_GRID))
         x = x[(x > 0) & (x <= 1)]
         values = self._larger_components(x)

@@ -32,7 +32,8 @@ def sweep(
 ) -> "xarray.Dataset":
     """Frequencies of every combination of parameters, as a Zarr store and an xarray Dataset.
 
-    axes: ascending values by parameter, up to five: {"gamma": values, "alpha": values, ...}. out:
+    axes: ascending values by parameter, up to five: {"gamma": values, "alpha": values, ...}; of a
+    beam in SI also in a unit, as {"rpm": values, "kg": values} (see `loci`). out:
     the store, "NAME.zarr"; None: none is kept, the Dataset is in memory. executor: a
     concurrent.futures.Executor or a Dask Client; by default `workers` processes of this machine
     (all cores; in a script, call it under `if __name__ == "__main__"`). beam: the numbers that do

@@ -16,6 +16,7 @@ from beamviz.checks import full_text
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci.path import check_values
 from beamviz.solver import METHODS, Problem, parse_keywords
+from beamviz.units import parse_over
 
 MAX_AXES = 5
 MAX_VALUES = 1_000_000  # of an axis
@@ -104,7 +105,8 @@ class Plan:
     def arguments(self) -> dict[str, Any]:
         """The arguments of this sweep besides its axes, by name, in the types of JSON; units unless
         they vary, as over mu."""
-        fixed = {name: getattr(self.beam, name) for name in NUMBERS if name not in self.axes}
+        every = {"spin_up": 0.0, **self.beam.attributes}
+        fixed = {name: value for name, value in every.items() if name not in self.axes}
         units = self.beam.units if "mu" not in self.axes else None
         return {**fixed, **self.problem.options, **(units.attributes if units else {})}
 
@@ -115,9 +117,12 @@ def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan
         raise InvalidInput(f"no axis is given: name one or more of {', '.join(NUMBERS)}")
     if len(axes) > MAX_AXES:
         raise InvalidInput(f"{len(axes)} axes, {', '.join(axes)}: must be at most {MAX_AXES}")
-    values = {
-        name: check_values("axis", name, given, 1, MAX_VALUES) for name, given in axes.items()
-    }
+    values = {}
+    for text, given in axes.items():
+        name, factor = parse_over(text, beam.units)
+        if name in values:
+            raise InvalidInput(f"axis {text!r}: {name} is given twice")
+        values[name] = check_values("axis", name, given, 1, MAX_VALUES, factor)
     extremes = {name: float(array[0 if name == "mu" else -1]) for name, array in values.items()}
     beam = beam.replace(**extremes)  # its units are kept; raises where gamma / mu is too large
     return Plan(values, beam, parse_keywords(**options))

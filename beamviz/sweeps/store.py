@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam, Units
+from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import InvalidInput, Unavailable, requires
 from beamviz.files import check_suffix, temporary
 from beamviz.signals import defer_signals
@@ -27,6 +27,7 @@ from beamviz.solver import solve_many
 from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.arrays import ARRAYS, STATUSES, Arrays, solve_chunk
 from beamviz.sweeps.plan import Chunk, Plan, Region, axis_text, make_plan
+from beamviz.units import Units
 from beamviz.version import __version__
 
 FORMAT = "beamviz sweep 2"
@@ -34,6 +35,7 @@ DESCRIPTION = ("title", "format", "beamviz_version")  # attributes that are no a
 NO_ROOM = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 DAMAGED = (OSError, RuntimeError, ValueError)  # RuntimeError: of zarr's decoders
 
+RECORDED = (*NUMBERS, "blade", "masses", "root")  # attributes of the beam
 WRITING = threading.Lock()  # zarr's configuration is one for all threads
 
 
@@ -243,9 +245,8 @@ def stored_plan(path: Path) -> Plan:
             axes[name] = group[name][:]
         if axis_text(axes[name]) != group[name].attrs["summary"]:
             raise damaged_chunk(path, f"the values of {name} are missing")
-    fixed = {name: attributes[name] for name in NUMBERS if name in attributes}
-    sizes = [attributes[name] for name in ("unit_length_m", "unit_time_s") if name in attributes]
-    beam = Beam(**fixed, units=Units(*sizes) if sizes else None)
+    fixed = {name: attributes[name] for name in RECORDED if name in attributes}
+    beam = Beam.from_record(fixed, units=Units.from_attributes(attributes))
     return make_plan(axes, beam, **{name: attributes[name] for name in OPTIONS})
 
 

@@ -11,7 +11,7 @@ import pytest
 from helpers import contents, load_script
 
 from beamviz import NoEquilibrium, NotConverged, benchmark, solve
-from beamviz.benchmark import METHODS, PEERS, SCENES, Row, time_to_error, work_precision
+from beamviz.benchmark import METHODS, PEERS, SCENES, Row, motion, time_to_error, work_precision
 from beamviz.benchmark.work_precision import Effort, dominated, limits, measure, relative_error
 from beamviz.errors import BeamvizError
 from beamviz.solver import METHODS as METHOD_NAMES
@@ -21,6 +21,16 @@ MODES = work_precision.MODES
 SCRIPT = load_script("limits")
 MODELS = {name: theory.start for name, theory in SCRIPT.THEORIES.items()}
 LITTLE = Effort(0.0, 1.0)
+LITTLE_MOTION = motion.Effort(
+    tolerances=(1e-2,),
+    high=(20,),
+    low=(180,),
+    elements=(2,),
+    peer=((2,), (1,)),
+    mus=(20.0,),
+    steps=(0.5,),
+)
+CHARTS = ("benchmark", "motion-time-error", "motion-failures")
 
 
 @pytest.mark.slow
@@ -176,6 +186,7 @@ def small(monkeypatch):
     monkeypatch.setattr(benchmark, "METHODS", some)
     monkeypatch.setattr(benchmark, "PEERS", (MISSING,))
     monkeypatch.setattr(work_precision, "QUICK", LITTLE)
+    monkeypatch.setattr(motion, "QUICK", LITTLE_MOTION)
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         monkeypatch.setenv(name, os.environ.get(name, "1"))
 
@@ -184,7 +195,8 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     """PNG, SVG and JSON; ratios on stdout, progress on stderr."""
     code, out, err = run("benchmark", "--out", str(tmp_path), "--quick", "--peers")
     assert code == 0, err
-    assert set(contents(tmp_path)) == {f"benchmark.{end}" for end in ("png", "svg", "json")}
+    pictures = [f"{name}.{end}" for name in CHARTS for end in ("png", "svg")]
+    assert set(contents(tmp_path)) == {*pictures, "benchmark.json", "motion.json"}
     data = json.loads((tmp_path / "benchmark.json").read_text())
     reasons = {r["name"]: r["reason"] for r in data["rows"]}
     assert set(reasons) == {"auto", "power-series", "fake"}
@@ -192,6 +204,10 @@ def test_the_command_writes_chart_and_numbers(small, tmp_path, run):
     assert data["machine"]["cores"] >= 1
     assert "time to error 1e-06 / auto" in out
     assert "no answer" in out
+    motions = json.loads((tmp_path / "motion.json").read_text())
+    assert {row["scene"] for row in motions["time against error"]} == set(motion.SCENES)
+    assert {cell["integrator"] for cell in motions["map"]} == set(motion.NAMES)
+    assert "time to tip error 0.001 / auto" in out
     assert "on the Pareto front" in out or "is faster and as" in out
     assert "slow: auto" in err
 

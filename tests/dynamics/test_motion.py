@@ -4,9 +4,18 @@ import numpy as np
 import pytest
 from oracle.motion import tip_by_polynomials
 
-from beamviz import Beam, Hub, InvalidInput, NoEquilibrium, NotConverged, Ramp, motion, solve
+from beamviz import (
+    Beam,
+    Hub,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    Ramp,
+    motion,
+    solve,
+)
 from beamviz.dynamics.case import Case
-from beamviz.dynamics.elements import position_elements
+from beamviz.dynamics.elements import elements_between
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.run import equation_of, run, start_solution
 from beamviz.dynamics.schemes import INTEGRATORS
@@ -154,9 +163,11 @@ def test_a_body_docks_and_is_released_without_a_jump_of_momentum():
     moved = motion(beam, 1, start={"B1": 0.05}, catch=at, tolerance=1e-3)
     step = np.searchsorted(moved.path.t, at)
     (q,), (v,) = moved.path.at(np.array([at]))  # before; the path holds those after
+    after_v = moved.path.v[step]
     before, after = equation(beam.replace(alpha=0.0), moved), equation(beam, moved)
     assert moved.path.q[step] == pytest.approx(q, abs=1e-12)
-    assert after.M @ moved.path.v[step] == pytest.approx(before.M @ v, abs=1e-10)
+    momenta = [e.balance(beam.gamma, q)[2] @ rate for e, rate in ((before, v), (after, after_v))]
+    assert momenta[1] == pytest.approx(momenta[0], abs=1e-10)
     assert abs(moved.path.v[step] - v).max() > 1e-3
     dropped = motion(beam, 1, start={"B1": 0.05}, drop=at, tolerance=1e-3)
     step = np.searchsorted(dropped.path.t, at)
@@ -166,7 +177,9 @@ def test_a_body_docks_and_is_released_without_a_jump_of_momentum():
 
 def equation(beam, moved):
     """The equation of a beam on the elements of a motion."""
-    return equation_of(Case(beam=beam, until=1.0), moved.path.elements, bool(beam.alpha), None)
+    return equation_of(
+        Case(beam=beam, until=1.0), moved.path.unknowns.elements, bool(beam.alpha), None
+    )
 
 
 SHORT_MOTION = {"beam": Beam(gamma=3, mu=20), "until": 1, "start": {"B1": 0.05}, "points": 21}
@@ -174,18 +187,18 @@ SHORT_MOTION = {"beam": Beam(gamma=3, mu=20), "until": 1, "start": {"B1": 0.05},
 
 @pytest.fixture(scope="module")
 def reference():
-    """The short motion, converged."""
-    return motion(**SHORT_MOTION, tolerance=1e-7)
+    """The short motion. Below 1e-6 L it has kinks: a start in a mode is not at rest along the beam,
+    and stretching waves run to and fro."""
+    return motion(**SHORT_MOTION, tolerance=2e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_every_integrator_converges_to_the_same_motion(integrator, reference):
-    """With steps of 0.005 T*, each to what its order allows at frequencies of 60 / T*."""
-    moved = motion(**SHORT_MOTION, integrator=integrator, step=0.005)
-    low = integrator in ("trapezoidal", "generalised-alpha")
-    assert abs(moved.tip - reference.tip).max() < (2e-4 if low else 1e-6)
-    assert abs(moved.tip - reference.tip).max() <= moved.error + 1e-7
+    """Each to what its order allows at frequencies of 60 / T*."""
+    low = INTEGRATORS[integrator].scheme().order == 2
+    moved = motion(**SHORT_MOTION, integrator=integrator, step=0.005 if low else 0.05)
+    assert abs(moved.tip - reference.tip).max() < (2e-4 if low else 3e-6)
+    assert abs(moved.tip - reference.tip).max() <= moved.error + 2e-6
 
 
 def test_the_elements_of_the_paper_converge_to_the_same_motion():
@@ -251,6 +264,11 @@ def test_wrong_input_is_named(options, named):
         motion(Beam(gamma=2), **{"until": 1, **options})
 
 
+def test_a_blade_is_refused():
+    with pytest.raises(InvalidInput, match="uniform"):
+        motion(Beam(gamma=2, root=5), 1)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_motions_by_an_independent_integration(seed):
@@ -258,27 +276,24 @@ def test_random_motions_by_an_independent_integration(seed):
     line of the package."""
     random = np.random.default_rng(seed)
     beam = Beam(alpha=random.uniform(0, 1), gamma=random.uniform(0, 4), mu=20.0)
-    release, times = random.uniform(0.2, 2), np.linspace(0, 1, 5)
-    moved = motion(beam, 1, release=release, tolerance=1e-5, points=5)
+    release, times = random.uniform(0.2, 2), np.linspace(0, 0.5, 5)
+    moved = motion(beam, 0.5, release=release, tolerance=1e-5, points=5)
     independent = tip_by_polynomials(beam.alpha, beam.gamma, beam.delta, beam.mu, release, times)
     # A release excites all modes: the tip by order 9 is up to 2e-5 from that by order 11.
     assert moved.tip == pytest.approx(independent, abs=5e-5)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("integrator", "periods", "kept"), [("radau", 1000, 1e-4), ("energy", 100, 1e-6)]
-)
-def test_the_jacobi_integral_over_many_periods(integrator, periods, kept):
-    """At a constant speed, without damping: by the default to the tolerance over a thousand periods
-    of B1; by the energy-keeping one to the quadrature of the forces in a step."""
+def test_the_jacobi_integral_over_a_thousand_periods():
+    """At a constant speed, without damping, to the tolerance, with steps of a fourth of a period
+    of B1."""
     beam = Beam(gamma=3)
     period = 2 * np.pi / solve(beam, coriolis=True).frequencies[0]
-    case = Case(beam=beam, until=periods * period, start={"B1": 0.1}, integrator=integrator)
-    mesh = position_elements((0.0, 1.0), (8,), None)
-    found = run(case, start_solution(case), mesh, Control(1e-4, step=period / 36))
+    case = Case(beam=beam, until=1000 * period, start={"B1": 0.1})
+    mesh = elements_between((0.0, 1.0), (8,))
+    found = run(case, start_solution(case), mesh, Control(1e-4, step=period / 4))
     energy = found.energy(np.linspace(0, case.until, 2001))
-    assert np.ptp(energy) < kept
+    assert np.ptp(energy) < 1e-4
 
 
 @pytest.mark.slow

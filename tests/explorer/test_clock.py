@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from live.visitor import PAPER
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.drawing import BeamView, camera
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.camera import initial
@@ -18,6 +18,7 @@ from beamviz.explorer.camera import CHANGE_TIME, STEP, PageCamera, viewpoint
 from beamviz.explorer.clock import EXPONENT, HELD, Clock, suitable_rate
 from beamviz.scene import Camera, Scene, ViewOptions
 from beamviz.solver import solve
+from beamviz.units import Units
 
 
 def sampled(beam: Beam, **options: Any) -> SampledModes:

@@ -9,11 +9,13 @@ from live.browser import page, says
 from live.visitor import Visitor, visitor
 from PIL import Image
 
-from beamviz.beam import MAX_TOML_BYTES, Beam, Units
+from beamviz.beam import Beam
 from beamviz.explorer.features import sharing
 from beamviz.exports import animate
 from beamviz.exports.solved_scene import Loop
+from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.scene import Camera, Scene
+from beamviz.units import Units
 
 FIRST = Scene.of(
     Beam(alpha=1, beta=0.5, gamma=10), mode=3, dark=True, over="mu", position=(1.0, -4.0, 2.0)

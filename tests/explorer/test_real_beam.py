@@ -169,3 +169,12 @@ def test_an_edit_changes_one_field(name, factor, real):
         kept = next((one.sizes for one in real_beam.SECTIONS.values() if name in one.sizes), ())
         for other in ({*real_beam.FIELDS} - SIZES | {*kept}) - {name}:
             assert after[other] == pytest.approx(before[other], rel=1e-9, abs=1e-12)
+
+
+def test_a_value_in_another_unit_gets_a_note(guest):
+    """A density in g/cm^3 is possible, and said to be unusual."""
+    guest.do("real.preset", "steel beam")
+    guest.shows(real_beam.STEEL_BEAM.beam)
+    assert "g/cm^3" not in guest.text
+    fill(guest, density=7.85)
+    assert guest.says("a density in g/cm^3")

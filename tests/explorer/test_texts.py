@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from live.visitor import PAPER
 
-from beamviz.beam import PARAMETERS, Beam, Units
+from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing import text as messages
 from beamviz.drawing.text import measure, rounded_to_error
 from beamviz.errors import NoEquilibrium
@@ -18,6 +18,7 @@ from beamviz.explorer.features.real_beam import MATERIALS
 from beamviz.exports.html_page import solution_table
 from beamviz.scene import Scene
 from beamviz.solver import solve
+from beamviz.units import Units
 
 STEEL = {"length": 0.3, "area": 25e-6, "second_moment": 25e-12 / 12, **MATERIALS["steel"]}
 RULER = Beam.from_si(**STEEL, rotation_speed=20 * math.pi, mass=0.02, mass_position=0.15)

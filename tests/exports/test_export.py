@@ -22,6 +22,7 @@ from live.visitor import PAPER
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
+from beamviz.beam import Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
@@ -167,6 +168,27 @@ def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
     assert (arrays["position"] == solution.equilibrium.position(x)).all()
     assert tuple(arrays["labels"]) == solution.labels
     assert dict(zip(arrays["beam_names"], arrays["beam"], strict=True)) == scene.beam.numbers
+
+
+def test_exports_of_a_real_beam_are_in_si(tmp_path):
+    """Beside the numbers without dimension: Hz, and places in m; a model is in metres."""
+    beam = Beam.from_si(
+        length=2.0, mass_per_length=3.0, bending_stiffness=2500.0, axial_stiffness=8e7
+    )
+    for ending in ("csv", "npz", "glb"):
+        export(tmp_path / f"a.{ending}", Scene(beam))
+    hertz = beam.units.hertz(solve(beam).frequencies)
+    arrays = np.load(tmp_path / "a.npz", allow_pickle=False)
+    assert (arrays["frequencies_hertz"] == hertz).all()
+    assert (arrays["x_m"] == 2 * arrays["x"]).all()
+    assert (arrays["position_m"] == 2 * arrays["position"]).all()
+    assert Beam.from_si(**json.loads(str(arrays["si"]))) == beam
+    reading: dict[str, Any] = {"delimiter": ",", "dtype": None, "encoding": "utf-8"}
+    table = np.genfromtxt(tmp_path / "a.csv", names=True, **reading)
+    assert (np.unique(table["hertz"]) == hertz).all()
+    assert (table["position_x_m"] == 2 * table["position_x"]).all()
+    extent = np.ptp(trimesh.load(tmp_path / "a.glb").bounds, axis=0)
+    assert extent.max() == pytest.approx(2.0, rel=0.1)  # with a part of the hub
 
 
 @pytest.fixture(scope="module")

@@ -192,22 +192,44 @@ def start_browser() -> None:
     atexit.register(stack.close)
 
 
+def devtools() -> tuple[str, str]:
+    """The DevTools addresses of the browser of this run: of all its pages, of itself."""
+    start_browser()
+    file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
+    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2, 30)
+    port, path = file.read_text().splitlines()
+    return f"ws://127.0.0.1:{port}/devtools/page", f"ws://127.0.0.1:{port}{path}"
+
+
+@contextlib.contextmanager
+def frame(url: str) -> Iterator[Page]:
+    """The page of `url` in a frame of a page of another site, which is open."""
+    pages, itself = devtools()
+    with connect(itself, **CONNECTION) as socket:
+        browser = Page(socket)
+
+        def found() -> str | None:
+            every = browser.call("Target.getTargets")["targetInfos"]
+            frames = (one for one in every if one["type"] == "iframe")
+            return next((one["targetId"] for one in frames if one["url"].startswith(url)), None)
+
+        target = wait_until(found)
+    with connect(f"{pages}/{target}", **CONNECTION) as socket:
+        yield Page(socket, "Runtime", "Log", "Page")
+
+
 @contextlib.contextmanager
 def page(
     url: str, width: int = 1280, height: int = 720, *, is_drawn: bool = False
 ) -> Iterator[Page]:
     """A page of this size that has started to load `url`, watched from its first moment. Only if
     `is_drawn` the scene is seen; else it is there and moves, but its canvas stays empty."""
-    start_browser()
-    file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
-    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2, 30)
-    port, path = file.read_text().splitlines()
-    root = f"ws://127.0.0.1:{port}"
-    with connect(root + path, **CONNECTION) as socket:
+    pages, itself = devtools()
+    with connect(itself, **CONNECTION) as socket:
         browser = Page(socket)
         context = browser.call("Target.createBrowserContext", disposeOnDetach=True)
         made = browser.call("Target.createTarget", url="about:blank", newWindow=True, **context)
-        with connect(f"{root}/devtools/page/{made['targetId']}", **CONNECTION) as socket_of_page:
+        with connect(f"{pages}/{made['targetId']}", **CONNECTION) as socket_of_page:
             shown = Page(socket_of_page, "Runtime", "Log", "Page")
             size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
             shown.call("Emulation.setDeviceMetricsOverride", **size)

@@ -25,6 +25,10 @@ Coriolis the motion is (v, i w) exp(i omega t) and
 
     p' = -rho (Lambda v - 2 gamma omega w),   V' = -rho (Lambda w - 2 gamma omega v).
 
+Of a blade rho, EI and EA vary with x: N = mu^2 EA n(f), theta' = f^(2c) m / EI. A body adds alpha
+to rho, and its rotary inertia a jump of m by -omega^2 Jz theta in the plane of rotation, and out of
+it by (gamma^2 (Jz - Jx) - omega^2 Jy) theta. With a root spring K theta(0) = m(0).
+
 Numerics. Collocation on elements that halve toward the clamp, the mass and the tip until they
 resolve the local lengths; eigenvalues by an Arnoldi process about zero frequency and inverse
 iteration about each. Everything is computed at two resolutions that share no points; the
@@ -35,11 +39,12 @@ eigenvalues of the full matrix are found, and the lowest refined.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from beamviz.beam import Beam
-from oracle import eigen
+from oracle import eigen, properties
 from oracle.collocation import Coefficients
 from oracle.eigen import Pencil, UnresolvedError, sign_changes
 from oracle.equilibrium import LAWS, Resolution, equilibrium, resolving_mesh, shoot, stretch
@@ -91,7 +96,7 @@ def truth(
     """
     if coriolis and plane != "chordwise":
         raise ValueError("Coriolis couples stretching with bending in the plane of rotation only")
-    spectra = [Spectrum(beam, strain, curvature, level) for level in resolutions]
+    spectra = [Spectrum(beam, strain, curvature, level, plane) for level in resolutions]
     if coriolis:
         coarse, fine = (spectrum.coupled(modes) for spectrum in spectra)
         families = ["mixed"] * modes
@@ -116,16 +121,22 @@ def truth(
 class Spectrum:
     """Equilibrium and modes of one beam at one resolution."""
 
-    def __init__(self, beam: Beam, strain: str, curvature: str, level: Resolution):
+    def __init__(
+        self, beam: Beam, strain: str, curvature: str, level: Resolution, plane: str = "chordwise"
+    ):
         self.gamma, self.delta, self.c = beam.gamma, beam.delta, CURVATURE[curvature]
+        self.beam, self.plane = beam, plane
+        self.bend = "bending" if plane == "chordwise" else "flap"
         start = shoot(beam, strain)
-        self.mesh = resolving_mesh(beam, strain, self.c, level, start)
+        self.mesh = resolving_mesh(beam, strain, self.c, level, start, self.bend)
         state = equilibrium(self.mesh, beam, strain, start)
         self.X = state[::2]
         self.tip = float(state[-2] - beam.delta)
         self.N = self.mesh.at_points(state, 2)[..., 1]  # (elements, p)
-        self.f = stretch(strain, self.N / beam.mu**2)
-        self.stiffness = beam.mu**2 * LAWS[strain].stiffness(self.f)
+        self.EI, axial = (properties.at(beam, name, self.mesh.x) for name in (self.bend, "axial"))
+        axial = beam.mu**2 * axial
+        self.f = stretch(strain, self.N / axial)
+        self.stiffness = axial * LAWS[strain].stiffness(self.f)
         # units of p, V and of m that keep all unknowns of one size
         self.force = np.max(self.stiffness), np.max(np.abs(self.N)) + 1
         self.moment = np.sqrt(self.force[1])
@@ -134,7 +145,8 @@ class Spectrum:
     def least(self) -> float:
         """A lower bound of omega^2: a wave in a compressed beam has -N^2 / 4 or more, stretched."""
         most = float(np.max(self.f)) ** (2 + 4 * self.c)
-        return -(self.gamma**2) - 4 * AT_REST - float(np.min(self.N)) ** 2 * max(1.0, most)
+        most = max(1.0, most) / float(np.min(self.EI) * np.min(self.mesh.rho))
+        return -(self.gamma**2) - 4 * AT_REST - float(np.min(self.N)) ** 2 * most
 
     def bending(self, modes: int, plane: str = "chordwise") -> np.ndarray:
         """omega^2 of the lowest bending modes; an inward beam may buckle, and hide nodes."""
@@ -142,6 +154,7 @@ class Spectrum:
         if self.delta < 0:
             B = self.mesh.mass(4, {(2, 0): -1 / self.force[1]})
             A = self.mesh.differences(4) - self.mesh.integral(4, self._bending()) - spin * B
+            A, B = A + self._static_turning(4), B + self._turning(4)
             return eigen.lowest_indefinite(Pencil(A, B, 0 * B), modes, self.least)
         squares, Y = self._family(self._bending(), 1 / self.force[1], modes, spin)
         for k in np.flatnonzero(squares < spin / 100):
@@ -155,7 +168,34 @@ class Spectrum:
         follows from the equations above, and keeps the digits that Lambda - gamma^2 loses.
         """
         moment, shear = self.moment * y[3], self.force[1] * y[2]
-        return (moment + self.delta * shear) / np.sum(self.mesh.inertia * self.X * y[::4])
+        momentum = np.sum(self.mesh.inertia * self.X * y[::4])
+        for element, body in self.mesh.bodies:
+            momentum += body.inertia[2] * y[self.mesh.unknown(4, element + 1, -1, 1)]
+        return (moment + self.delta * shear) / momentum
+
+    def _turning(self, d: int) -> Any:
+        """Jumps of the moment at bodies, by their rotary inertia, times omega^2."""
+        axis = 2 if self.plane == "chordwise" else 1
+        pair = (3, 1) if d == 4 else (5, 2)
+        sizes = [-body.inertia[axis] / self.moment for _, body in self.mesh.bodies]
+        return self.mesh.jumps(d, pair, sizes)
+
+    def _static_turning(self, d: int) -> Any:
+        """What a root spring and the centrifugal force on turned bodies change in A."""
+        mesh, root = self.mesh, self.beam.root
+        theta, m = (1, 3) if d == 4 else (2, 5)
+        sizes = [0.0 for _ in mesh.bodies]
+        if self.plane == "flapwise":
+            sizes = [
+                self.gamma**2 * (body.inertia[2] - body.inertia[0]) / self.moment
+                for _, body in mesh.bodies
+            ]
+        change = -mesh.jumps(d, (m, theta), sizes)
+        if root < np.inf:  # instead of theta = 0 at the clamp: root theta = m
+            share = 1 / (1 + root)
+            change = change + mesh.matrix(d, theta, theta, root * share - 1)
+            change = change + mesh.matrix(d, theta, m, -share * self.moment)
+        return change
 
     def stretching(self, modes: int) -> np.ndarray:
         """omega^2 of the lowest stretching modes: positive, as the equilibrium is stable."""
@@ -171,7 +211,7 @@ class Spectrum:
         f, N, unit = self.f, self.N, self.moment
         return {
             (0, 1): f,
-            (1, 3): f ** (2 * self.c) * unit,
+            (1, 3): f ** (2 * self.c) * unit / self.EI,
             (3, 1): f * N / unit,
             (3, 2): -f * self.force[1] / unit,
         }
@@ -183,7 +223,11 @@ class Spectrum:
         mesh, d = self.mesh, 2 if len(static) == 1 else 4
         B = mesh.mass(d, {(d // 2, 0): -unit})
         A = mesh.differences(d) - mesh.integral(d, static) - spin * B
+        if d == 4:
+            A, B = A + self._static_turning(4), B + self._turning(4)
         squares, Y = eigen.lowest(Pencil(A, B, 0 * B), modes)
+        if any(any(body.inertia) for _, body in mesh.bodies):
+            return squares, Y  # nodes are not counted
         for k in range(modes):
             if (found := sign_changes(Y[::d, k])) != k:
                 raise UnresolvedError(f"mode {k + 1} has {found} nodes")
@@ -195,7 +239,8 @@ class Spectrum:
         C = mesh.mass(6, {(3, 0): -p, (4, 1): -V})
         B = 2 * self.gamma * mesh.mass(6, {(3, 1): p, (4, 0): V})
         static = embedded(self._stretching(), (0, 3)) | embedded(self._bending(), (1, 2, 4, 5))
-        return Pencil(mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * C, B, C)
+        A = mesh.differences(6) - mesh.integral(6, static) - self.gamma**2 * C
+        return Pencil(A + self._static_turning(6), B, C + self._turning(6))
 
     def response(self, omega: float, coriolis: bool) -> np.ndarray:
         """Displacements (points, 2) under the force (i, -1) exp(i omega t) on each mass: they are

@@ -7,7 +7,8 @@ further out exerts; n = (-sin a, cos a), t = (cos a, sin a), b = f^p the bending
     mu^2 e e' + b'(f) (m / b)^2 / 2 = P . t,
     q = gamma^2 R + lambda (R_y, -R_x),  R = r + delta e1.
 
-x, y and a vanish at the clamp, m and P at the tip; at the mass P has a step alpha q. Modes: the
+x, y and a vanish at the clamp (with a root spring, K a = m), m and P at the tip; at a body P has a
+step -alpha q and m a step lambda Jz. Of a blade rho, b and mu^2 vary with x. Modes: the
 same equations linearised, with omega^2 d (and 2 i gamma omega (d_y, -d_x) for Coriolis forces) in
 q. Chebyshev collocation and eigenvalues as for straight beams, on elements that halve towards the
 clamp, the mass and the tip, at two resolutions.
@@ -20,7 +21,7 @@ import numpy as np
 from scipy.sparse.linalg import splu
 
 from beamviz import Beam
-from oracle import eigen
+from oracle import eigen, properties
 from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import Pencil, UnresolvedError
 from oracle.equilibrium import LAWS
@@ -70,21 +71,36 @@ def _mesh(beam: Beam, points: int, layers: float, guess: Callable) -> Mesh:
     r, _, f = guess(x)
     arm = np.hypot(r[:, 0] + beam.delta, r[:, 1])
     load = beam.gamma**2 + abs(beam.spin_up)
-    tension = load * (arm.mean() + beam.alpha * np.interp(beam.beta, x, arm))
-    narrowest = layers / np.sqrt(1 + tension * f.max() ** 3)
-    ends = [0.0, beam.beta, 1.0] if beam.alpha > 0 and 0 < beam.beta < 1 else [0.0, 1.0]
-    return refined_mesh(ends, beam, points, lambda x, h, d: min(LONGEST, max(d, narrowest)))
+    carried = sum(body.alpha * np.interp(body.beta, x, arm) for body in beam.bodies)
+    tension = load * ((arm * properties.at(beam, "mass", x)).mean() + carried)
+    softest = properties.at(beam, "bending", x).min()
+    narrowest = layers / np.sqrt(1 + tension * f.max() ** 3 / softest)
+
+    def longest(x: float, h: float, distance: float) -> float:
+        inside = x + h * np.linspace(1e-9, 1 - 1e-9, 9)
+        waves, change = properties.reduced(beam, inside, "bending")
+        return min(LONGEST * min(1.0, waves), layers * change, max(distance, narrowest))
+
+    return refined_mesh(properties.ends(beam), beam, points, longest)
 
 
 class _Problem:
     def __init__(self, beam: Beam, strain: str, curvature: str, mesh: Mesh):
         self.beam, self.strain, self.curvature, self.mesh = beam, strain, curvature, mesh
-        self.skeleton = mesh.differences(D)
+        self.clamped = self.skeleton = mesh.differences(D)
+        if beam.root < np.inf:  # instead of a = 0 at the clamp: root a = m
+            share = 1 / (1 + beam.root)
+            spring = mesh.matrix(D, 2, 2, beam.root * share - 1) + mesh.matrix(D, 2, 3, -share)
+            self.skeleton = self.clamped + spring
+        self.EI, self.EA = (properties.at(beam, name, mesh.x) for name in ("bending", "axial"))
+        self.turning = [body.inertia[2] for _, body in mesh.bodies]
         self.integral = mesh.integral(D, {(a, a): np.ones_like(mesh.x) for a in range(D)})
         turn, spin = beam.gamma**2, beam.spin_up
         load = {(4, 0): -turn, (5, 1): -turn, (4, 1): -spin, (5, 0): spin}
         self.load = mesh.mass(D, load)  # of P by r, spread and at the mass
         self.hub_load = self.load @ np.tile([beam.delta, 0, 0, 0, 0, 0], mesh.size(1))
+        for (element, _), inertia in zip(mesh.bodies, self.turning, strict=True):
+            self.hub_load[mesh.equation(D, element, mesh.points, 3)] += spin * inertia
 
     def state(self, guess: Callable) -> tuple[np.ndarray, np.ndarray]:
         """Unknowns z and the stretch (elements, p) of the state, by Newton's method."""
@@ -97,7 +113,7 @@ class _Problem:
             slope = np.zeros_like(z)
             mesh.at_points(slope, D)[:] = self._slope(mesh.at_points(z, D), f)[0]
             load = self.integral @ slope + self.load @ z + self.hub_load
-            z.reshape(-1, D)[:, 3:] = splu(self.skeleton).solve(load).reshape(-1, D)[:, 3:]
+            z.reshape(-1, D)[:, 3:] = splu(self.clamped).solve(load).reshape(-1, D)[:, 3:]
         last = np.inf
         scale = np.tile(np.maximum(abs(z.reshape(-1, D)).max(axis=0), 1.0), len(x))
         for _ in range(NEWTON_STEPS):
@@ -132,18 +148,19 @@ class _Problem:
         c, s = np.cos(a), np.sin(a)
         f = self._stretch(m, Px * c + Py * s, f)
         zero = np.zeros_like(f)
-        slope = (f * c, f * s, m / f ** POWER[self.curvature], -f * (Py * c - Px * s), zero, zero)
+        bending = self.EI * f ** POWER[self.curvature]
+        slope = (f * c, f * s, m / bending, -f * (Py * c - Px * s), zero, zero)
         return np.stack(slope, axis=-1), f
 
     def _stretch(self, m: np.ndarray, pull: np.ndarray, f: np.ndarray) -> np.ndarray:
         """f from the force along the beam, on the branch where it grows with the force; by Newton's
         method, through which small imaginary parts pass."""
         n, dn = LAWS[self.strain].force, LAWS[self.strain].stiffness
-        p, mu2 = POWER[self.curvature], self.beam.mu**2
+        p, mu2, EI = POWER[self.curvature], self.beam.mu**2 * self.EA, self.EI
         f = f.astype(m.dtype)
         for _ in range(60):
-            excess = mu2 * n(f) + p * f ** (-p - 1) * m**2 / 2 - pull
-            slope = mu2 * dn(f) + p * (-p - 1) * f ** (-p - 2) * m**2 / 2
+            excess = mu2 * n(f) + p * f ** (-p - 1) * m**2 / (2 * EI) - pull
+            slope = mu2 * dn(f) + p * (-p - 1) * f ** (-p - 2) * m**2 / (2 * EI)
             step = np.clip((excess / slope).real, -0.3 * f.real, 0.3 * f.real) + (
                 1j * (excess / slope).imag if np.iscomplexobj(f) else 0
             )
@@ -158,4 +175,5 @@ class _Problem:
         A = (self.skeleton - mesh.integral(D, C) - self.load).tocsc()
         swirl = 2 * self.beam.gamma * coriolis * mesh.mass(D, {(4, 1): -1.0, (5, 0): 1.0})
         inertia = mesh.mass(D, {(4, 0): 1.0, (5, 1): 1.0})
+        inertia = inertia + mesh.jumps(D, (3, 2), self.turning)
         return eigen.lowest_gyroscopic(Pencil(A, swirl, inertia), count, -1j)

@@ -15,6 +15,8 @@ from numpy.polynomial.chebyshev import chebint, chebpts1, chebvander
 from scipy.sparse import coo_array, csc_array
 
 from beamviz import Beam
+from beamviz.blade import Mass
+from oracle import properties
 
 Coefficients = dict[tuple[int, int], np.ndarray]  # Y_a' holds coefficient[a, b] Y_b; (elements, p)
 Index = int | np.ndarray
@@ -22,7 +24,7 @@ Index = int | np.ndarray
 
 @dataclass(frozen=True)
 class Mesh:
-    """Elements (left ends, lengths) with p Chebyshev points each, and where the mass sits.
+    """Elements (left ends, lengths) with p Chebyshev points each, and where the bodies sit.
 
     d unknowns at the left end of each element and at its points, then at the tip. Of them the
     first d/2 vanish at the clamp, the last d/2 at the tip. Equations: the clamp; then for each
@@ -32,8 +34,8 @@ class Mesh:
     lefts: np.ndarray  # (elements,)
     lengths: np.ndarray  # (elements,)
     points: int
-    alpha: float
-    mass_element: int | None  # the mass sits at the right end of this element
+    rho: np.ndarray  # (elements, p) line density
+    bodies: tuple[tuple[int, Mass], ...]  # each at the right end of an element
 
     @cached_property
     def x(self) -> np.ndarray:
@@ -92,24 +94,29 @@ class Mesh:
         )
 
     def mass(self, d: int, units: dict[tuple[int, int], float]) -> csc_array:
-        """Y_a' holds units[a, b] rho Y_b: spread over the beam, and a jump at the mass."""
-        ones = np.ones((len(self.lengths), self.points))
-        total = self.integral(d, {pair: unit * ones for pair, unit in units.items()})
-        if self.mass_element is None:
-            return total
-        for (a, b), unit in units.items():
-            row = self.equation(d, self.mass_element, self.points, a)
-            column = self.unknown(d, self.mass_element + 1, -1, b)
-            total = total + self.matrix(d, row, column, unit * self.alpha)
+        """Y_a' holds units[a, b] rho Y_b: spread over the beam, and a jump at each body."""
+        total = self.integral(d, {pair: unit * self.rho for pair, unit in units.items()})
+        for pair, unit in units.items():
+            jumps = [unit * body.alpha for _, body in self.bodies]
+            total = total + self.jumps(d, pair, jumps)
+        return total
+
+    def jumps(self, d: int, pair: tuple[int, int], sizes: list[float]) -> csc_array:
+        """Y_a jumps by size times Y_b at each body, pair = (a, b)."""
+        a, b = pair
+        total = self.matrix(d, 0, 0, 0.0)
+        for (element, _), size in zip(self.bodies, sizes, strict=True):
+            row = self.equation(d, element, self.points, a)
+            total = total + self.matrix(d, row, self.unknown(d, element + 1, -1, b), size)
         return total
 
     @cached_property
     def inertia(self) -> np.ndarray:
         """Weights (size(1),) that integrate with rho, of left ends, points and tip."""
         weights = np.zeros(self.size(1))
-        self.at_points(weights, 1)[..., 0] = np.outer(self.lengths / 2, self.Q[-1])
-        if self.mass_element is not None:
-            weights[self.unknown(1, self.mass_element + 1, -1, 0)] = self.alpha
+        self.at_points(weights, 1)[..., 0] = np.outer(self.lengths / 2, self.Q[-1]) * self.rho
+        for element, body in self.bodies:
+            weights[self.unknown(1, element + 1, -1, 0)] += body.alpha
         return weights
 
 
@@ -127,5 +134,9 @@ def refined_mesh(
         else:
             todo += [(x, h / 2), (x + h / 2, h / 2)]
     lefts, lengths = np.array(sorted(found)).T
-    mass = int(np.argmin(abs(lefts + lengths - beam.beta))) if beam.alpha and beam.beta else None
-    return Mesh(lefts, lengths, points, beam.alpha, mass)
+    x = lefts[:, None] + lengths[:, None] / 2 * (chebpts1(points) + 1)
+    rights = lefts + lengths
+    bodies = tuple(
+        (int(np.argmin(abs(rights - body.beta))), body) for body in beam.bodies if body.beta
+    )
+    return Mesh(lefts, lengths, points, properties.at(beam, "mass", x), bodies)

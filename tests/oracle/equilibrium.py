@@ -10,9 +10,11 @@ from scipy.integrate import OdeSolution, solve_ivp
 from scipy.special import lambertw
 
 from beamviz.beam import Beam
+from oracle import properties
 from oracle.collocation import Mesh, refined_mesh
 from oracle.eigen import UnresolvedError, factorised
 
+LONGEST = 0.15  # element
 WAVES = 2.0  # local lengths of a compressed beam in an element, in units of Resolution.layers
 Piece = tuple[float, float, OdeSolution]  # from, to, (X, N, ..)(x)
 
@@ -80,23 +82,32 @@ def stretch(strain: str, n: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=1)
 def shoot(beam: Beam, strain: str) -> tuple[Piece, ...]:
     """A first equilibrium: from the tip inward, with the tip's place by Newton's method."""
-    interior = beam.alpha > 0 and 0 < beam.beta < 1
-    ends = [1.0, beam.beta, 0.0] if interior else [1.0, 0.0]
+    ends = properties.ends(beam)[::-1]
 
-    def slope(_, y):  # X, N and their derivatives with respect to the tip's place
-        f = stretch(strain, y[1] / beam.mu**2)
+    def slope(x, y, right):  # X, N and their derivatives with respect to the tip's place
+        rho, axial = (properties.at(beam, name, x, x == right) for name in ("mass", "axial"))
+        f = stretch(strain, y[1] / (beam.mu**2 * axial))
         if np.isnan(f):
             raise NoStateError(f"{beam.numbers}: no stretch bears a force of {y[1]:g}")
-        stiffness = beam.mu**2 * LAWS[strain].stiffness(f)
-        return [f, -(beam.gamma**2) * y[0], y[3] / stiffness, -(beam.gamma**2) * y[2]]
+        stiffness = beam.mu**2 * axial * LAWS[strain].stiffness(f)
+        load = beam.gamma**2 * rho
+        return [f, -load * y[0], y[3] / stiffness, -load * y[2]]
 
     def march(tip: float) -> tuple[Piece, ...]:
         y, pieces = np.array([tip, 0.0, 1.0, 0.0]), []
         for right, left in pairwise(ends):
-            if right == beam.beta:
-                y[[1, 3]] += beam.alpha * beam.gamma**2 * y[[0, 2]]
+            for body in beam.bodies:
+                if right == body.beta:
+                    y[[1, 3]] += body.alpha * beam.gamma**2 * y[[0, 2]]
             run = solve_ivp(
-                slope, (right, left), y, "DOP853", rtol=1e-8, atol=1e-11, dense_output=True
+                slope,
+                (right, left),
+                y,
+                "DOP853",
+                rtol=1e-8,
+                atol=1e-11,
+                dense_output=True,
+                args=(right,),
             )
             if not (run.success and np.all(run.y[2] > 0)):
                 raise NoStateError(f"{beam.numbers}: none with its tip at {tip:g}")
@@ -105,8 +116,11 @@ def shoot(beam: Beam, strain: str) -> tuple[Piece, ...]:
         return tuple(pieces[::-1])
 
     pieces = newton_tip(march, beam, strain)
-    forces = np.concatenate([run(np.linspace(left, right, 99))[1] for left, right, run in pieces])
-    if not np.all(stretch(strain, forces / beam.mu**2) > 0):
+    x = np.array([np.linspace(left, right, 99) for left, right, _ in pieces])
+    last = np.arange(99) == 98
+    forces = np.array([run(row)[1] for row, (_, _, run) in zip(x, pieces, strict=True)])
+    axial = properties.at(beam, "axial", x, last)
+    if not np.all(stretch(strain, forces / (beam.mu**2 * axial)) > 0):
         raise NoStateError(f"{beam.numbers}: compressed to nothing")
     return pieces
 
@@ -144,30 +158,44 @@ def first_tip(march: Callable, tips: np.ndarray, least: float) -> float:
 
 
 def resolving_mesh(
-    beam: Beam, strain: str, c: int, level: Resolution, pieces: tuple[Piece, ...]
+    beam: Beam,
+    strain: str,
+    c: int,
+    level: Resolution,
+    pieces: tuple[Piece, ...],
+    bending: str = "bending",
 ) -> Mesh:
     """Elements halved until they resolve the local lengths of a first equilibrium."""
 
     def longest(x: float, h: float, distance: float) -> float:
         (solution,) = (run for left, right, run in pieces if left <= x + h / 2 <= right)
-        state = solution(x + h * np.linspace(0, 1, 9))
-        shortest = level.layers * np.min(local_length(state, beam, strain, c))
-        most = 0.15 if np.min(state[1]) > -1 else min(0.15, WAVES * shortest)
-        return min(most, max(level.ratio * distance, shortest))
+        inside = x + h * np.linspace(1e-9, 1 - 1e-9, 9)
+        state = solution(inside)
+        waves, change = properties.reduced(beam, inside, bending)
+        lengths = local_length(state, beam, strain, c, inside, bending)
+        shortest = level.layers * np.min(lengths)
+        most = (
+            LONGEST * min(1.0, waves) if np.min(state[1]) > -1 else min(LONGEST, WAVES * shortest)
+        )
+        return min(most, level.layers * change, max(level.ratio * distance, shortest))
 
     ends = [0.0] + [right for _, right, _ in pieces]
     return refined_mesh(ends, beam, level.points, longest)
 
 
-def local_length(state: np.ndarray, beam: Beam, strain: str, c: int) -> np.ndarray:
-    """The shorter of the bending layer 1 / sqrt(N f^(1 + 2c)) and the stretch's f / |f'|.
+def local_length(
+    state: np.ndarray, beam: Beam, strain: str, c: int, x: np.ndarray, bending: str
+) -> np.ndarray:
+    """The shorter of the bending layer sqrt(EI / (N f^(1 + 2c))) and the stretch's f / |f'|, at x.
 
     In compression that layer is a wave, of the same length over 2 pi, and all along the beam.
     """
     X, N = state[:2]
-    f = stretch(strain, N / beam.mu**2)
-    layer = 1 / np.sqrt(abs(N) * f ** (1 + 2 * c) + 1)
-    growth = f * beam.mu**2 * LAWS[strain].stiffness(f) / (beam.gamma**2 * abs(X) + 1e-30)
+    rho, axial, EI = (properties.at(beam, name, x) for name in ("mass", "axial", bending))
+    f = stretch(strain, N / (beam.mu**2 * axial))
+    layer = 1 / np.sqrt(abs(N) * f ** (1 + 2 * c) / EI + 1)
+    stiffness = beam.mu**2 * axial * LAWS[strain].stiffness(f)
+    growth = f * stiffness / (beam.gamma**2 * rho * abs(X) + 1e-30)
     return np.minimum(layer, growth)
 
 
@@ -185,12 +213,13 @@ def equilibrium(mesh: Mesh, beam: Beam, strain: str, pieces: tuple[Piece, ...]) 
     stretching = mesh.integral(2, {(0, 0): np.ones_like(mesh.x)})
     clamp = np.zeros_like(y)
     clamp[0] = beam.delta
+    axial = beam.mu**2 * properties.at(beam, "axial", mesh.x)
     for _ in range(10):
-        f = stretch(strain, mesh.at_points(y, 2)[..., 1] / beam.mu**2)
+        f = stretch(strain, mesh.at_points(y, 2)[..., 1] / axial)
         rate = np.zeros_like(y)
         mesh.at_points(rate, 2)[..., 0] = f
         residual = linear @ y - stretching @ rate - clamp
-        compliance = 1 / (beam.mu**2 * LAWS[strain].stiffness(f))
+        compliance = 1 / (axial * LAWS[strain].stiffness(f))
         step = factorised(linear - mesh.integral(2, {(0, 1): compliance}))(residual)
         y = y - step
         if np.all(np.abs(step).reshape(-1, 2) <= 1e-12 * np.max(np.abs(y.reshape(-1, 2)), axis=0)):

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz import Beam, Solution, solve
+from beamviz.blade import Blade, Mass
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.constitutive import STRAIN_LAWS
 from oracle import FINE, QUICK, truth
@@ -41,6 +42,8 @@ class Scene(NamedTuple):
     @property
     def command(self) -> str:
         """The command that solves it again."""
+        if not self.beam.is_uniform:
+            return f"solve({self.beam}, **{self.options})"
         numbers = {name: repr(value) for name, value in self.beam.numbers.items()}
         given = numbers | {name: str(value) for name, value in self.options.items()}
         on = given.pop("coriolis", "False") == "True"
@@ -85,6 +88,55 @@ def random_beam(rng: np.random.Generator, strain: str) -> Beam:
     edge = 10 ** rng.uniform(-6, -1)
     beta = pick(rng, {rng.uniform(): 0.6, 1.0: 0.15, 0.0: 0.02, edge: 0.1, 1 - edge: 0.13})
     return Beam(alpha, beta, gamma, delta, mu)
+
+
+def random_blade_scene(seed: int) -> Scene:
+    """A blade with tables or polynomials, jumps, bodies with inertia, and a clamp, a spring or a
+    hinge at its root, in the range of `random_scene`."""
+    options = random_scene(seed).options
+    rng = np.random.default_rng([23, seed])
+    beam = random_beam(rng, options["strain"])
+    if rng.random() < 0.7:  # usual speeds more often
+        usual = min(beam.gamma, 10 ** rng.uniform(-1, 1.5), beam.mu / 3)
+        beam = beam.replace(gamma=usual, delta=float(np.clip(beam.delta, -1, 3)))
+    return Scene(with_random_properties(rng, beam), options)
+
+
+def with_random_properties(rng: np.random.Generator, beam: Beam) -> Beam:
+    """The beam with properties along its span, bodies and a root."""
+    masses = [random_body(rng) for _ in range(rng.choice([0, 1, 2, 3], p=[0.5, 0.25, 0.15, 0.1]))]
+    root = pick(rng, {np.inf: 0.6, 10 ** rng.uniform(-2, 4): 0.3, 0.0: 0.1})
+    blade = random_blade(rng) if rng.random() < 0.85 else None
+    return beam.replace(blade=blade, masses=masses, root=root)
+
+
+def random_body(rng: np.random.Generator) -> Mass:
+    """A body, with moments of inertia that a body may have, or none."""
+    size = 10 ** rng.uniform(-4, -0.5) * (rng.random() < 0.7)
+    a, b, c = size * rng.dirichlet((1, 1, 1))  # int x^2, y^2, z^2 dm
+    alpha = pick(rng, {10 ** rng.uniform(-3, 1): 0.9, 0.0: 0.1})
+    beta = pick(rng, {rng.uniform(0.01, 1): 0.7, 1.0: 0.3})
+    return Mass(alpha, beta, (b + c, a + c, a + b))
+
+
+def random_blade(rng: np.random.Generator) -> Blade:
+    """A tapered section, or properties in a table, most of them falling toward the tip."""
+    if rng.random() < 0.3:
+        return Blade.tapered(*(rng.uniform(0, 0.9) for _ in range(2)))
+    degree = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15]))
+    stations = 1 + degree * int(rng.integers(1, 7))
+    x = np.concatenate(([0.0], np.sort(rng.uniform(0.02, 0.98, stations - 2)), [1.0]))
+    x = x if degree == 1 else np.linspace(0, 1, stations)
+    place = int(rng.integers(1, stations - 1)) if degree == 1 and stations > 2 else None
+    if place and rng.random() < 0.5:  # a jump
+        x = np.insert(x, place, x[place])
+    fall = rng.choice([0.1, 0.5, 1.0])
+    rows = {}
+    for name in ("mass", "bending", "axial", "flap"):
+        steps = rng.normal(-fall / 2, fall if degree == 1 else 0.1, len(x))
+        steps[0] = 0 if name != "flap" else rng.uniform(-2, 2)
+        rows[name] = tuple(np.exp(np.clip(np.cumsum(steps), -8, 3)).tolist())
+    return Blade(tuple(x.tolist()), **rows, degree=degree)
 
 
 def pick(rng: np.random.Generator, weights: dict[float, float]) -> float:
@@ -198,8 +250,9 @@ def held(
 # Bent beams.
 
 
-def random_bent_scene(seed: int) -> Scene:
-    """A beam whose straight state is unstable or does not exist, and options."""
+def random_bent_scene(seed: int, blades: bool = False) -> Scene:
+    """A beam whose straight state is unstable or does not exist, and options; or such a blade, in
+    the range of usual speeds."""
     for attempt in count():
         rng = np.random.default_rng([17, seed, attempt])
         strain = random_law(rng)
@@ -211,6 +264,9 @@ def random_bent_scene(seed: int) -> Scene:
             "tolerance": float(rng.choice([1e-6, 10 ** rng.uniform(-8, -3)])),
         }
         beam = _random_bent_beam(rng, 5.0 if LAWS[strain].hardens else LESS)
+        if blades:
+            beam = beam.replace(gamma=min(beam.gamma, 20.0), mu=max(beam.mu, 50.0))
+            beam = with_random_properties(rng, beam)
         try:
             straight = solve(beam, modes=1, strain=strain, state="straight").equilibrium.stable
         except BeamvizError:  # also of a beam with a spin-up: it has no straight state

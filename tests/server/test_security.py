@@ -7,7 +7,7 @@ from unittest import mock
 
 import pytest
 from live import server
-from live.browser import Page, page
+from live.browser import Page, frame, page
 from live.visitor import PAPER, visitor
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
@@ -27,8 +27,8 @@ OTHER_FILES = (
     *(ABOVE.replace("..", "%2e%2e"), "/..%5c..%5c..%5cetc%5cpasswd"),
 )
 EVIL = "evil.example"
-REBOUND = (EVIL, f"127.0.0.1.{EVIL}:{{port}}", "127.0.0.1:1", "user@127.0.0.1:{port}", "localhost")
-REBOUND += ("127.0.0.1:{port}/x", "127.0.0.1:{port}port")
+REBOUND = (EVIL, f"127.0.0.1.{EVIL}:{{port}}", f"localhost.{EVIL}", "user@127.0.0.1:{port}")
+REBOUND += ("127.0.0.1:{port}/x", "127.0.0.1:{port}port", "127.0.0.1:0")
 FOREIGN: list[dict[str, str]] = [
     *({"Origin": origin} for origin in (f"http://{EVIL}", "null")),
     # DNS rebinding makes a foreign page same-origin; only the Host header shows it.
@@ -83,14 +83,15 @@ def test_our_own_page_is_answered_under_the_names_of_this_machine(plain, url):
 @pytest.mark.parametrize(
     ("address", "answered", "refused"),
     [
-        (("127.0.0.1", 8080), ("localhost:8080", "[::1]:8080"), ("192.168.1.5:8080",)),
+        (("127.0.0.1", 8080), ("localhost:8080", "[::1]:9000"), ("192.168.1.5:8080",)),
         (("127.0.0.1", 80), ("localhost",), ()),
-        (("0.0.0.0", 8080), ("192.168.1.5:8080",), ("evil.example:8080",)),
-        (("192.168.1.5", 8080), ("192.168.1.5:8080",), ("localhost:8080",)),
+        (("0.0.0.0", 8080), ("192.168.1.5:8080", "localhost:9000"), ("evil.example:8080",)),
+        (("192.168.1.5", 8080), ("192.168.1.5:8080", "localhost:9000"), ("192.168.1.6:8080",)),
     ],
 )
 def test_a_server_answers_to_its_own_names_only(address, answered, refused):
-    """Loopback names on loopback, numerical addresses on a network, the name of a proxy."""
+    """Loopback names, which a tunnel has with another port; numerical addresses on a network; the
+    name of a proxy."""
     access = Access(*address)
     assert all(map(access.answers_to, answered))
     assert not any(map(access.answers_to, refused))
@@ -110,9 +111,41 @@ def test_behind_a_proxy_the_origin_is_the_proxys():
         for scheme, status in (("https", 200), ("http", 403)):
             headers = {"Origin": f"{scheme}://beams.example.org", "Cookie": cookie}
             assert server.http_get(own, **host, **headers)[0] == status
-    for text in ("beams.example.org", "ftp://x", "https://", "https://x/path"):
-        with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme and a host"):
+    wrong = (
+        "beams.example.org",
+        "ftp://x",
+        "https://",
+        "https://x/?a",
+        "https://me@x",
+        "https:///a",
+    )
+    for text in (*wrong, "https://x/a;b", "https://x/a b", "https://x//a", "https://x/ä"):
+        with pytest.raises(InvalidInput, match=r"public-url = .*must be a scheme, a host"):
             public_url(text)
+
+
+@pytest.mark.parametrize("before", ["", "/user/Me/proxy/8080"], ids=["removed", "passed on"])
+def test_behind_a_proxy_under_a_path_all_stays_under_it(before):
+    """Whether the proxy removes its path from what it passes on or not. viser's page opens its
+    WebSocket without a slash at the end; the server's own address works beside it."""
+    port, public = server.free_port(), public_url("https://hub.example.org/user/Me/proxy/8080/")
+    own, host = f"http://127.0.0.1:{port}", {"Host": "hub.example.org"}
+    with explorer(SCENE, port=port, visitor_key=KEY, public=public) as found:
+        assert found == f"https://hub.example.org/user/Me/proxy/8080/?token={KEY}"
+        status, headers, _ = server.http_get(own, f"{before}/?token={KEY}&gamma=3", **host)
+        assert (status, headers["Location"]) == (303, f"{public}/?gamma=3")
+        cookie, *rules = headers["Set-Cookie"].split("; ")
+        assert "Path=/user/Me/proxy/8080" in rules
+        sent = {**host, "Origin": "https://hub.example.org", "Cookie": cookie}
+        assert server.http_get(own, f"{before}/?gamma=3", **sent)[0] == 200
+        assert server.http_get(own, f"{before}/nothing", **sent)[0] == 404
+        assert server.http_get(own, f"{before}/", **host)[0] == 403
+        del sent["Host"]  # which websockets' client takes from the address
+        with socket.create_connection(("127.0.0.1", port)) as line:
+            asked = {"sock": line, "additional_headers": sent}
+            assert server.handshake_status("http://hub.example.org", before, **asked) == 101
+        status, headers, _ = server.http_get(own, f"/?token={KEY}")
+        assert (headers["Location"], "Path=/;" in headers["Set-Cookie"]) == ("/", True)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs a second address of its own")
@@ -239,6 +272,27 @@ def test_beyond_the_limit_a_page_waits_and_tries_again():
             pass
 
 
+def test_a_page_in_a_notebook_needs_the_key_in_its_path():
+    """Nowhere else, as browsers send no cookies of a frame. Pages of this machine may show it in a
+    frame, no refusal, and no page of another server of ours."""
+    with explorer(SCENE, visitor_key=KEY, framed=True) as found:
+        own = found.removesuffix(f"/{KEY}/")
+        assert statuses(own, f"/{KEY}/") == statuses(own, f"/{KEY}?gamma=1/2") == (200, 101)
+        assert statuses(own, f"/{KEY}/", Origin=f"http://{EVIL}") == (403, 403)
+        assert statuses(own, f"/{KEY}/index.html/x")[0] == 404
+        for path in ("/", f"/?token={KEY}", f"/{KEY}x/", f"/x/{KEY}/", f"//x/{KEY}"):
+            assert statuses(own, path, **key_cookie(own, KEY)) == (403, 403)
+            headers = server.http_get(own, path)[1]
+            assert not server.missing_headers(headers)
+        headers = server.http_get(own, f"/{KEY}/")[1]
+        assert "X-Frame-Options" not in headers
+        assert "Set-Cookie" not in headers
+        rules = headers["Content-Security-Policy"].split("; ")
+        (ancestors,) = [rule for rule in rules if rule.startswith("frame-ancestors ")]
+        assert "http://localhost:*" in ancestors.split()
+        assert not {"*", "http:", "https:", "data:"} & set(ancestors.split())
+
+
 # A real browser
 
 SHOWN = "window.__viserMutable && document.querySelectorAll('canvas').length > 0"
@@ -294,3 +348,13 @@ def test_neither_a_foreign_page_nor_our_own_can_use_the_server_of_the_other(fore
         shown.call("Page.navigate", url=address)
         shown.wait(f"location.href === '{address}' && {SHOWN}")
         assert not opens(shown, own)
+
+
+def test_only_pages_of_this_machine_show_a_page_in_a_notebook():
+    """Another page cannot, even with the key."""
+    with explorer(SCENE, visitor_key=KEY, framed=True) as found:
+        markup = f"<iframe src='{found}'></iframe>"
+        with server.website(markup) as site, page(site), frame(found) as shown:
+            shown.wait(SHOWN)
+        with page(f"data:text/html,{markup}"), frame(found) as shown:
+            shown.wait("location.protocol === 'chrome-error:'")

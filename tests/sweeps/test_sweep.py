@@ -8,7 +8,7 @@ import pytest
 from helpers import contents
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, __version__, solve_many, sweep
-from beamviz.beam import Units
+from beamviz.units import Units
 
 STATUS = (
     *("not computed", "solved", "unstable", "no equilibrium", "not converged"),

@@ -8,7 +8,7 @@ from functools import partial
 from html import escape
 from typing import Any, NamedTuple
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, SI_REQUIRED, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.checks import check_float
 from beamviz.drawing.text import significant
 from beamviz.errors import InvalidInput
@@ -18,6 +18,7 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
+from beamviz.si import SI_REQUIRED, PhysicalBeam
 
 RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
@@ -154,8 +155,8 @@ PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
 
 def entries(beam: Beam) -> dict[str, float]:
     """The values of the fields in SI: keywords of `Beam.from_si`, and the dimensions of all
-    sections with the area and second moment of the beam; {} for a beam without units."""
-    if not (si := beam.si):
+    sections with the area and second moment of the beam; {} where its material is not known."""
+    if "area" not in (si := beam.si):
         return {}
     values = {name: si[name] for name in FIELDS if name in si} | {PERCENT: beam.beta}
     for section in SECTIONS.values():
@@ -191,8 +192,7 @@ def built(values: dict[str, float]) -> Beam:
     if not low <= slenderness <= high:
         raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
     si = {name: values[name] for name in SI_REQUIRED}
-    units = Beam.from_si(**si).units
-    assert units
+    units = PhysicalBeam.of(si).units
     assert units.mass
     max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * slenderness)
     for name, unit, limits in (
@@ -204,7 +204,8 @@ def built(values: dict[str, float]) -> Beam:
         label, factor = FIELDS[name]
         check_float(label, values[name] / factor, *(limit * unit / factor for limit in limits))
         si[name] = values[name]
-    return Beam.from_si(**si, mass_position=values[PERCENT] * values["length"])
+    si["mass_position"] = values[PERCENT] * values["length"]
+    return Beam.of_physical(PhysicalBeam.of(si))
 
 
 def without_units(beam: Beam) -> Beam:
@@ -218,6 +219,12 @@ def with_section(beam: Beam, kind: str) -> Beam:
     if not values or set(section.sizes) <= values.keys():
         return beam
     return built(values | section.values(values["thickness"], values["thickness"] / 10))
+
+
+def with_material(beam: Beam, name: str) -> Beam:
+    """The beam of another material, unless its section is not known."""
+    values = entries(beam)
+    return built(values | MATERIALS[name]) if values else beam
 
 
 def material(beam: Beam) -> str:
@@ -261,7 +268,7 @@ class RealBeamPanel(Feature):
         """Set the material; "own" keeps the values."""
         if name in MATERIALS:
             key = "real.material"
-            self.load(key, lambda beam: built(entries(beam) | MATERIALS[name]) if beam.si else beam)
+            self.load(key, lambda beam: with_material(beam, name))
 
     def choose_section(self, kind: Any) -> None:
         if kind in SECTIONS:
@@ -293,7 +300,7 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
         beam = case.beam()
     except InvalidInput:
         return {}
-    if not beam.si:
+    if not entries(beam):
         return page.html("real-beam", INVITATION)
     content = page.html("real-beam", panel(section, beam, refused))
     content |= page.value("real.section", section) | page.value("real.material", material(beam))
@@ -347,6 +354,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{''.join(map(field, others))}"
         f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
+        f"{''.join(map(page.note, beam.doubts))}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
         f" mass of the beam {significant(units.mass, 4)} kg</p>"
         f'<div class="choices">{BUTTONS}'

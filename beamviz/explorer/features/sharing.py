@@ -20,7 +20,7 @@ from threading import Thread
 from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
-from beamviz.beam import MAX_TOML_BYTES, NUMBERS, SI_REQUIRED, check_keys
+from beamviz.beam import NUMBERS
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
@@ -45,9 +45,11 @@ from beamviz.explorer.state import (
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.frequency_loci.forced_response import DAMPING
+from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
 from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
 from beamviz.server.access import KEY_PARAMETER
+from beamviz.si import SIZE_KEYS
 from beamviz.solver import interruption
 
 # Parameters with another reader: the key of the server, and the options of viser's page.
@@ -161,7 +163,7 @@ def parts_of(keys: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """The keys of a link, each alone, but those together that make one beam in SI units."""
     parts: dict[str, dict[str, Any]] = {}
     for key, value in keys.items():
-        parts.setdefault("si" if key in SI_REQUIRED else key, {})[key] = value
+        parts.setdefault("si" if key in SIZE_KEYS else key, {})[key] = value
     return parts
 
 

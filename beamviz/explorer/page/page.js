@@ -392,7 +392,21 @@ const beamviz = (() => {
     text.style.top = `${below ? at.bottom + 6 : Math.max(8, at.top - 6 - height)}px`;
   }
 
+  /* Under a path: tells viser the address of its WebSocket, for which it would leave out the slash at the end, where
+     many a proxy passes nothing on; and keeps the address of the page, to which viser adds that of its WebSocket. */
+  function keepAddress() {
+    const replace = history.replaceState.bind(history);
+    const { origin, pathname, search } = location;
+    if (pathname !== "/") {
+      const query = new URLSearchParams(search);
+      query.set("websocket", origin.replace("http", "ws") + pathname);
+      replace(null, "", `?${query}`);
+    }
+    history.replaceState = (data, title, url) => replace(data, "", title === "Viser" ? pathname + search : url);
+  }
+
   function start() {
+    keepAddress();
     setInterval(watchViser, 1000);
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, 900)));

@@ -30,6 +30,7 @@ from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.modes import TRUNCATION_FACTOR
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
+from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
@@ -41,16 +42,17 @@ MAX_UNKNOWNS = 1000  # two for each point
 def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of a state."""
     grid = state.beam.mesh.grid
-    return state.position(x), grid.at(x) @ state.f, grid.from_clamp(x) @ state.kappa
+    return state.position(x), grid.at(x) @ state.f, state.angle(x)
 
 
 def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Displacements (len(x), 2, modes) along and across the bent beam, V (2 n, modes)."""
-    df, dkappa = np.split(V, 2)
+    """Displacements (len(x), 2, modes) along and across the bent beam, V (unknowns, modes)."""
+    df, dkappa = np.split(V, [len(state.f)])
     c, s = state.direction[..., None]
-    turn, rows = state.f[:, None] * (state.beam.J @ dkappa), state.beam.mesh.grid.from_clamp(x)
+    turn = state.f[:, None] * (state.beam.to_angle @ dkappa)
+    rows = state.beam.mesh.grid.from_clamp(x)
     moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
-    return corotational_components(*moved, rows @ state.kappa)
+    return corotational_components(*moved, state.angle(x))
 
 
 def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_modes: int) -> Solution:
@@ -166,14 +168,18 @@ def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | Non
     """The state reached from that of a neighbour, on its mesh; None where that fails."""
     if near is None or (beam.alpha and near.beam.beam.beta != beam.beta):
         return None
+    other = near.beam.beam
+    if (other.blade, other.masses, other.root) != (beam.blade, beam.masses, beam.root):
+        return None
     bent = BentBeam(near.beam.mesh, beam, problem)
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
 def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
-    """The part of values Q (2 n, ...) in the two highest polynomials of each element."""
-    T = bent.mesh.IJT[0, : len(bent.w)]
-    return np.concatenate([T @ half for half in np.split(Q, 2)])
+    """The part of values Q (unknowns, ...) in the two highest polynomials of each element."""
+    n = len(bent.w)
+    T = bent.mesh.IJT[0, :n]
+    return np.concatenate((T @ Q[:n], T @ Q[n : 2 * n], 0 * Q[2 * n :]))
 
 
 def _on_mesh(state: State, refined: Mesh) -> State:
@@ -203,6 +209,7 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     bent, s, V = state.beam, modes.s, modes.V
     energies = _energies(state, V)
     element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
+    element = np.append(element, [-1] * bent.hinged)  # the angle at the root is in none
     state_tails, shape_tails = _tails(bent, state.q), _tails(bent, V)
     truncation = np.zeros((len(bent.mesh.orders), len(s)))
     for k in range(len(truncation)):
@@ -220,7 +227,8 @@ def _energies(state: State, V: np.ndarray) -> np.ndarray:
     stiffness = (V.conj() * (state.stiffness @ V)).sum(axis=0)
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
-    return np.array([stiffness, coriolis * swirl, (abs(moved) ** 2).sum(axis=(0, 1))])
+    turned = (abs(state.rotations @ V) ** 2).sum(axis=0)
+    return np.array([stiffness, coriolis * swirl, (abs(moved) ** 2).sum(axis=(0, 1)) + turned])
 
 
 def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
@@ -228,12 +236,15 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.mesh.orders
     moved = state.displacements @ modes.V
-    theta = (bent.R @ state.kappa)[:, None]
+    theta = (bent.R @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = State(bent, state.q, state.iterations)  # without its matrices
-    equilibrium = Equilibrium(modes.status, state.iterations, partial(_curve, kept), kept)
+    breaks = tuple(bent.mesh.breaks.tolist())
+    loads = Loads(bent.beam, bent.problem.chordwise, breaks, partial(_curve, kept))
+    equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
-    fraction, fields = (abs(across) ** 2).sum(axis=0), partial(_fields, kept, modes.V)
+    turned = (abs(state.rotations @ modes.V) ** 2).sum(axis=0)
+    fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, modes.V)
     return Solution(
         beam=bent.beam,
         problem=bent.problem,

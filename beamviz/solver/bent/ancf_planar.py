@@ -17,6 +17,8 @@ from beamviz.solver.bent.beam import corotational_components, unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.families import quadrature
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
+from beamviz.solver.hp.properties import ends_of_spans
+from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
@@ -110,9 +112,9 @@ def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
     fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
     errors = abs(s**2 - converged.s[:count] ** 2) + converged.omega_squared_errors[:count]
-    equilibrium = Equilibrium(
-        modes.status, iterations, partial(_curve, nodes, q), converged.equilibrium.bent_state
-    )
+    breaks = tuple(np.union1d(nodes, ends_of_spans(beam)).tolist())
+    loads = Loads(beam, problem.chordwise, breaks, partial(_curve, nodes, q))
+    equilibrium = Equilibrium(modes.status, iterations, loads, converged.equilibrium.bent_state)
     stats = Stats(len(planar.free), problem.method, elements, 3)
     x, mass = quadrature(beam, ENERGY_POINTS)
     along, across = np.einsum("x,xck->ck", mass, abs(fields(x)) ** 2)

@@ -28,6 +28,8 @@ from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.eigen import EPS, symmetric_modes
 from beamviz.solver.hp.mesh import Mesh
+from beamviz.solver.hp.modes import with_root
+from beamviz.solver.hp.properties import properties_on, stack_of
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Status, status_of
 
@@ -49,27 +51,53 @@ def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray
 
 
 class BentBeam:
-    """A beam on a mesh whose breaks hold the concentrated mass.
+    """A beam on a mesh whose breaks hold the bodies.
 
-    It has mass at the n mesh points and, where there is one, at the concentrated mass: m in all.
+    It has mass at the n mesh points and at the bodies: m in all. The last unknown is the angle at
+    the root where that is not clamped, `turning` unknowns with kappa in all.
     """
 
     def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
         self.mesh, self.beam, self.problem = mesh, beam, problem
+        stack = stack_of([beam])
+        properties = properties_on(mesh, stack)
+        bending = properties.bending if problem.chordwise else properties.flap
         self.w = mesh.weights  # (n,)
+        self.EI = 1.0 if beam.blade is None else bending[0] / self.w  # (n,)
+        self.EA = 1.0 if beam.blade is None else properties.axial[0] / self.w  # (n,)
         self.J = mesh.J  # (n, n) integrates from the clamp to each mesh point
         self.R = mesh.J  # (m, n) integrates from the clamp to each mass
-        self.mass = mesh.weights  # (m,)
-        self.inertia = mesh.G  # (n, n) R' mass R
-        if beam.alpha and beam.beta:
-            to_mass = np.where(mesh.points < beam.beta, self.w, 0.0)
-            self.R, self.mass = np.vstack([self.J, to_mass]), np.append(self.w, beam.alpha)
-            self.inertia = mesh.G + beam.alpha * np.outer(to_mass, to_mass)
+        self.mass = (
+            mesh.weights
+            if beam.blade is None
+            else mesh.weights * beam.blade.at("mass", mesh.points)
+        )  # (m,)
+        self.inertia = properties.G[0]  # (n, n) R' mass R
+        carried = (properties.alpha[0] > 0) & (stack.beta[0] > 0)
+        if carried.any():
+            self.R = np.vstack([self.J, properties.to_bodies[0][carried]])
+            self.mass = np.append(self.mass, properties.alpha[0][carried])
+        self.hinged = stack.hinged
+        self.to_angle = with_root(mesh.J) if stack.hinged else mesh.J  # (n, turning)
+        # Of the bodies with inertia: (bodies, turning), and the moments of inertia (bodies,) about
+        # the axis of bending, and the difference that the centrifugal force works on.
+        turned = properties.to_bodies[0, 1:]
+        self.to_body_angles = with_root(turned) if stack.hinged else turned
+        Jx, Jy, Jz = np.array([mass.inertia for mass in beam.masses]).reshape(-1, 3).T
+        self.rotary = Jz if problem.chordwise else Jy
+        self.unsteady = 0 * Jz if problem.chordwise else Jz - Jx
         self.law = problem.strain_law
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
-        # (2 n,) 1 / sqrt of the stiffness of the beam at rest: the unknowns' natural units
-        self.scale = 1 / np.sqrt(np.concatenate((beam.mu**2 * self.w, self.w)))
+        # (n + turning,) 1 / sqrt of the stiffness at rest: the unknowns' natural units
+        rest = [beam.mu**2 * self.w * self.EA, self.w * self.EI]
+        if self.hinged:
+            rest.append(np.array([1.0 + beam.root]))
+        self.scale = 1 / np.sqrt(np.concatenate(rest))
+
+    def unknowns(self, f: NDArray, kappa: NDArray, root_angle: float = 0.0) -> NDArray:
+        """q of a stretch and a kappa (n,), with an angle at the root where that is not clamped."""
+        return np.concatenate((f, kappa, [root_angle] * self.hinged))
 
     def changed(self, mesh: Mesh | None = None, /, **numbers: Any) -> "BentBeam":
         """On another mesh, or with other numbers of the beam."""
@@ -79,15 +107,17 @@ class BentBeam:
 class State:
     """A state of a bent beam, in equilibrium or not.
 
-    q (2 n,): the stretch f at the n Gauss points, and after it kappa. iterations: number of them
-    that led to the state. theta (n,): angle [rad]. direction (2, n): cos theta and sin theta.
-    arms (2, m): x and y of each mass from the axis of rotation.
+    q (n + turning,): the stretch f at the n Gauss points, after it kappa, and the angle at the root
+    where that is not clamped. iterations: number of them that led to the state. theta (n,): angle
+    [rad]. direction (2, n): cos theta and sin theta. arms (2, m): x and y of each mass, measured
+    from the axis of rotation.
     """
 
     def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
         self.beam, self.q, self.iterations = beam, q, iterations
-        self.f, self.kappa = np.split(q, 2)
-        self.theta = beam.J @ self.kappa
+        n = len(beam.w)
+        self.f, self.kappa, self.turning = q[:n], q[n : 2 * n], q[n:]
+        self.theta = beam.to_angle @ self.turning
         self.direction = np.stack((np.cos(self.theta), np.sin(self.theta)))
         self.arms = (self.f * self.direction) @ beam.R.T
         self.arms[0] += beam.beam.delta
@@ -96,15 +126,24 @@ class State:
         """Position (len(x), 2) of reference points, from the clamp."""
         return self.beam.mesh.grid.from_clamp(x) @ (self.f * self.direction).T
 
+    def angle(self, x: NDArray) -> NDArray:
+        """Angle [rad] (len(x),) of reference points."""
+        return self.beam.mesh.grid.from_clamp(x) @ self.kappa + self.root_angle
+
     def resampled(self, mesh: Mesh) -> NDArray:
         """q by interpolation at the Gauss points of another mesh."""
         rows = self.beam.mesh.grid.at(mesh.points)
-        return np.concatenate((rows @ self.f, rows @ self.kappa))
+        return np.concatenate((rows @ self.f, rows @ self.kappa, self.turning[len(self.kappa) :]))
+
+    @property
+    def root_angle(self) -> float:
+        """The angle [rad] at the root."""
+        return float(self.turning[-1]) if self.beam.hinged else 0.0
 
     @property
     def mirrored(self) -> "State":
         """Its mirror image, bent to the other side."""
-        return State(self.beam, np.concatenate((self.f, -self.kappa)), self.iterations)
+        return State(self.beam, np.concatenate((self.f, -self.turning)), self.iterations)
 
     @property
     def upward(self) -> "State":
@@ -126,9 +165,9 @@ class State:
         return self.largest_angle <= STRAIGHT
 
     def step_size(self, step: NDArray) -> float:
-        """The size of a step of q (2 n,) in units of the largest that descent takes."""
-        df, dkappa = np.split(step, 2)
-        turn, stretch = abs(self.beam.J @ dkappa).max(), abs(df / self.f).max()
+        """The size of a step of q in units of the largest that descent takes."""
+        df, dkappa = np.split(step, [len(self.f)])
+        turn, stretch = abs(self.beam.to_angle @ dkappa).max(), abs(df / self.f).max()
         return float(max(turn / MAX_TURN, stretch / MAX_STRETCH))
 
     @cached_property
@@ -138,9 +177,18 @@ class State:
         if not self.f.min() > 0:
             return np.inf, 0.0
         bent, (x, y) = self.beam, self.arms
-        stored = bent.beam.mu**2 * bent.law.strain(self.f) ** 2 + self.f**bent.power * self.kappa**2
-        centrifugal = bent.beam.gamma**2 * (bent.mass @ (x * x + bent.softens * y * y))
-        return float(bent.w @ stored) / 2, float(centrifugal) / 2
+        stored = bent.beam.mu**2 * bent.EA * bent.law.strain(self.f) ** 2
+        stored = bent.w @ (stored + bent.EI * self.f**bent.power * self.kappa**2)
+        if bent.hinged:
+            stored += bent.beam.root * self.root_angle**2
+        arms = bent.mass @ (x * x + bent.softens * y * y)
+        arms -= bent.unsteady @ np.sin(self.body_angles) ** 2
+        return float(stored) / 2, float(bent.beam.gamma**2 * arms) / 2
+
+    @property
+    def body_angles(self) -> NDArray:
+        """Angles [rad] of the bodies `masses` of the beam."""
+        return self.beam.to_body_angles @ self.turning
 
     @property
     def energy(self) -> float:
@@ -150,27 +198,53 @@ class State:
 
     @property
     def rigidities(self) -> NDArray:
-        """Material stiffness (2 n,) of each unknown, without softening by compression."""
+        """Material stiffness of each unknown, without softening by compression."""
         bent = self.beam
-        axial = bent.beam.mu**2 * np.maximum(bent.law.stiffness(self.f), 0.1)
-        return np.concatenate((bent.w * axial, bent.w * self.f**bent.power))
+        axial = bent.beam.mu**2 * bent.EA * np.maximum(bent.law.stiffness(self.f), 0.1)
+        bending = bent.w * bent.EI * self.f**bent.power
+        return np.concatenate((bent.w * axial, bending, [1 + bent.beam.root] * bent.hinged))
 
     @cached_property
     def local_stiffness(self) -> NDArray:
         """Stiffness (n + 1,) in f of deformations much shorter than the beam, the angle following:
         the second derivative of the energy density less what kappa takes of it; at the points and,
         by the force and the moment there, at the clamp."""
-        f, p, mu2, law = self.f, self.beam.power, self.beam.beam.mu**2, self.beam.law
-        moment, pull = f @ self.loads[1], self.distributed_loads[0].sum()  # at the clamp
+        bent, f, p, law = self.beam, self.f, self.beam.power, self.beam.law
+        mu2, EI0 = bent.beam.mu**2, 1.0
+        if bent.beam.blade and not bent.problem.chordwise:
+            EI0 = float(bent.beam.blade.at("flap", 0.0))
+        moment, pull = self.root_moment, self.root_pull
+        moment2 = moment**2 / EI0
         f0 = float(f[0])
         for _ in range(SECTION_STEPS):
-            stiffness = mu2 * law.stiffness(f0) - p * (p + 1) / 2 * f0 ** (-p - 2) * moment**2
-            excess = mu2 * law.force(f0) + p / 2 * f0 ** (-p - 1) * moment**2 - pull
+            stiffness = mu2 * law.stiffness(f0) - p * (p + 1) / 2 * f0 ** (-p - 2) * moment2
+            excess = mu2 * law.force(f0) + p / 2 * f0 ** (-p - 1) * moment2 - pull
             if stiffness <= 0 or abs(excess) <= 1e-9 * stiffness * f0:
                 break
             f0 -= float(np.clip(excess / stiffness, -0.3 * f0, 0.3 * f0))
-        softening = p * (p + 1) / 2 * f ** (p - 2) * self.kappa**2
-        return np.append(mu2 * law.stiffness(f) - softening, stiffness)
+        softening = p * (p + 1) / 2 * f ** (p - 2) * bent.EI * self.kappa**2
+        return np.append(mu2 * bent.EA * law.stiffness(f) - softening, stiffness)
+
+    @property
+    def root_moment(self) -> float:
+        """The bending moment at the root."""
+        if self.beam.hinged:
+            return self.beam.beam.root * self.root_angle
+        return float(self.f @ self.loads[1] - self.body_moments.sum())
+
+    @property
+    def root_pull(self) -> float:
+        """The axial force at the root."""
+        x, y = (load.sum() for load in self.distributed_loads)
+        return float(x * np.cos(self.root_angle) + y * np.sin(self.root_angle))
+
+    @property
+    def body_moments(self) -> NDArray:
+        """The moments (masses,) on the beam of the forces distributed over bodies, taken by the
+        beam: against their angle out of the plane of rotation, and against a spin-up in it."""
+        bent = self.beam
+        moments = bent.beam.gamma**2 * bent.unsteady * np.sin(2 * self.body_angles) / 2
+        return moments + bent.beam.spin_up * bent.rotary * bent.softens
 
     @property
     def collapses(self) -> bool:
@@ -198,18 +272,22 @@ class State:
 
     @cached_property
     def residual(self) -> NDArray:
-        """Derivative (2 n,) of the energy by (f, kappa), less the Euler force (paper, eq. 40)."""
+        """Derivative of the energy by q, less the Euler force (paper, eq. 40)."""
         bent, f, kappa, p = self.beam, self.f, self.kappa, self.beam.power
         along, across = self.loads
-        axial = bent.beam.mu**2 * bent.law.force(f) + p * f ** (p - 1) * kappa**2 / 2
-        moment = bent.w * f**p * kappa - (f * across) @ bent.J
+        axial = bent.beam.mu**2 * bent.EA * bent.law.force(f)
+        axial += p * f ** (p - 1) * bent.EI * kappa**2 / 2
+        moment = self.body_moments @ bent.to_body_angles - (f * across) @ bent.to_angle
+        moment[: len(f)] += bent.w * bent.EI * f**p * kappa
+        if bent.hinged:
+            moment[-1] += bent.beam.root * self.root_angle
         return np.concatenate((bent.w * axial - along, moment))
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """Tangent (2 n, 2 n), symmetric without a spin-up (paper, eqs. 42-44)."""
+        """Tangent by q, symmetric without a spin-up (paper, eqs. 42-44)."""
         bent, f, kappa, (along, across) = self.beam, self.f, self.kappa, self.loads
-        w, J, n, p, beam = bent.w, bent.J, len(f), bent.power, bent.beam
+        w, J, n, p, beam = bent.w, bent.to_angle, len(f), bent.power, bent.beam
         gamma2, spin_up = beam.gamma**2, beam.spin_up
         b, db, ddb = f**p, p * f ** (p - 1), p * (p - 1) * f ** (p - 2)
         # d(x, y) = R (t df + f n J dkappa), on which the load works that moves along.
@@ -219,39 +297,53 @@ class State:
         along_n = bent.inertia * (fn.T @ load @ fn)
         mixed = (-np.diag(across) - bent.inertia * (t.T @ load @ fn)) @ J
         i = np.arange(n)
-        K = np.empty((2 * n, 2 * n))
-        K[:n, :n] = np.diag(w * (beam.mu**2 * bent.law.stiffness(f) + ddb * kappa**2 / 2)) - along_t
+        K = np.empty((len(self.q), len(self.q)))
+        axial = beam.mu**2 * bent.EA * bent.law.stiffness(f) + ddb * bent.EI * kappa**2 / 2
+        K[:n, :n] = np.diag(w * axial) - along_t
         K[:n, n:] = mixed
         K[n:, :n] = mixed.T
         if spin_up:  # the load is not symmetric
             K[n:, :n] = J.T @ (-np.diag(across) - bent.inertia * (fn.T @ load @ t))
         K[n:, n:] = J.T @ (np.diag(f * along) - along_n) @ J
+        w = w * bent.EI
         K[i, n + i] += w * db * kappa
         K[n + i, i] += w * db * kappa
         K[n + i, n + i] += w * b
+        if bent.hinged:
+            K[-1, -1] += beam.root
+        if bent.unsteady.any():
+            rows, turned = bent.to_body_angles, np.cos(2 * self.body_angles)
+            K[n:, n:] += gamma2 * (rows.T * (bent.unsteady * turned)) @ rows
         return K
 
     @cached_property
     def scaled_stiffness(self) -> NDArray:
-        """The tangent (2 n, 2 n) in the unknowns' natural units."""
+        """The tangent in the unknowns' natural units."""
         scale = self.beam.scale
         return scale[:, None] * self.stiffness * scale
 
     @cached_property
     def displacements(self) -> NDArray:
-        """B (2, m, 2 n), root of the mass times d(x, y) / d(f, kappa): the inertia is B' B."""
-        f, (c, s), J, R = self.f, self.direction, self.beam.J, self.beam.R
+        """B (2, m, unknowns), root of the mass times d(x, y) / dq: the inertia is B' B."""
+        f, (c, s), J, R = self.f, self.direction, self.beam.to_angle, self.beam.R
         B = np.stack(
             (np.hstack((R * c, -(R * (f * s)) @ J)), np.hstack((R * s, (R * (f * c)) @ J)))
         )
         return B * np.sqrt(self.beam.mass)[:, None]
+
+    @cached_property
+    def rotations(self) -> NDArray:
+        """Rows (masses, unknowns) of the inertia: roots of moments of inertia times the angles of
+        bodies."""
+        rows = np.sqrt(self.beam.rotary)[:, None] * self.beam.to_body_angles
+        return np.hstack((np.zeros((len(rows), len(self.f))), rows))
 
 
 class BentModes(NamedTuple):
     """The lowest modes about a deflected state."""
 
     s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
-    V: NDArray  # (2 n, count) complex with Coriolis forces or a spin-up, unit modal mass
+    V: NDArray  # (unknowns, count) complex with Coriolis forces or a spin-up, unit modal mass
     pairing: NDArray  # (count,) |y* (2 s M + C) v|, y the left vector: small where modes coalesce
     rounding: NDArray  # (count,) estimated rounding error of s
     status: Status  # by these modes and, with a spin-up, MORE_MODES beyond them
@@ -263,7 +355,7 @@ def bent_modes(state: State, count: int) -> BentModes:
     positive definite."""
     bent, gamma = state.beam, state.beam.beam.gamma
     scale, K, B = bent.scale, state.scaled_stiffness, state.displacements * bent.scale
-    F = B.reshape(-1, len(scale))
+    F = np.vstack((*B, state.rotations * scale))
     M, C = F.T @ F, None
     if bent.problem.gyroscopic and gamma:
         S = B[1].T @ B[0]

@@ -23,15 +23,16 @@ from beamviz.solver.hp.equilibrium import (
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
-    stack_of,
-    unstretched_positions,
 )
 from beamviz.solver.hp.first_mesh import Span, find_spans
 from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.properties import stack_of, unstretched_positions
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
+FEW_ELEMENTS, LOW_ORDER = 12, 5  # of a blade: on more elements the first order is lower
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
+SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
 QUADRATIC = 0.05  # a Newton step below this size needs no check of the energy
@@ -59,10 +60,11 @@ def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]
     if not is_small_strain(folded, law):
         with suppress(NoEquilibrium, NotConverged):  # more force than the law has
             _, positions = coarse_equilibrium(folded, law)
-    spans = find_spans(folded, positions, law)
+    spans = find_spans(folded, positions, law, "bending" if problem.chordwise else "flap")
     power = 2 * problem.curvature_power - 3
     return [
-        (span, [1 / math.sqrt(max(end.N, 1.0) * end.f**power) for end in span]) for span in spans
+        (span, [math.sqrt(end.EI / (max(end.N, end.EI) * end.f**power)) for end in span])
+        for span in spans
     ]
 
 
@@ -72,14 +74,17 @@ def first_mesh(beam: Beam, problem: Problem) -> Mesh:
     for span, (first, last) in layer_widths(beam, problem):
         start, end = span.start.x, span.end.x
         half = (end - start) / 2
-        breaks |= {end, *(start + away for away in distances(LAYER * first, GRADING, half))}
-        if end < 1:
+        breaks.add(end)
+        if not span.start.smooth:
+            breaks |= {start + away for away in distances(LAYER * first, GRADING, half)}
+        if end < 1 and not span.end.smooth:
             breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
     starts: list[float] = []  # of the elements
     for a, b in pairwise(sorted(breaks)):
         n = math.ceil((b - a) / LONGEST_ELEMENT)
         starts += [a + (b - a) * k / n for k in range(n)]
-    return make_mesh((*starts, 1.0), (FIRST_ORDER,) * len(starts))
+    order = FIRST_ORDER if beam.is_uniform or len(starts) <= FEW_ELEMENTS else LOW_ORDER
+    return make_mesh((*starts, 1.0), (order,) * len(starts))
 
 
 def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
@@ -123,14 +128,18 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
     decay = np.exp(-beam.mesh.points / at_clamp)
     folded = folded_state(beam)
     f = folded.f if folded else np.ones(n)
-    yield np.concatenate((f, math.pi * decay / (w @ decay)))
+    if beam.beam.root < SOFT_ROOT:  # turned over at the root
+        yield beam.unknowns(f, np.zeros(n), math.pi)
+    else:
+        yield beam.unknowns(f, math.pi * decay / (w @ decay))
     if straight is None:
         return
     scale = beam.scale[n:]
     omega_squared, modes = np.linalg.eigh(scale[:, None] * straight.stiffness[n:, n:] * scale)
     for k in range(min(2, int((omega_squared < 0).sum()))):
-        kappa = scale * modes[:, k]
-        yield np.concatenate((straight.f, kappa * MAX_TURN / abs(beam.J @ kappa).max()))
+        turning = scale * modes[:, k]
+        turning *= MAX_TURN / abs(beam.to_angle @ turning).max()
+        yield np.concatenate((straight.f, turning))
 
 
 def straight_state(bent: BentBeam) -> State | None:
@@ -140,7 +149,7 @@ def straight_state(bent: BentBeam) -> State | None:
         axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
     except (NoEquilibrium, NotConverged):
         return None
-    return State(bent, np.append(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
+    return State(bent, bent.unknowns(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
 
 
 def folded_state(bent: BentBeam) -> State | None:

@@ -203,7 +203,8 @@ def _around_limit_points(start: State, target: float) -> State:
     size, largest_share = len(start.q), start.beam.beam.spin_up / target
     # Arc lengths are in the mean squares of the stretch and, relative to the start, of kappa.
     w = np.sqrt(start.beam.w)
-    unit = np.concatenate((w, w / max(1.0, np.linalg.norm(w * start.kappa)), [1.0]))
+    unit = start.beam.unknowns(w, w / max(1.0, np.linalg.norm(w * start.kappa)), 1.0)
+    unit = np.append(unit, 1.0)
     along_p = np.append(np.zeros(size), 1.0)
     z, direction = np.append(start.q, largest_share), along_p  # (q, p), and the tangent before it
     arc, steps = FIRST_ARC, 0

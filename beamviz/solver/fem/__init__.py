@@ -1,4 +1,4 @@
-"""Methods on uniform cubic elements: the paper's, by parts or fully planar, and the linear one.
+"""Methods on cubic elements: the paper's, by parts or fully planar, and the linear one.
 
 Each assembles the stiffness along and across a straight state; the eigenproblem is shared. At such
 a state the full planar tangent couples nothing along the beam to anything across it: its even
@@ -7,6 +7,7 @@ coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend.
 
 import math
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from beamviz.solver.fem.elements import (
     element_coordinates,
     interpolate,
 )
+from beamviz.solver.hp.properties import ends_of_spans
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
 
@@ -40,23 +42,65 @@ Assembled = tuple[NDArray, int, NDArray, NDArray]
 
 def solve(beam: Beam, problem: Problem) -> Solution:
     """Equilibrium and modes, or an error of `beamviz.solve`."""
-    elements = problem.resolution
-    nodes = np.linspace(0.0, 1.0, elements + 1)
+    nodes = nodes_of(beam, problem.resolution)
     model = PlanarBeam(nodes, beam, problem)
     position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
-    modes = modes_of_matrices(beam, problem, (Ka, Kb), (F[:, 1:], F[:, 2:]), (shapes, shapes))
-    size, curve = (len(Ka) + len(Kb), elements, 3), partial(_curve, nodes, position)
-    return build_solution(beam, problem, modes, size, curve, iterations)
+    Fa, Fb = F[:, 1:], F[:, -len(Kb) :]
+    if any(any(mass.inertia) for mass in beam.masses):
+        Fa, Fb, Kb = with_rotary_inertia(model, position, Fa, Fb, Kb, problem)
+    modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), (shapes, shapes))
+    size, curve = (len(Ka) + len(Kb), len(nodes) - 1, 3), partial(_curve, nodes, position)
+    return build_solution(beam, problem, modes, size, curve, iterations, nodes.tolist())
+
+
+def nodes_of(beam: Beam, elements: int) -> NDArray:
+    """The nodes of `elements` equal elements; of a beam that is not uniform also at bodies and
+    where a property or its slope jumps: as equal as these allow, one at least between two."""
+    if beam.is_uniform:
+        return np.linspace(0.0, 1.0, elements + 1)
+    nodes = [np.zeros(1)]
+    for start, stop in pairwise(ends_of_spans(beam)):
+        count = max(1, round(elements * (stop - start)))
+        nodes.append(np.linspace(start, stop, count + 1)[1:])
+    return np.concatenate(nodes)
+
+
+def with_rotary_inertia(
+    model: PlanarBeam, position: NDArray, Fa: NDArray, Fb: NDArray, Kb: NDArray, problem: Problem
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Factors of the mass matrices and the stiffness across the beam with bodies that turn: as in
+    `hp.modes.add_rotary_inertia`."""
+    masses, nodes = model.beam.masses, model.nodes
+    Jx, Jy, Jz = np.array([mass.inertia for mass in masses]).T
+    J, stiffness = (Jz, Jz) if problem.chordwise else (Jy, Jz - Jx)
+    rows = np.zeros((len(masses), len(Fb)))
+    for row, mass in zip(rows, masses, strict=True):
+        node = abs(nodes - mass.beta).argmin()
+        f = 1.0 if problem.rigid_tension else position[2 * node + 1]
+        row[2 * node + 1] = 1 / f  # theta = w' / f
+    rows = rows[:, -Fb.shape[1] :]
+    Kb = Kb + model.beam.gamma**2 * (rows.T * stiffness) @ rows
+    still = np.zeros((len(masses), Fa.shape[1]))
+    return np.vstack((Fa, still)), np.vstack((Fb, np.sqrt(J)[:, None] * rows)), Kb
+
+
+def _held(model: PlanarBeam, Kb: NDArray, f: float) -> NDArray:
+    """The stiffness across the beam without the clamped coordinates: r2 of the first node, and its
+    slope, or the root spring on that. f: stretch at the root."""
+    if model.beam.root == math.inf:
+        return Kb[2:, 2:]
+    Kb[1, 1] += model.beam.root / f**2
+    return Kb[1:, 1:]
 
 
 def _ancf(model: PlanarBeam) -> Assembled:
     """Stiffness by parts, along and across the beam, about the equilibrium of the full residual."""
     root = straight_equilibrium(model)
     q = root.state[::2]
-    tension = model.beam.mu**2 * model.law.force(gradient(model, q))
+    tension = model.beam.mu**2 * model.EA * model.law.force(gradient(model, q))
     Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q, tension))
-    return q, root.iterations, Ka[1:, 1:], Kb[2:, 2:]
+    return q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1])
 
 
 def _ancf_planar(model: PlanarBeam) -> Assembled:
@@ -73,8 +117,9 @@ def _linear(model: PlanarBeam) -> Assembled:
     arm = rest + model.beam.delta * np.tile([1.0, 0.0], len(model.nodes))
     u = np.zeros_like(rest)
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
-    tension = model.beam.mu**2 * gradient(model, u)
-    return rest + u, 1, K[1:, 1:], _dense(bending(model, rest, tension))[2:, 2:]
+    tension = model.beam.mu**2 * model.EA * gradient(model, u)
+    Kb = _dense(bending(model, rest, tension))
+    return rest + u, 1, K[1:, 1:], _held(model, Kb, 1.0)
 
 
 ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
@@ -146,6 +191,8 @@ def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibriu
     # positions only, so it stays correct where the stretch of the elements does not.
     outward = model.centrifugal_force(element_coordinates(q, 4), limit)[:, ::4].sum(axis=1)
     n = np.append(np.cumsum(outward[::-1])[::-1], 0.0) / model.beam.mu**2
+    if model.beam.blade:
+        n /= model.beam.blade.at("axial", model.nodes, inboard=True)
     reason = "the stiffness of the beam along itself falls to zero there"
     ends = ((law.min_stretch, f.min(), n.min()), (law.max_stretch, f.max(), n.max()))
     for end, f_reached, n_carried in ends:
@@ -180,7 +227,7 @@ def gradient(model: PlanarBeam, q: NDArray) -> NDArray:
 def axial(model: PlanarBeam, q: NDArray) -> NDArray:
     """Stiffness of each element along the beam at r1 = q: (n, 4, 4)."""
     stiffness = constitutive.axial_stiffness(gradient(model, q), model.beam.mu, model.law)
-    return _form(model.dS, model.weights * stiffness)
+    return _form(model.dS, model.weights * model.EA * stiffness)
 
 
 def bending(model: PlanarBeam, q: NDArray, tension: NDArray) -> NDArray:
@@ -189,7 +236,7 @@ def bending(model: PlanarBeam, q: NDArray, tension: NDArray) -> NDArray:
     df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]
     angle = model.dS / f[..., None]  # theta = w'/f
     slope = (model.ddS - df[..., None] * angle) / f[..., None]  # theta'
-    stiffness = model.weights * constitutive.bending_stiffness(f, model.curvature_power)
+    stiffness = model.weights * model.EI * constitutive.bending_stiffness(f, model.curvature_power)
     return _form(slope, stiffness) + _form(angle, model.weights * tension * f)
 
 

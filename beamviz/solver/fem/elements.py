@@ -23,6 +23,7 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from beamviz.beam import Beam
+from beamviz.blade import MAX_DEGREE
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.problem import Problem
 
@@ -85,6 +86,23 @@ def mass(nodes: NDArray, alpha: float, beta: float) -> NDArray:
     return m
 
 
+def mass_of(nodes: NDArray, beam: Beam) -> NDArray:
+    """`mass` of a beam, whose bodies and discontinuities are at nodes where it is not uniform."""
+    if beam.is_uniform:
+        return mass(nodes, beam.alpha, beam.beta)
+    points, weights = gauss(6 + MAX_DEGREE)
+    lengths = np.diff(nodes)[:, None]
+    S, _, _ = hermite(points, lengths)
+    x = nodes[:-1, None] + lengths * points
+    rho = np.ones_like(x) if beam.blade is None else beam.blade.at("mass", x)
+    m = np.einsum("ep,epi,epj->eij", weights * lengths * rho, S, S)
+    for body in beam.bodies:
+        element, xi = locate(nodes, body.beta)
+        S, _, _ = hermite(xi, lengths[element, 0])
+        m[element] += body.alpha * np.outer(S, S)
+    return m
+
+
 def assemble_band(parts: NDArray) -> NDArray:
     """The sum of symmetric element matrices (elements, w, w), sum_e B_e' parts_e B_e (paper,
     eqs. 10 and 43), as a lower band (w, n)."""
@@ -107,21 +125,27 @@ class PlanarBeam:
     """A beam on n cubic elements, between `nodes` (n + 1,) from 0 to 1, with p Gauss points each:
     all that is independent of q and of the load gamma^2.
 
-    weights: (n, p). dS, ddS: S' and S'' of one component (n, p, 4). B: element coordinates ->
-    (r1', r2', r1'', r2'') (n, p, 4, 8). m: mass matrix of one component (n, 4, 4). C: m times
-    the projection away from the axis of rotation (n, 8, 8).
+    weights: (n, p). EI, EA: (n, p), or (1,) where they are 1. dS, ddS: S' and S'' of one component
+    (n, p, 4). B: element coordinates -> (r1', r2', r1'', r2'') (n, p, 4, 8). m: mass matrix of one
+    component (n, 4, 4). C: m times the projection away from the axis of rotation (n, 8, 8).
     """
 
     def __init__(self, nodes: NDArray, beam: Beam, problem: Problem):
         self.nodes, self.beam = nodes, beam
         self.law, self.curvature_power = problem.strain_law, problem.curvature_power
-        points, weights = gauss(AXIAL_DEGREE)
+        blade = beam.blade
+        points, weights = gauss(AXIAL_DEGREE if blade is None else AXIAL_DEGREE + MAX_DEGREE)
         lengths = np.diff(nodes)[:, None]
+        self.EI, self.EA = np.ones(1), np.ones(1)
+        if blade:
+            x = nodes[:-1, None] + lengths * points
+            self.EI = blade.at("bending" if problem.chordwise else "flap", x)
+            self.EA = blade.at("axial", x)
         self.weights = weights * lengths
         _, self.dS, self.ddS = hermite(points, lengths)
         B = np.einsum("dnpi,cb->npdcib", np.stack((self.dS, self.ddS)), np.eye(2))
         self.B = B.reshape(*self.dS.shape[:2], 4, 8)
-        self.m = mass(nodes, beam.alpha, beam.beta)
+        self.m = mass_of(nodes, beam)
         self.C = self.planar(np.diag([1.0, float(problem.chordwise)]))
         self.euler = beam.spin_up * self.planar(TURN) if beam.spin_up else 0.0
 
@@ -176,16 +200,17 @@ class PlanarBeam:
         s = self.strain_state(q_e)
         f = np.hypot(s[..., 0], s[..., 1])
         kappa, dkappa = bending(s, f, self.curvature_power)
-        g = kappa[..., None] * dkappa
-        g[..., :2] += (self.beam.mu**2 * self.law.force(f) / f)[..., None] * s[..., :2]
+        g = (self.EI * kappa)[..., None] * dkappa
+        g[..., :2] += (self.beam.mu**2 * self.EA * self.law.force(f) / f)[..., None] * s[..., :2]
         return self._integral(g[..., None])[..., 0]
 
     def stiffness(self, q_e: NDArray) -> NDArray:
         """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8)."""
         s = self.strain_state(q_e)
         f = np.hypot(s[..., 0], s[..., 1])
-        H = self.beam.mu**2 * axial_hessian(s, f, self.law)
-        return self._integral((H + bending_hessian(s, f, self.curvature_power)) @ self.B)
+        EI, EA = self.EI[..., None, None], self.EA[..., None, None]
+        H = self.beam.mu**2 * EA * axial_hessian(s, f, self.law)
+        return self._integral((H + EI * bending_hessian(s, f, self.curvature_power)) @ self.B)
 
     def _integral(self, density: NDArray) -> NDArray:
         """int B' density dx over each element; density (n, p, 4, k), the integral (n, 8, k)."""

@@ -12,8 +12,9 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.solver.hp.modes import StraightModes
+from beamviz.solver.hp.modes import StraightModes, rotation
 from beamviz.solver.hp.refinement import Answer, converged_modes
+from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
     Equilibrium,
@@ -42,19 +43,27 @@ def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | Beamviz
     orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
     buckled = False
     if problem.softening and not problem.chordwise:
-        # In the plane of rotation, softening lowers every omega^2 by gamma^2.
-        buckled = bool(modes.lowest_bending < beam.gamma**2)
-    curve = partial(_curve, modes)
+        if beam.is_uniform:  # in the plane of rotation, softening lowers every omega^2 by gamma^2
+            buckled = bool(modes.lowest_bending < beam.gamma**2)
+        elif beam.delta < 0:
+            buckled = is_buckled(beam, problem)
+    loads = Loads(beam, problem.chordwise, tuple(grid.breaks.tolist()), partial(_curve, modes))
     return Solution(
         beam=beam,
         problem=problem,
-        equilibrium=Equilibrium(status_of(s), modes.iterations, curve, buckled_chordwise=buckled),
+        equilibrium=Equilibrium(status_of(s), modes.iterations, loads, buckled_chordwise=buckled),
         stats=Stats(unknowns, "hp", len(orders), max(orders)),
         s=s,
         estimate_errors=partial(_errors, modes),
         bending_energy_fraction=modes.bending_energy_fraction,
         fields=Shapes(modes),
     )
+
+
+def is_buckled(beam: Beam, problem: Problem) -> bool:
+    """Whether the straight state is unstable in the plane of rotation; solved for."""
+    (chordwise,) = solve_hp([beam], replace(problem, plane="chordwise", coriolis=False, modes=1))
+    return isinstance(chordwise, Solution) and not chordwise.equilibrium.stable
 
 
 def _errors(modes: StraightModes) -> np.ndarray:
@@ -131,5 +140,5 @@ def _displacements(from_clamp: np.ndarray, modes: StraightModes) -> np.ndarray:
     # x is the last axis in memory: samples of one mode are contiguous.
     fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
     fields[..., 0, :] = s.mT @ from_clamp.mT
-    fields[..., 1, :] = (modes.f[..., None] * (modes.grid.J @ kappa)).mT @ from_clamp.mT
+    fields[..., 1, :] = (modes.f[..., None] * rotation(modes.grid.J, kappa)).mT @ from_clamp.mT
     return np.swapaxes(fields, -3, -1)

@@ -6,10 +6,7 @@ other is followed from rest, alone, on its stable branch to its load or to the l
 """
 
 import math
-from collections.abc import Sequence
-from functools import lru_cache
-from itertools import accumulate, pairwise
-from operator import attrgetter
+from itertools import accumulate
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +17,17 @@ from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
 from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.properties import (
+    AnyBeam,
+    BeamStack,
+    Numbers,
+    Positions,
+    Properties,
+    ends_of_spans,
+    greatest_force,
+    properties_on,
+    stack_of,
+)
 
 # Error of the stretch at which Newton's method ends, relative to the tolerance.
 STRETCH_SHARE = 1e-3
@@ -30,30 +38,10 @@ MAX_CHANGE = 0.25  # of ln f in a step of continuation: a larger one may lead to
 NEWTON_STEP = 1e-7  # relative to the stretch: by quadratic convergence the next is below rounding
 BOUND_SUFFICES = 0.5  # lower bound of the margin from which it is taken for the margin
 COARSE_ORDER = 6  # of the mesh of the equilibrium from which the first mesh is designed
+FEW_BREAKS = 20  # up to which a limit is located on elements of LIMIT_ORDER
 LIMIT_BREAKS = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # mesh on which a limit is located
-AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that is taken to be there
 LIMIT_ORDER = 12
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
-
-numbers_of = attrgetter(*PARAMETERS)
-
-
-class Numbers(NamedTuple):
-    """The numbers of a straight beam."""
-
-    alpha: float
-    beta: float
-    gamma: float
-    delta: float
-    mu: float
-
-
-class Positions(NamedTuple):
-    """Positions u of an equilibrium, measured from the clamp."""
-
-    ends: tuple[float, ...]  # x of clamp, mass and tip
-    u: tuple[float, ...]  # at the ends
-    means: tuple[float, ...]  # of u between the ends
 
 
 class State(NamedTuple):
@@ -61,42 +49,6 @@ class State(NamedTuple):
 
     mesh: Mesh
     f: NDArray
-
-
-class BeamStack(NamedTuple):
-    """The parameters of a stack of beams, each (beams, 1), those of the mass (1, 1) where all beams
-    have the same."""
-
-    alpha: NDArray
-    beta: NDArray
-    gamma: NDArray
-    delta: NDArray
-    mu: NDArray
-    turning: bool  # whether all have a speed
-    inward: bool  # whether any points inward
-
-
-def stack_of(beams: Sequence[Beam | Numbers]) -> BeamStack:
-    """The parameters of some beams."""
-    alpha, beta, gamma, delta, mu = np.array([numbers_of(beam) for beam in beams]).T[..., None]
-    if len({(beam.alpha, beam.beta) for beam in beams}) == 1:
-        alpha, beta = alpha[:1], beta[:1]
-    turning = all(beam.gamma for beam in beams)
-    inward = any(beam.delta < 0 for beam in beams)
-    return BeamStack(alpha, beta, gamma, delta, mu, turning, inward)
-
-
-class Inertia(NamedTuple):
-    """The inertia of the line density rho = 1 + alpha Dirac(x - beta) in terms of the gradient of
-    the displacement on a mesh. The leading axis is 1 where all beams share the array."""
-
-    weights: NDArray  # (1 or beams, n) of the mesh
-    G: NDArray  # (1 or beams, n, n) mass matrix J' rho J
-    G1: NDArray  # (1 or beams, n) G applied to the stretch of a beam at rest
-    g: NDArray  # (1 or beams, n) static moment J' rho 1
-    to_mass: NDArray  # (1 or beams, n) integrates from the clamp to the mass
-    alpha: NDArray  # (1 or beams, 1)
-    total: NDArray  # (1 or beams, 1) mass outboard of the clamp
 
 
 class AxialState(NamedTuple):
@@ -109,57 +61,30 @@ class AxialState(NamedTuple):
 
 
 def axial_problem(mesh: Mesh, beams: BeamStack, law: StrainLaw) -> "AxialProblem":
-    """The problem of beams whose mass sits on a break of the mesh."""
-    if beams.alpha.size == 1:
-        inertia = shared_inertia(mesh, beams.alpha.item(), beams.beta.item())
-    else:
-        inertia = inertia_of(mesh, beams.alpha, beams.beta)
-    return AxialProblem(mesh, inertia, beams, law)
+    """The problem of beams whose bodies sit on breaks of the mesh."""
+    return AxialProblem(mesh, properties_on(mesh, beams), beams, law)
 
 
-def inertia_of(mesh: Mesh, alpha: NDArray, beta: NDArray) -> Inertia:
-    """The inertia with masses alpha at beta, each (1 or beams, 1)."""
-    to_mass = np.where(mesh.points < beta, mesh.weights, 0.0)
-    carried = alpha * to_mass
-    return Inertia(
-        weights=np.atleast_2d(mesh.weights),
-        G=mesh.G + carried[..., None] * to_mass[:, None, :],
-        G1=mesh.G1 + beta * carried,
-        g=mesh.g + carried,
-        to_mass=to_mass,
-        alpha=alpha,
-        total=1.0 + alpha * (beta > 0),
-    )
-
-
-@lru_cache(maxsize=64)  # 7 % of a solve where only other numbers of the beam change
-def shared_inertia(mesh: Mesh, alpha: float, beta: float) -> Inertia:
-    """The inertia of beams with the same mass."""
-    return inertia_of(mesh, np.array([[alpha]]), np.array([[beta]]))
-
-
-def is_small_strain(beam: Beam | Numbers, law: StrainLaw) -> bool:
-    """Whether the axial force, that of the unstretched beam at the clamp or more, is far from the
-    limits of the law and of the beam along its whole length."""
-    hub = abs(beam.delta)
-    moment = 0.5 + hub + beam.alpha * (beam.beta + hub)
-    force = (beam.gamma / beam.mu) ** 2 * moment
+def is_small_strain(beam: AnyBeam, law: StrainLaw) -> bool:
+    """Whether the axial force, that of the unstretched beam or more, is far from the limits of the
+    law and of the beam along its whole length."""
+    force = (beam.gamma / beam.mu) ** 2 * greatest_force(beam)
     least, most = law.force_limits
     limit = most if beam.delta >= 0 else min(-least, most)  # inward both may be met
     return force < SMALL_FORCE * min(1.0, limit)
 
 
-def has_unique_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> bool:
+def has_unique_equilibrium(beam: AnyBeam, law: StrainLaw) -> bool:
     """Whether Newton's method can converge to the stable state only."""
     return beam.delta >= 0 and law.max_stretch == math.inf
 
 
 class AxialProblem(NamedTuple):
     """A stack of beams on a mesh, and their equilibrium w n(f) = load (G f + delta g) with
-    load = (gamma / mu)^2, the paper's eq. 40 for a straight beam."""
+    load = (gamma / mu)^2, the paper's eq. 40 for a straight beam. w contains E A."""
 
     mesh: Mesh
-    inertia: Inertia
+    properties: Properties
     beams: BeamStack
     law: StrainLaw
 
@@ -190,14 +115,14 @@ class AxialProblem(NamedTuple):
     def first_guess(self, load: NDArray, accuracy: float) -> tuple[NDArray, float]:
         """The stretch (beams, n) by fixed-point iteration, f = stretch(load (G f + delta g) / w),
         from rest, and the error for a small strain: an iteration reduces it by the force."""
-        inertia, stretch = self.inertia, self.law.stretch_from_force
-        pull, static = load / inertia.weights, self.beams.delta * inertia.g
-        most = float((pull * (inertia.G1 + abs(static))).max())  # of the force
-        f, error = stretch(pull * (inertia.G1 + static)), 2 * most**2
+        properties, stretch = self.properties, self.law.stretch_from_force
+        pull, static = load / properties.axial, self.beams.delta * properties.g
+        most = float((pull * (properties.G1 + abs(static))).max())  # of the force
+        f, error = stretch(pull * (properties.G1 + static)), 2 * most**2
         for _ in range(PASSES):
             if error < accuracy:
                 break
-            f, error = stretch(pull * (np.matvec(inertia.G, f) + static)), most * error
+            f, error = stretch(pull * (np.matvec(properties.G, f) + static)), most * error
         return f, error
 
     def at_rest(self) -> AxialState:
@@ -219,7 +144,7 @@ class AxialProblem(NamedTuple):
         load = (self.beams.gamma / self.beams.mu) ** 2
         path = self.follow(load.item())
         if path.limit is not None:
-            beam = Numbers(*(getattr(self.beams, name).item() for name in Numbers._fields))
+            beam = Numbers(*(getattr(self.beams, name).flat[0] for name in PARAMETERS))
             raise no_equilibrium(beam, beam.mu * path.limit**0.5, self.law)
         return AxialState(path.state, path.iterations, np.zeros(1), self.margin(load, path.state))
 
@@ -229,9 +154,9 @@ class AxialProblem(NamedTuple):
         The error is infinite, and f is 1, where it does not converge between the stretches of the
         law's limits. The state may still be unstable: see `margin`.
         """
-        inertia, beams, law = self.inertia, self.beams, self.law
-        A = load[..., None] * inertia.G
-        w, static = inertia.weights, load * beams.delta * inertia.g
+        properties, beams, law = self.properties, self.beams, self.law
+        A = load[..., None] * properties.G
+        w, static = properties.axial, load * beams.delta * properties.g
         iteration, error = 0, np.full(len(f), math.inf)
         while iteration < NEWTON_ITERATIONS and not np.fmax.reduce(error) < accuracy:
             iteration += 1
@@ -266,64 +191,56 @@ class AxialProblem(NamedTuple):
     def margin(self, load: NDArray, f: NDArray, bound: float = BOUND_SUFFICES) -> NDArray:
         """Stability margins (beams,) of equilibria f (beams, n): 1 at rest, 0 at a limit.
 
-        The lesser of `left_at_clamp` and the least eigenvalue of the tangent relative to rest, zero
+        The lesser of `force_left` and the least eigenvalue of the tangent relative to rest, zero
         at a fold. A lower bound of the eigenvalue is the least ratio of (tangent x) to w x for any
         x > 0 (Collatz and Wielandt), here f, in equilibrium; it replaces the eigenvalue where it is
         at least `bound`. It is never less than 1 in an outward beam of a law that hardens.
         """
-        w, G, law = self.inertia.weights, self.inertia.G, self.law
+        w, G, law = self.properties.axial, self.properties.G, self.law
         stiffness = law.stiffness(f)
-        pull = law.force(f) - load * self.beams.delta * self.inertia.g / w  # load G f / w
+        pull = law.force(f) - load * self.beams.delta * self.properties.g / w  # load G f / w
         fold = np.minimum.reduce(stiffness - pull / f, axis=-1)
         for k in (fold < bound).nonzero()[0]:
             # Beam k, or the only row of an array that all beams share.
             scale, Gk = 1 / np.sqrt(w[k % len(w)]), G[k % len(G)]
             tangent = np.diag(stiffness[k]) - load[k] * scale[:, None] * Gk * scale
             fold[k] = np.linalg.eigvalsh(tangent)[0]
-        return np.minimum(fold, self.left_at_clamp(load, f))
+        return np.minimum(fold, self.force_left(load, f))
 
-    def left_at_clamp(self, load: NDArray, f: NDArray) -> NDArray:
-        """1 - (force at the clamp / greatest force of the strain law), (beams,), in tension or in
-        compression; the force of most beams is greatest at the clamp."""
+    def force_left(self, load: NDArray, f: NDArray) -> NDArray:
+        """1 - (greatest force / greatest force of the strain law), (beams,), in tension or in
+        compression, at the ends of elements where the force over E A may be greatest: of a uniform
+        beam at the clamp."""
         least, most = self.law.force_limits
-        # int rho (u + delta) (beams, 1), u = J f
-        moment = np.vecdot(self.inertia.g, f)[:, None] + self.beams.delta * self.inertia.total
+        properties = self.properties
+        # int rho (u + delta) (beams, ends), u = J f
+        moment = np.matvec(properties.to_ends, f) + self.beams.delta * properties.total
         force = load * moment
-        return (1 - np.maximum(force / most, force / least))[:, 0]
-
-
-def ends_of_spans(beam: Beam | Numbers) -> tuple[float, ...]:
-    """x of the clamp, of a mass between clamp and tip, and of the tip."""
-    inside = beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
-    return (0.0, beam.beta, 1.0) if inside else (0.0, 1.0)
-
-
-def unstretched_positions(beam: Beam | Numbers) -> Positions:
-    """The positions of an unstretched beam, u = x."""
-    ends = ends_of_spans(beam)
-    return Positions(ends, ends, tuple((a + b) / 2 for a, b in pairwise(ends)))
+        return np.minimum.reduce(1 - np.maximum(force / most, force / least), axis=-1)
 
 
 def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     """The error of a beam beyond its limit of equilibrium or too near it, located on a mesh that is
     fine at the clamp; None where there is no limit. Raises NotConverged."""
     breaks = sorted({*LIMIT_BREAKS, *ends_of_spans(beam)})
-    mesh = make_mesh(tuple(breaks), (LIMIT_ORDER,) * (len(breaks) - 1))
+    order = LIMIT_ORDER if len(breaks) <= FEW_BREAKS else COARSE_ORDER
+    mesh = make_mesh(tuple(breaks), (order,) * (len(breaks) - 1))
     load = NEAR_LIMIT * (beam.gamma / beam.mu) ** 2
     limit = axial_problem(mesh, stack_of([beam]), law).follow(load).limit
     return None if limit is None else no_equilibrium(beam, beam.mu * limit**0.5, law)
 
 
-def coarse_equilibrium(beam: Beam | Numbers, law: StrainLaw) -> tuple[State, Positions]:
+def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[State, Positions]:
     """The equilibrium of a beam of large strain on a coarse mesh, and its positions. Raises
     NoEquilibrium with the limit, and NotConverged."""
     ends = ends_of_spans(beam)
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     problem = axial_problem(mesh, stack_of([beam]), law)
     f = problem.stable_state(has_unique_equilibrium(beam, law)).f[0]
-    values = mesh.weights * np.array((f, mesh.J @ f))
-    # Integrals of f and of u over each span, which is an element.
-    int_f, int_u = values.reshape(2, -1, COARSE_ORDER).sum(axis=2)
+    rho = 1.0 if beam.blade is None else beam.blade.at("mass", mesh.points)
+    values = mesh.weights * np.array((f, rho * (mesh.J @ f), rho * np.ones_like(f)))
+    # Integrals of f, of rho u and of rho over each span, which is an element.
+    int_f, moment, mass = values.reshape(3, -1, COARSE_ORDER).sum(axis=2)
     u = accumulate(int_f.tolist(), initial=0.0)
-    means = int_u / (mesh.breaks[1:] - mesh.breaks[:-1])
-    return State(mesh, f), Positions(ends, tuple(u), tuple(means.tolist()))
+    positions = Positions(ends, tuple(u), tuple((moment / mass).tolist()), tuple(mass.tolist()))
+    return State(mesh, f), positions

@@ -1,12 +1,12 @@
 """The first mesh of a beam, from the half-waves of its modes, its boundary layers, and the distance
 of singularities.
 
-A tension N large against the bending stiffness causes boundary layers of width
-1 / sqrt(N f^(2c-3)), c the power of the curvature measure, at the clamp and on both sides of a
-concentrated mass; at a free tip, where the tension vanishes, the layer is an Airy function of width
-(N')^(-1/3). The stretch is singular where the tension, continued beyond the end of a span, reaches
-a limit of the strain law. Gauss points are dense at the ends of an element: only what they do not
-resolve with fewer unknowns gets elements of its own.
+A tension N large against the bending stiffness EI causes boundary layers of width
+sqrt(EI / (N f^(2c-3))), c the power of the curvature measure, at the clamp, on both sides of a
+concentrated mass and where a property jumps; at a free tip, where the tension vanishes, the layer
+is an Airy function of width (EI / N')^(1/3). The stretch is singular where the tension, continued
+beyond the end of a span, reaches a limit of the strain law. Gauss points are dense at the ends of
+an element: only what they do not resolve with fewer unknowns gets elements of its own.
 
 The order of an element follows from the Legendre expansions of what it resolves. The polynomial of
 degree n has, on [-1, 1], these shares of the square integral, j_n the spherical Bessel function:
@@ -28,20 +28,26 @@ from typing import NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.blade import Blade
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.hp.equilibrium import (
-    AT_END,
-    Numbers,
-    Positions,
     State,
     coarse_equilibrium,
-    ends_of_spans,
     has_unique_equilibrium,
     is_small_strain,
-    numbers_of,
-    unstretched_positions,
 )
 from beamviz.solver.hp.modes import TRUNCATION_FACTOR
+from beamviz.solver.hp.properties import (
+    AT_END,
+    AnyBeam,
+    Numbers,
+    Positions,
+    ends_of_spans,
+    is_uniform,
+    numbers_of,
+    properties_of_spans,
+    unstretched_positions,
+)
 from beamviz.solver.problem import Problem
 
 # Nine random beams in ten need no second mesh. The work, n^3 over all meshes, changes by less than
@@ -51,6 +57,7 @@ MAX_ORDER = 30  # of an element: from here two halves with the same digits have 
 GRADING = 6.0  # ratio of the length of an element to its distance from a singularity, at most
 CANCELLED = 1e-2  # least omega^2 that centrifugal and Coriolis forces leave of strain energy 1
 ROUNDED = 0.8  # least ratio of the width of a layer to that of the rounded numbers
+JUMP = 1e-3  # relative, of a property, from which a layer gets an element of its own at once
 NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
 
 
@@ -63,10 +70,12 @@ class End(NamedTuple):
     f: float
     slope: float  # -dN/dx
     singularity: float  # the distance from x, away from the span, of a singularity of the stretch
+    EI: float  # bending stiffness
+    smooth: bool  # whether the next span only has another slope of a property
 
 
 class Span(NamedTuple):
-    """A part of the beam between clamp, mass and tip."""
+    """A part of the beam between clamp, bodies, ends of the segments of a blade, and tip."""
 
     start: End
     end: End
@@ -124,42 +133,83 @@ class Elements(NamedTuple):
         return self.orders, self.axial_orders
 
 
-def find_spans(beam: Beam | Numbers, positions: Positions, law: StrainLaw | None) -> list[Span]:
+class Ends(NamedTuple):
+    """Properties at both ends of each span."""
+
+    EI: Sequence[tuple[float, float]]
+    EA: Sequence[tuple[float, float]]
+    mass: Sequence[tuple[float, float]]
+
+
+def properties_at_ends(beam: AnyBeam, ends: tuple[float, ...], bending: str) -> Ends:
+    """The properties of a beam at both ends of each span between `ends`."""
+    if beam.blade is None:
+        uniform = [(1.0, 1.0)] * (len(ends) - 1)
+        return Ends(uniform, uniform, uniform)
+    spans = properties_of_spans(beam.blade, ends, bending)
+    return Ends(
+        [span.bending_at_ends for span in spans],
+        [span.axial_at_ends for span in spans],
+        [span.mass_at_ends for span in spans],
+    )
+
+
+def find_spans(
+    beam: AnyBeam, positions: Positions, law: StrainLaw | None, bending: str = "bending"
+) -> list[Span]:
     """The spans of a beam, clamp first, with N = gamma^2 int_x^1 rho (u + delta) at their ends.
-    law: None where the strain is small, and the stretch taken to be 1."""
-    ends, u, means = positions
+    law: None where the strain is small, and the stretch taken to be 1. bending: "bending" or
+    "flap"."""
+    ends, u, means, masses = positions
+    properties = properties_at_ends(beam, ends, bending)
+    bodies = [(beam.alpha, beam.beta), *((mass.alpha, mass.beta) for mass in beam.masses)]
     spans: list[Span] = []
     load, N = beam.gamma**2, 0.0
 
     def end_of_span(k: int, inward: int) -> End:
-        slope = load * (u[k] + beam.delta)
+        span, side = (k, 0) if inward > 0 else (k - 1, 1)
+        EI, EA, rho = (values[span][side] for values in properties)
+        slope = load * rho * (u[k] + beam.delta)
+        smooth = is_smooth(properties, bodies, ends, k)
         if law is None:
-            return End(ends[k], inward, N, 1.0, slope, math.inf)
-        f = float(law.stretch_from_force(np.array(N / beam.mu**2)))
+            return End(ends[k], inward, N, 1.0, slope, math.inf, EI, smooth)
+        f = float(law.stretch_from_force(np.array(N / (beam.mu**2 * EA))))
         # Continued beyond the end, away from the span, the tension grows or falls to a limit.
         least, most = law.force_limits
-        limit = beam.mu**2 * (most if inward * slope > 0 else least)
+        limit = beam.mu**2 * EA * (most if inward * slope > 0 else least)
         distance = max(inward * (limit - N) / slope, NEAREST) if slope else math.inf
-        return End(ends[k], inward, N, f, slope, distance)
+        return End(ends[k], inward, N, f, slope, distance, EI, smooth)
 
     for k in range(len(means), 0, -1):  # from the tip
-        if abs(ends[k] - beam.beta) <= AT_END:
-            N += beam.alpha * load * (u[k] + beam.delta)
+        for alpha, beta in bodies:
+            if alpha and abs(ends[k] - beta) <= AT_END:
+                N += alpha * load * (u[k] + beam.delta)
         end = end_of_span(k, -1)
-        N += load * (ends[k] - ends[k - 1]) * (means[k - 1] + beam.delta)
+        N += load * masses[k - 1] * (means[k - 1] + beam.delta)
         spans.insert(0, Span(end_of_span(k - 1, 1), end))
     return spans
+
+
+def is_smooth(
+    properties: Ends, bodies: list[tuple[float, float]], ends: tuple[float, ...], k: int
+) -> bool:
+    """Whether no property jumps at end k, between two spans, and no body is there."""
+    if k in (0, len(ends) - 1) or any(abs(ends[k] - beta) <= AT_END for _, beta in bodies):
+        return False
+    return all(abs(values[k][0] - values[k - 1][1]) <= JUMP * values[k][0] for values in properties)
 
 
 def layers(span: Span, power: int) -> list[Layer]:
     """The boundary layers of a span thinner than it is long, by the tension N f^power."""
     thin = []
     for end in span:
+        if end.smooth:
+            continue
         tip = end.x == 1  # free to rotate: a layer only where the tension vanishes
         if tip:
-            width = end.slope ** (-1 / 3) if end.N == 0 and end.slope > 0 else math.inf
+            width = (end.EI / end.slope) ** (1 / 3) if end.N == 0 and end.slope > 0 else math.inf
         else:
-            width = 1 / math.sqrt(end.N * end.f**power) if end.N > 0 else math.inf
+            width = math.sqrt(end.EI / (end.N * end.f**power)) if end.N > 0 else math.inf
         if width < span.length:
             thin.append(Layer(end.x, end.inward, width, tip))
     return thin
@@ -196,12 +246,16 @@ def rounded(beam: Beam) -> Numbers:
     """The numbers of a beam to four binary digits; the position of the mass by its distance from
     the nearer end."""
     alpha, beta, gamma, delta, mu = numbers_of(beam)
+    if not is_uniform(beam):  # the mass stays in its span
+        alpha, gamma, delta, mu = map(four_digits, (alpha, gamma, delta, mu))
+        return Numbers(alpha, beta, gamma, delta, mu, beam.blade, beam.masses, beam.root)
     if len(ends_of_spans(beam)) == 2:  # no mass, or one at an end
         beta = float(round(beta)) if alpha else 1.0
     else:  # it stays between the ends
         distance = max(four_digits(min(beta, 1 - beta)), 2 * AT_END)
         beta = distance if beta < 0.5 else 1 - distance
-    return Numbers(four_digits(alpha), beta, *map(four_digits, (gamma, delta, mu)))
+    alpha, gamma, delta, mu = map(four_digits, (alpha, gamma, delta, mu))
+    return Numbers(alpha, beta, gamma, delta, mu)
 
 
 def four_digits(x: float) -> float:
@@ -210,7 +264,7 @@ def four_digits(x: float) -> float:
     return math.ldexp(round(16 * mantissa), exponent - 4)
 
 
-def first_parts(beam: Beam | Numbers, problem: Problem) -> tuple[list[Part], State | None]:
+def first_parts(beam: AnyBeam, problem: Problem) -> tuple[list[Part], State | None]:
     """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
     large, else None. Raises NoEquilibrium and NotConverged."""
     law, start, positions = problem.strain_law, None, unstretched_positions(beam)
@@ -218,31 +272,69 @@ def first_parts(beam: Beam | Numbers, problem: Problem) -> tuple[list[Part], Sta
     if not small:
         start, positions = coarse_equilibrium(beam, law)
     # No tension, no layers.
-    loaded = beam if problem.stiffens else Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu)
-    spans = find_spans(loaded, positions, None if small else law)
-    return parts_of_spans(beam.mu, spans, problem), start
+    loaded = beam
+    if not problem.stiffens:
+        properties = beam.blade, beam.masses, beam.root
+        loaded = Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu, *properties)
+    bending = "bending" if problem.chordwise else "flap"
+    spans = find_spans(loaded, positions, None if small else law, bending)
+    densities = None if beam.blade is None else wave_densities(beam.blade, positions.ends, bending)
+    return parts_of_spans(beam.mu, spans, problem, densities), start
 
 
 rounded_parts = lru_cache(maxsize=1024)(first_parts)
 
 
-def parts_of_spans(mu: float, spans: list[Span], problem: Problem) -> list[Part]:
+class WaveDensities(NamedTuple):
+    """How waves are distributed along a blade. Frequencies of short waves are (k / bending)^2 and
+    mu k / stretching, with k = pi times their number of half-waves along the beam."""
+
+    bending: float  # int (rho / EI)^(1/4) dx
+    stretching: float  # int (rho / EA)^(1/2) dx
+    of_spans: tuple[float, ...]  # the greater of the densities of both, over that of a uniform beam
+
+
+@lru_cache(maxsize=64)
+def wave_densities(blade: Blade, ends: tuple[float, ...], bending: str) -> WaveDensities:
+    """The densities of waves on the spans of a blade. bending: "bending" or "flap"."""
+    spans = properties_of_spans(blade, ends, bending)
+    local = [
+        ((span.mass / span.bending) ** 0.25, (span.mass / span.axial) ** 0.5) for span in spans
+    ]
+    bend, stretch = (
+        np.array([span.weights @ pair[k] for span, pair in zip(spans, local, strict=True)])
+        for k in (0, 1)
+    )
+    shares = np.maximum(bend / bend.sum(), stretch / stretch.sum()) / np.diff(ends)
+    return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()))
+
+
+def parts_of_spans(
+    mu: float, spans: list[Span], problem: Problem, densities: WaveDensities | None = None
+) -> list[Part]:
     """Elements where polynomials beyond their orders have at most the share of the energy that the
-    tolerance allows."""
+    tolerance allows. densities: None of a uniform beam."""
     share = problem.tolerance / TRUNCATION_FACTOR
     power = 2 * problem.curvature_power - 3
     ends = [end for span in spans for end in span]
     most = max(0.0, *(end.N for end in ends))
+    if densities:
+        mu *= densities.bending**2 / densities.stretching
+        most *= densities.bending**2
     # Without tension as many modes as possible bend, with the greatest as many as possible stretch.
     bending, _ = half_waves(mu, problem.modes, 0.0)
     _, stretching = half_waves(ROUNDED * mu, problem.modes, most)
-    compression = max(-end.N * end.f**power for end in ends)
+    compression = max(-end.N * end.f**power / end.EI for end in ends)
     if compression > 0:  # half-waves of buckling over the whole beam
         bending += math.sqrt(compression) / math.pi
     waves = max(bending, stretching)
     stretched = any(end.f != 1 for end in ends)  # so the axial stiffness varies
-    axial_waves = waves if problem.gyroscopic or stretched else stretching
-    return [part_of_span(span, waves, axial_waves, power, share) for span in spans]
+    axial_waves = waves if problem.gyroscopic or stretched or densities else stretching
+    factors = densities.of_spans if densities else [1.0] * len(spans)
+    return [
+        part_of_span(span, factor * waves, factor * axial_waves, power, share)
+        for span, factor in zip(spans, factors, strict=True)
+    ]
 
 
 def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share: float) -> Part:

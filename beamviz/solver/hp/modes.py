@@ -24,6 +24,7 @@ from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
 from beamviz.solver.eigen import EPS
 from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
 from beamviz.solver.hp.mesh import Grid, Mesh
+from beamviz.solver.hp.properties import BeamStack
 from beamviz.solver.problem import Problem
 
 # Safety factors of the two error estimates: twice the least for which the errors of 5000 random
@@ -44,7 +45,9 @@ class StraightModes(NamedTuple):
     f: NDArray  # (..., n) stretch at the mesh points
     iterations: int
     margin: NDArray  # (...) of the equilibrium, 0 at a limit
-    kappa: NDArray  # (..., n, modes) derivative of the rotation
+    kappa: (
+        NDArray  # (..., n, modes) derivative of the rotation; with a root spring n + 1, its angle
+    )
     s: NDArray  # (..., n, modes) gradient of the displacement along the beam
     mode_order: NDArray | None  # (..., modes)
     bending_energy_fraction: NDArray  # (..., modes) share of the kinetic energy
@@ -69,7 +72,7 @@ class Matrices(NamedTuple):
     G, the mass of a gradient.
     """
 
-    K: NDArray  # (beams, n, n)
+    K: NDArray  # (beams, n, n), n + 1 where the root is not clamped
     M: NDArray  # (beams, n, n)
     d: NDArray  # (beams, n)
     G: NDArray  # (1 or beams, n, n)
@@ -96,20 +99,67 @@ def stiffness_and_mass(axial: AxialProblem, f: NDArray, problem: Problem) -> Mat
     The tension N = gamma^2 int_x^1 rho (u + delta) is computed from equilibrium: mu^2 n(f) would
     cancel where f is near 1.
     """
-    mesh, inertia, beams, _ = axial
-    w, n = inertia.weights, f.shape[-1]
-    across = f[..., None] * mesh.J  # kappa -> w' = f theta
+    mesh, properties, beams, _ = axial
+    n = f.shape[-1]
+    to_angle = rotation_matrix(mesh.J, beams)
+    across = f[..., None] * to_angle  # kappa -> w' = f theta
+    bending = properties.bending if problem.chordwise else properties.flap
     stiffness = np.zeros((len(f), 2, 2 * n))
-    stiffness[:, 0, :n] = bent = w * bending_stiffness(f, problem.curvature_power)
-    stiffness[:, 1, :n] = d = w * axial_stiffness(f, beams.mu, problem.strain_law)
+    stiffness[:, 0, :n] = bent = bending * bending_stiffness(f, problem.curvature_power)
+    stiffness[:, 1, :n] = d = properties.axial * axial_stiffness(f, beams.mu, problem.strain_law)
     if problem.stiffens:
-        tension = beams.gamma**2 * (np.matvec(inertia.G, f) + beams.delta * inertia.g)
+        tension = beams.gamma**2 * (np.matvec(properties.G, f) + beams.delta * properties.g)
         stiffness[:, 0, n:] = tension * f
-        K = across.mT @ (tension[..., None] * mesh.J)
+        K = across.mT @ (tension[..., None] * to_angle)
     else:
-        K = np.zeros_like(across)
-    K.reshape(len(f), -1)[:, :: n + 1] += bent
-    return Matrices(K, across.mT @ (inertia.G @ across), d, inertia.G, stiffness)
+        K = np.zeros((*across.shape[:-2], across.shape[-1], across.shape[-1]))
+    K.reshape(len(f), -1)[:, :: K.shape[-1] + 1][:, :n] += bent
+    M = across.mT @ (properties.G @ across)
+    if beams.hinged:
+        K[:, n, n] += beams.root
+    if any(any(mass.inertia) for mass in beams.masses):
+        add_rotary_inertia(K, M, axial, problem)
+    return Matrices(K, M, d, properties.G, stiffness)
+
+
+def rotation_matrix(J: NDArray, beams: BeamStack) -> NDArray:
+    """kappa -> theta at the mesh points. Where the root is not clamped, its angle is one more
+    unknown, the last."""
+    return with_root(J) if beams.hinged else J
+
+
+def rotation(J: NDArray, kappa: NDArray) -> NDArray:
+    """The rotation theta (..., n, modes) of kappa (..., n, modes), or (..., n + 1, modes) with the
+    angle at the root."""
+    n = J.shape[-1]
+    if kappa.shape[-2] == n:
+        return J @ kappa
+    return J @ kappa[..., :n, :] + kappa[..., n:, :]
+
+
+def with_root(rows: NDArray) -> NDArray:
+    """Rows (..., n) that integrate kappa to an angle, with the angle of the root: (..., n + 1)."""
+    return np.concatenate((rows, np.ones((*rows.shape[:-1], 1))), axis=-1)
+
+
+def rotations_of_bodies(axial: AxialProblem) -> NDArray:
+    """kappa -> the angle of each of the bodies `masses`: (1 or beams, masses, unknowns)."""
+    rows = axial.properties.to_bodies[:, 1:]  # the first has no inertia
+    return with_root(rows) if axial.beams.hinged else rows
+
+
+def add_rotary_inertia(K: NDArray, M: NDArray, axial: AxialProblem, problem: Problem) -> None:
+    """Add the rotary inertia of bodies, which turn with the beam, to K and M (beams, n, n).
+
+    In the plane of rotation Jz theta'' does not soften, as a body turns with the hub: a stiffness
+    gamma^2 Jz balances the softening of all of M. Out of it the inertia is Jy, and the centrifugal
+    forces on a body have the stiffness gamma^2 (Jz - Jx).
+    """
+    Jx, Jy, Jz = np.array([mass.inertia for mass in axial.beams.masses]).T
+    J, stiffness = (Jz, Jz * problem.softening) if problem.chordwise else (Jy, Jz - Jx)
+    rows = rotations_of_bodies(axial)
+    M += rows.mT @ (J[:, None] * rows)
+    K += axial.beams.gamma[..., None] ** 2 * (rows.mT @ (stiffness[:, None] * rows))
 
 
 def uncoupled_modes(
@@ -123,23 +173,31 @@ def uncoupled_modes(
     mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
     S = mesh.axial / np.sqrt(d)[..., None]
-    shift = eigen.COMPRESSED if beams.inward else 0.0
+    A = S.mT @ G @ S
+    if beams.hinged:  # both families have as many unknowns
+        S = np.concatenate((S, np.zeros_like(S[:, :1])), axis=1)
+    compressed = may_be_indefinite(beams, problem)
+    shift = eigen.COMPRESSED if compressed else 0.0
     # Arrays of both families are (beams, 2, count), bending first.
-    v, shifted, added = eigen.family_modes(K, M, S, S.mT @ G @ S, count, shift)
+    v, shifted, added = eigen.family_modes(K, M, S, A, count, shift)
     omega_squared = shifted - added
     relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
     size = shifted
-    if beams.inward:  # compression cancels against bending stiffness: sum of absolute terms
+    if compressed:  # compression cancels against bending stiffness: sum of absolute terms
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
         size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = tail_energies(mesh, matrices, v)
-    truncation, rounding = _errors(mesh, state, scale, tail, size, relative_rounding)
+    truncation, rounding = _errors(axial, state, scale, tail, size, relative_rounding)
     if problem.softening:
         softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
         if not problem.chordwise:
             softening = np.concatenate((np.zeros_like(softening), softening), axis=1)
         omega_squared = omega_squared - softening
+    if beams.root == 0:
+        free = turns_freely(beams, problem)
+        omega_squared[free, 0, 0], truncation[free, 0, 0] = 0.0, 0.0
+        rounding[free, 0, 0] = EPS**2
     # The two families in one list of 2 count modes.
     stack, in_family = len(omega_squared), omega_squared.shape[-1]
     listed = omega_squared.reshape(stack, -1)
@@ -151,7 +209,7 @@ def uncoupled_modes(
         iterations=state.iterations,
         margin=state.margin,
         kappa=v[:, 0],
-        s=v[:, 1],
+        s=v[:, 1, : state.f.shape[-1]],
         mode_order=order,
         bending_energy_fraction=(order < in_family).astype(float),
         omega_squared=listed[beam, order],
@@ -159,6 +217,30 @@ def uncoupled_modes(
         rounding=rounding.reshape(listed.shape)[beam, order],
         lowest_bending=omega_squared[:, 0, 0],
     )
+
+
+def may_be_indefinite(beams: BeamStack, problem: Problem) -> bool:
+    """Whether the stiffness of bending, without softening, may not be positive definite."""
+    free = beams.root == 0 and not (beams.turning and problem.stiffens)
+    unsteady = not problem.chordwise and any(Jx > Jz for Jx, _, Jz in inertias_of(beams))
+    return beams.inward or free or unsteady
+
+
+def inertias_of(beams: BeamStack) -> list[tuple[float, float, float]]:
+    """The principal moments of inertia of the bodies."""
+    return [mass.inertia for mass in beams.masses]
+
+
+def turns_freely(beams: BeamStack, problem: Problem) -> NDArray:
+    """Whether the first mode of each beam (beams,) is a rigid rotation about a hinge that nothing
+    holds: at rest; without stiffening; and in the plane of rotation about the axis of rotation."""
+    gamma, delta = beams.gamma[:, 0], beams.delta[:, 0]
+    if beams.root != 0:
+        return np.zeros(len(gamma), bool)
+    if not problem.chordwise:
+        steady = problem.stiffens or any(Jz != Jx for Jx, _, Jz in inertias_of(beams))
+        return (gamma == 0) | (not steady)
+    return (gamma == 0) | ((delta == 0) & problem.stiffens & problem.softening)
 
 
 def gyroscopic_modes(
@@ -177,20 +259,27 @@ def gyroscopic_modes(
     if problem.softening:
         Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
     max_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
-    modes = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding)
+    free = turns_freely(axial.beams, problem)
+    modes = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding, bool(free.any()))
     omega_squared, kappa = modes.omega_squared, modes.b
     # Each shape is real or imaginary: real + imag is its size with its sign.
-    v = np.empty((len(S), 2, *kappa.shape[1:]))
-    v[:, 0], v[:, 1] = kappa.real + kappa.imag, S @ (modes.a.real + modes.a.imag)
+    n = S.shape[-2]
+    v = np.empty((len(S), 2, n, kappa.shape[-1]))
+    v[:, 0] = (kappa.real + kappa.imag)[:, :n]
+    v[:, 1] = S @ (modes.a.real + modes.a.imag)
     s = v[:, 1] * np.where(modes.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
     size = abs(omega_squared) + gamma[..., 0] ** 2
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
     tail = tail_energies(mesh, matrices, v).sum(axis=1) * share[..., None]
     if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
-        diagonals = np.linalg.diagonal(Kb), matrices.d
+        diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    truncation, rounding = _errors(mesh, state, scale, tail, size, modes.relative_rounding)
+    truncation, rounding = _errors(axial, state, scale, tail, size, modes.relative_rounding)
+    if free.any():
+        lowest = abs(omega_squared[0]).argmin()
+        omega_squared[0, lowest], truncation[0, lowest] = 0.0, 0.0
+        rounding[0, lowest] = EPS**2
     return StraightModes(
         grid=mesh.grid,
         f=state.f,
@@ -208,15 +297,22 @@ def gyroscopic_modes(
 
 
 def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple[NDArray, NDArray]:
-    """F of both families with M = F' F, along the beam in terms of c, s = S c (beams, n + 1, r),
-    and across it (beams, n + 1, n): displacements at the mesh points and at the concentrated mass,
-    times the root of the mass there."""
-    mesh, inertia, *_ = axial
-    n = f.shape[-1]
-    F = np.empty((len(f), n + 1, n))
-    F[..., :n, :] = mesh.rooted
-    F[..., n, :] = inertia.alpha**0.5 * inertia.to_mass
-    return F @ S, F @ (f[..., None] * mesh.J)
+    """F of both families with M = F' F, along the beam in terms of c, s = S c (beams, m, r), and
+    across it (beams, m, n): displacements at the mesh points and at the bodies, and the rotations
+    of these, times the root of the mass or inertia."""
+    mesh, properties, beams, _ = axial
+    n, bodies = f.shape[-1], properties.alpha.shape[-1]
+    F = np.empty((len(f), n + bodies, n))
+    F[..., :n, :] = properties.rooted
+    F[..., n:, :] = properties.alpha[..., None] ** 0.5 * properties.to_bodies
+    along, across = F @ S, F @ (f[..., None] * rotation_matrix(mesh.J, beams))
+    if any(any(mass.inertia) for mass in beams.masses):
+        Jz = np.array(inertias_of(beams))[:, 2]
+        turning = np.sqrt(Jz)[:, None] * rotations_of_bodies(axial)
+        still = np.zeros((len(along), len(Jz), along.shape[-1]))
+        turning = np.broadcast_to(turning, (len(across), *turning.shape[-2:]))
+        along, across = np.hstack((along, still)), np.hstack((across, turning))
+    return along, across
 
 
 def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
@@ -224,12 +320,17 @@ def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
     v (beams, 2, n, k) of the families, with the absolute value of the tension: an estimate of the
     change of omega^2 by a higher order. A polynomial of degree 1 or more has an integral in its own
     element only."""
-    tail = v.mT @ mesh.IJT.mT  # (beams, 2, k, 2 n)
+    tail = v[..., : mesh.points.shape[-1], :].mT @ mesh.IJT.mT  # (beams, 2, k, 2 n)
     return (tail * tail) @ (abs(matrices.stiffness)[..., None] * mesh.in_element)
 
 
 def _errors(
-    mesh: Mesh, state: AxialState, scale: NDArray, tail: NDArray, size: NDArray, relative: NDArray
+    axial: AxialProblem,
+    state: AxialState,
+    scale: NDArray,
+    tail: NDArray,
+    size: NDArray,
+    relative: NDArray,
 ) -> tuple[NDArray, NDArray]:
     """Estimated errors of omega^2: truncation (..., k, elements), from the order of each element
     and the error of the stretch, and rounding (..., k).
@@ -241,12 +342,18 @@ def _errors(
     A large stretch varies almost singularly along the beam: the truncation error then exceeds the
     tail. Near the limit of equilibrium a relative error of the load changes the stretch 1 / margin
     times as much, and this the least omega^2, which vanishes at the limit, by the same factor.
+
+    The stretch of a blade, 1 plus a force over E A, is no polynomial however small the strain: what
+    a quadrature loses of it is in proportion to the strain, not to its square.
     """
+    mesh, of_blade = axial.mesh, axial.beams.blade is not None
     f, error, elements = state.f, state.error, len(mesh.orders)
     margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
     tails = np.matvec(mesh.tails, f).reshape(len(f), elements, 2)
     # Relative square errors of the stretch (beams, elements): truncation, and Newton's method.
     lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
+    if of_blade:
+        lost /= np.clip(abs(f - 1).max(axis=-1, keepdims=True), EPS, 1.0)
     lost = (lost + error[:, None] / (2 * elements)).reshape(*margin.shape, elements)
     factor = TRUNCATION_FACTOR * np.maximum(f[:, 0].reshape(margin.shape), 1.0) * scale
     tail = np.maximum.accumulate(tail / scale[..., None], axis=-2)

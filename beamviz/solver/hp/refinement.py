@@ -23,15 +23,17 @@ from beamviz.solver.hp.equilibrium import (
     axial_problem,
     is_small_strain,
     limit_error,
-    stack_of,
 )
 from beamviz.solver.hp.first_mesh import MAX_ORDER, Elements, first_elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
+from beamviz.solver.hp.properties import ends_of_spans, stack_of
 from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
+MORE_UNKNOWNS = 30  # for each discontinuity of a blade, with a layer on either side
+MOST_UNKNOWNS = 1200  # of a blade: two seconds
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
@@ -78,7 +80,8 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | Answer:
         check_unknowns(elements, beam)
     except (NoEquilibrium, NotConverged) as error:
         return failure(beam, problem, error)
-    alone = start is not None or (problem.gyroscopic and not (beam.gamma and beam.delta >= 0))
+    stable = beam.gamma and beam.delta >= 0 and not (beam.delta == 0 and beam.root == 0)
+    alone = start is not None or (problem.gyroscopic and not stable)
     return Attempt(beam, elements, small, alone, start)
 
 
@@ -86,11 +89,16 @@ def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
     """The numbers of the beams to be solved together: those with the same elements, which share
     one mesh, where there are at least SHARED; of the others those whose elements have the same
     orders."""
+
+    def properties(k: int) -> object:
+        beam = attempts[k].beam
+        return None if beam.is_uniform else (beam.blade, beam.masses, beam.root, beam.alpha > 0)
+
     together = (k for k, attempt in attempts.items() if not attempt.alone)
-    by_elements = grouped((k, attempts[k].elements) for k in together)
+    by_elements = grouped((k, (attempts[k].elements, properties(k))) for k in together)
     shared = [group for group in by_elements if len(group) >= SHARED]
     others = (k for group in by_elements if len(group) < SHARED for k in group)
-    by_orders = grouped((k, attempts[k].elements.all_orders) for k in others)
+    by_orders = grouped((k, (attempts[k].elements.all_orders, properties(k))) for k in others)
     alone = [[k] for k, attempt in attempts.items() if attempt.alone]
     for group in [*shared, *by_orders, *alone]:
         for first in range(0, len(group), MAX_STACK):
@@ -179,9 +187,12 @@ def next_attempt(
 def check_unknowns(elements: Elements, beam: Beam) -> None:
     """NotConverged with a remedy for too many unknowns."""
     unknowns = sum(elements.orders)
-    if unknowns <= MAX_UNKNOWNS:
+    most = MAX_UNKNOWNS
+    if not beam.is_uniform:
+        most = min(most + MORE_UNKNOWNS * len(ends_of_spans(beam)), MOST_UNKNOWNS)
+    if unknowns <= most:
         return
-    reason = f"{unknowns} unknowns needed in a family, at most {MAX_UNKNOWNS}"
+    reason = f"{unknowns} unknowns needed in a family, at most {most}"
     remedy = "a larger tolerance or fewer modes"
     if beam.delta < 0:
         reason += ": the straight beam buckles in many half-waves"

@@ -1,0 +1,138 @@
+"""Rules that notice a value in SI that is likely in another unit: possible, but seldom meant."""
+
+import math
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+from beamviz.si import PhysicalBeam
+
+
+class Rule(NamedTuple):
+    """A range outside which a quantity is seldom meant.
+
+    of: the quantity of a beam, at each station or once; below, above: the likely mistake where it
+    is too small or too large; reason: what the range was drawn from.
+    """
+
+    quantity: str
+    unit: str
+    of: Callable[[PhysicalBeam], Iterable[float]]
+    least: float
+    most: float
+    below: str
+    above: str
+    reason: str
+
+
+def tip_speed(beam: PhysicalBeam) -> Iterable[float]:
+    return [beam.rotation_speed * max(abs(beam.hub_radius), abs(beam.hub_radius + beam.length))]
+
+
+def wave_speed(beam: PhysicalBeam) -> Iterable[float]:
+    return map(math.sqrt, quotients(beam.axial_stiffness, beam.mass_per_length))
+
+
+def slimness(beam: PhysicalBeam) -> Iterable[float]:
+    """Thickness of a rectangle of the same stiffnesses, over the length."""
+    thick = map(math.sqrt, quotients(beam.bending_stiffness, beam.axial_stiffness))
+    return (math.sqrt(12) * radius / beam.length for radius in thick)
+
+
+def flap_over_lag(beam: PhysicalBeam) -> Iterable[float]:
+    return quotients(beam.flap_stiffness or (), beam.bending_stiffness)
+
+
+def quotients(upper: Iterable[float], lower: Iterable[float]) -> list[float]:
+    return [a / b for a, b in zip(upper, lower, strict=False)]
+
+
+def mass_ratios(beam: PhysicalBeam) -> Iterable[float]:
+    whole = beam.mass_per_length[0] * beam.length
+    return [body / whole for body in (beam.mass, *(body.mass for body in beam.masses))]
+
+
+def gyrations(beam: PhysicalBeam) -> Iterable[float]:
+    """Radii of gyration of the bodies over the length."""
+    return [
+        math.sqrt(max(body.inertia) / body.mass) / beam.length
+        for body in beam.masses
+        if body.mass > 0
+    ]
+
+
+RULES = (
+    Rule(
+        *("length", "m", lambda beam: [beam.length], 1e-5, 300.0),
+        below="a length in km?",
+        above="a length in mm, not m?",
+        reason="Microbeams are 50 um long and more; the longest blades 150 m, masts 200 m.",
+    ),
+    Rule(
+        *("density", "kg/m^3", lambda beam: [beam.density] if beam.density else [], 20.0, 25e3),
+        below="a density in g/cm^3 or t/m^3, not kg/m^3?",
+        above="a density in g/m^3, not kg/m^3?",
+        reason="Foams have 20 and more, osmium 22600; metals in g/cm^3 are below 20.",
+    ),
+    Rule(
+        *("Young's modulus", "Pa"),
+        lambda beam: [beam.youngs_modulus] if beam.youngs_modulus else [],
+        *(4e5, 1.5e12),
+        below="a modulus in GPa or MPa (N/mm^2), not Pa?",
+        above="a modulus a thousand times too large?",
+        reason="Soft rubber has 5e5, diamond 1.2e12; steel in MPa is 2.1e5.",
+    ),
+    Rule(
+        *("speed of axial waves sqrt(EA / (rho A))", "m/s", wave_speed, 200.0, 20e3),
+        below="Young's modulus in GPa or MPa, the axial stiffness in kN or MN, or the mass of a"
+        " unit of length in g/m?",
+        above="a density in g/cm^3 or t/m^3, or the mass of a unit of length in t/m?",
+        reason="LDPE has 450, diamond 18000; steel with EA in kN 160. Only rubber has 50.",
+    ),
+    Rule(
+        *("thickness sqrt(12 EI / EA) over length", "", slimness, 1e-3, 0.25),
+        below="a length in mm, or the bending stiffness in kN m^2?",
+        above="sizes of the section in mm, the bending stiffness in N mm^2, or the axial stiffness"
+        " in kN or MN?",
+        reason="A laboratory rule of steel has 1/300; thicker than 1/4 it is hardly a beam.",
+    ),
+    Rule(
+        *("flapwise over chordwise bending stiffness", "", flap_over_lag, 1e-4, 1e3),
+        below="one of the bending stiffnesses in another unit?",
+        above="one of the bending stiffnesses in another unit?",
+        reason="A flat bar of 40 to 1 has 6e-4 or 1600, and blades 0.02 to 2.",
+    ),
+    Rule(
+        *("speed of the tip", "m/s", tip_speed, 0.0, 600.0),
+        below="",
+        above="rotation_speed is in rad/s: a speed in rpm? Give it as rotation_rpm",
+        reason="Fans of engines reach 450 m/s; flywheels of fibre more. 12.1 rpm as rad/s: 760.",
+    ),
+    Rule(
+        *("mass over that of the beam", "", mass_ratios, 0.0, 20.0),
+        below="",
+        above="a mass in g, not kg?",
+        reason="A body of more than 20 beams is an oscillator on a massless beam.",
+    ),
+    Rule(
+        *("radius of gyration of a body over the length", "", gyrations, 0.0, 1.0),
+        below="",
+        above="an inertia in kg mm^2 or g mm^2, not kg m^2?",
+        reason="A body larger than its beam is seldom meant.",
+    ),
+)
+
+
+def doubts(beam: PhysicalBeam) -> tuple[str, ...]:
+    """A sentence for each rule that a beam does not keep."""
+    return tuple(filter(None, (doubt(rule, beam) for rule in RULES)))
+
+
+def doubt(rule: Rule, beam: PhysicalBeam) -> str:
+    """The value of a rule's quantity outside its range, with the likely mistake; "" inside."""
+    outside = [value for value in rule.of(beam) if not rule.least <= value <= rule.most]
+    if not outside:
+        return ""
+    unit = f" {rule.unit}" if rule.unit else ""
+    usual = f"{rule.least:g} .. {rule.most:g}" if rule.least else f"up to {rule.most:g}"
+    mistake = rule.below if outside[0] < rule.least else rule.above
+    return f"{rule.quantity} = {outside[0]:.4g}{unit}, usually {usual}{unit}: {mistake}"

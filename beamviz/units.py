@@ -1,0 +1,131 @@
+"""The physical size of a beam, and its dimensionless numbers in SI units."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, Self
+
+from beamviz.errors import InvalidInput
+
+ATTRIBUTES = {  # of datasets, by field
+    "length": "unit_length_m",
+    "time": "unit_time_s",
+    "mass": "unit_mass_kg",
+    "youngs_modulus": "youngs_modulus_Pa",
+}
+
+
+@dataclass(frozen=True)
+class Units:
+    """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it is
+    known, its mass rho A L [kg], of the section at the root. Young's modulus E [Pa] is that of a
+    uniform beam whose material is known."""
+
+    length: float
+    time: float
+    mass: float | None = None
+    youngs_modulus: float | None = None
+
+    @property
+    def force(self) -> float | None:
+        """The unit of force E I / L^2 = rho A L^2 / T*^2 [N], where the mass is known."""
+        return None if self.mass is None else self.mass * self.length / self.time**2
+
+    @property
+    def attributes(self) -> dict[str, float]:
+        """The sizes that are known as attributes of a dataset."""
+        sizes = {name: getattr(self, field) for field, name in ATTRIBUTES.items()}
+        return {name: size for name, size in sizes.items() if size is not None}
+
+    @classmethod
+    def from_attributes(cls, attributes: Mapping[str, float]) -> Self | None:
+        """The units in the attributes of a dataset, None where it has none."""
+        sizes = {
+            field: attributes[name] for field, name in ATTRIBUTES.items() if name in attributes
+        }
+        return cls(**sizes) if {"length", "time"} <= sizes.keys() else None
+
+    def angular_frequency(self, frequency):
+        """Frequency [rad/s] of a dimensionless one (units of 1/T*)."""
+        return frequency / self.time
+
+    def hertz(self, frequency):
+        """Frequency [Hz] of a dimensionless one (units of 1/T*)."""
+        return frequency / (2 * math.pi * self.time)
+
+    def newtons(self, force):
+        """Force [N] of a dimensionless one (units of E I / L^2); None where the mass is unknown."""
+        return None if self.force is None else force * self.force
+
+    def newton_metres(self, moment):
+        """Moment [N m] of a dimensionless one (units of E I / L); None as in `newtons`."""
+        return None if self.force is None else moment * self.force * self.length
+
+    def rpm(self, gamma):
+        """Rotation speed [1/min] of a dimensionless one."""
+        return 60 * self.hertz(gamma)
+
+
+class Scale(NamedTuple):
+    """A unit of one of the numbers of a beam. of: its value where the number is 1, None where the
+    size of the beam is not known so far; quantity: in SI; key: the name of a column of values."""
+
+    number: str
+    unit: str
+    quantity: str
+    key: str
+    of: Callable[[Units], float | None]
+
+
+SCALES = (  # of each number the usual one first; mu has none, as T* depends on it
+    Scale("gamma", "rpm", "rotation speed", "rpm", lambda units: units.rpm(1.0)),
+    Scale("gamma", "rad/s", "rotation speed", "rad_per_s", lambda units: 1 / units.time),
+    Scale("alpha", "kg", "mass", "kg", lambda units: units.mass),
+    Scale("beta", "mm", "position of the mass", "mm", lambda units: 1000 * units.length),
+    Scale("beta", "m", "position of the mass", "m", lambda units: units.length),
+    Scale("delta", "mm", "hub radius", "mm", lambda units: 1000 * units.length),
+    Scale("delta", "m", "hub radius", "m", lambda units: units.length),
+    Scale("spin_up", "rad/s^2", "spin-up", "rad_per_s2", lambda units: 1 / units.time**2),
+)
+
+
+# By the name of a number in one of its units, as "gamma:rpm", its unit; by the unit alone, as
+# "rpm", where only one number has it.
+BY_NAME = {f"{scale.number}:{scale.unit}": scale for scale in SCALES}
+BY_NAME |= {
+    scale.unit: scale for scale in SCALES if [one.unit for one in SCALES].count(scale.unit) == 1
+}
+
+
+class Measured(NamedTuple):
+    """A number in a unit: `factor` is its value where the number is 1."""
+
+    scale: Scale
+    factor: float
+
+
+def usual_measure(number: str, units: Units | None) -> Measured | None:
+    """A number in its usual unit; None without one."""
+    if units is None:
+        return None
+    known = ((scale, scale.of(units)) for scale in SCALES if scale.number == number)
+    return next((Measured(scale, of) for scale, of in known if of is not None), None)
+
+
+def number_of(name: str) -> str:
+    """The number of a name in a unit: gamma of "rpm"; any other name is returned as it is."""
+    return BY_NAME[name].number if name in BY_NAME else name
+
+
+def parse_over(name: str, units: Units | None) -> tuple[str, float]:
+    """The number of a name in a unit, as "rpm", "kg" or "beta:mm" (see BY_NAME), and its value in
+    this unit where it is 1; any other name, as "gamma", with 1. Raises InvalidInput where the size
+    of the beam is not known."""
+    scale = BY_NAME.get(name)
+    if scale is None:
+        return name, 1.0
+    factor = scale.of(units) if units else None
+    if factor is None:
+        unknown = "the mass of the beam" if units else "the size of the beam"
+        raise InvalidInput(f"over {name}: {unknown} is not known: give the beam in SI units")
+    return scale.number, factor

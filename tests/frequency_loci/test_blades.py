@@ -1,0 +1,57 @@
+"""Loci, mode vectors and run-ups of blades."""
+
+import numpy as np
+import pytest
+
+from beamviz import Beam, InvalidInput, loci, solve
+from beamviz.blade import Blade, Mass
+from beamviz.frequency_loci.forced_response import run_up, static_deflection
+from beamviz.frequency_loci.mode_vectors import mode_points
+
+ONES = (1, 1, 1)
+UNIFORM = Blade((0, 0.4, 1), ONES, ONES, ONES)
+JUMP = Blade(
+    (0, 0.4, 0.4, 1), (1, 0.8, 0.5, 0.2), (1, 0.7, 0.3, 0.1), (1, 0.9, 0.6, 0.4), (2, 1.8, 1.7, 1)
+)
+BODY = Mass(0.1, 0.5, (0.02, 0.05, 0.07))
+BLADE = Beam(alpha=0.2, beta=0.8, gamma=3, delta=0.1, blade=JUMP, masses=(BODY,), root=20)
+
+
+@pytest.mark.parametrize("options", [{}, {"plane": "flapwise"}, {"coriolis": True}])
+def test_mode_vectors_are_orthogonal(options):
+    """In the product with the mass of the blade and the rotary inertia of its body: 5e-3 is that of
+    the body, 1e-4 the error of a quadrature across the concentrated mass."""
+    points = mode_points(np.array([1.0]), [solve(BLADE, 6, **options)], 28)
+    products = points.shapes[0] @ points.duals[0].T
+    assert products == pytest.approx(np.eye(6), abs=3e-4)
+
+
+def test_loci_of_a_blade_that_is_uniform():
+    """The events of the uniform beam, with its body as the concentrated mass or one of several."""
+    speeds = np.linspace(0, 20, 21)
+    beam = Beam(alpha=1, beta=0.8)
+    plain = loci(beam, "gamma", speeds)
+    for same in (beam.replace(blade=UNIFORM), Beam(blade=UNIFORM, masses=(Mass(1, 0.8),))):
+        found = loci(same, "gamma", speeds)
+        for branch in plain.branches:
+            frequencies = found[branch.label].frequency
+            assert frequencies == pytest.approx(branch.frequency, rel=2e-6, nan_ok=True)
+        kinds = [(event.kind, event.branches) for event in found.events]
+        assert kinds == [(event.kind, event.branches) for event in plain.events]
+
+
+def test_the_static_deflection():
+    """As in closed form of a uniform beam; a root spring adds the rotation under the moment."""
+    beam = Beam(alpha=0.5, beta=0.3)
+    same = Beam(blade=UNIFORM, masses=(Mass(0.5, 0.3),))
+    assert static_deflection(same) == pytest.approx(static_deflection(beam), rel=1e-12)
+    sprung = static_deflection(same.replace(root=2))
+    assert sprung == pytest.approx(static_deflection(beam) + (0.5 + 0.15) / 2, rel=1e-12)
+
+
+def test_a_blade_runs_up():
+    """Slowly it follows the force; a hinge has nothing to relate amplitudes to."""
+    run = run_up(BLADE, 1, 0.02, 20.0)
+    assert run.amplitudes[0] == pytest.approx(1, abs=1e-3)
+    with pytest.raises(InvalidInput, match="root = 0"):
+        run_up(BLADE.replace(root=0), 1, 0.02, 20.0)

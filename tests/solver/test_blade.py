@@ -1,0 +1,153 @@
+"""Blades: properties along the span, bodies with inertia, root springs."""
+
+import numpy as np
+import pytest
+from helpers import slow
+from oracle.error_bars import (
+    bent_verdict,
+    oracle_answer,
+    random_bent_scene,
+    random_blade_scene,
+    verdict,
+)
+
+from beamviz import InvalidInput, solve, solve_many
+from beamviz.beam import Beam
+from beamviz.blade import Blade, Mass
+
+TAPER = Blade.tapered(height=0.5)
+BODIES = (Mass(1, 0.5), Mass(1, 1))
+TURNING = (Mass(1, 1, (0, 0, 0.1)),)
+JUMP = Blade(
+    (0, 0.4, 0.4, 1), (1, 0.8, 0.5, 0.2), (1, 0.7, 0.3, 0.1), (1, 0.9, 0.6, 0.4), (2, 1.8, 1.7, 1)
+)
+BODY = Mass(0.2, 0.7, (0.05, 0.08, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("beam", "plane", "frequencies"),
+    [
+        # Ozdemir & Kaya, Meccanica 41 (2006) 661, where published; computed independently.
+        (Beam(blade=TAPER), "flapwise", (3.823785, 18.317261, 47.264827, 90.450478)),
+        (Beam(gamma=5, blade=TAPER), "flapwise", (6.743398, 21.905324, 50.933802, 94.206348)),
+        (Beam(gamma=10, blade=TAPER), "flapwise", (11.50155, 30.182742, 60.563866, 104.611959)),
+        (Beam(masses=BODIES), "chordwise", (1.496465, 9.46844, 48.560866)),
+        (Beam(masses=TURNING), "chordwise", (1.429626, 6.275326, 24.751604)),
+        (Beam(gamma=5, root=0), "flapwise", (5, 19.91966, 54.241931)),
+    ],
+)
+def test_independent_values(beam, plane, frequencies):
+    """To their digits; at speed these depend on the strain law in the seventh, (gamma / mu)^2."""
+    beam = beam.replace(mu=1e4)
+    solution = solve(beam, len(frequencies), plane=plane, tolerance=1e-9)
+    assert solution.frequencies == pytest.approx(
+        frequencies, rel=2e-7 if beam.gamma else 2e-8, abs=1e-6
+    )
+
+
+def test_blades_are_solved_in_stacks():
+    """Many beams of a blade at once, as each alone."""
+    beams = [
+        Beam(alpha=0.3, beta=0.7, gamma=gamma, delta=0.2, blade=blade, masses=masses, root=root)
+        for gamma in np.linspace(0, 20, 9)
+        for blade, masses, root in ((JUMP, BODIES, np.inf), (None, TURNING, 3), (TAPER, (), 0.5))
+    ]
+    for coriolis in (False, True):
+        for beam, solution in zip(beams, solve_many(beams, coriolis=coriolis), strict=True):
+            alone = solve(beam, coriolis=coriolis, tolerance=1e-9)
+            assert solution.frequencies == pytest.approx(alone.frequencies, rel=1.1e-6)
+            assert np.all(
+                abs(solution.frequencies - alone.frequencies) <= solution.errors + alone.errors
+            )
+
+
+@pytest.mark.parametrize("seed", [*range(8), *slow(*range(8, 500))])
+def test_random_blades(seed):
+    """Tables, jumps and polynomials, bodies with inertia, clamps, springs and hinges: every error
+    within the reported one, and the families of modes, by collocation of the differential equations
+    with these coefficients."""
+    scene = random_blade_scene(seed)
+    found = verdict(scene, oracle_answer(scene))
+    assert found["kind"] in ("within", "no-equilibrium", "another-state", "unknown"), found
+
+
+@pytest.mark.parametrize("seed", [*range(4), *slow(*range(4, 100))])
+def test_random_deflected_blades(seed):
+    """Inward ones past buckling, and ones that spin up."""
+    found = bent_verdict(random_bent_scene(seed, blades=True))
+    assert found["kind"] in ("within", "no-equilibrium", "unknown"), found
+
+
+@pytest.mark.parametrize("options", [{}, {"plane": "flapwise"}, {"coriolis": True}])
+@pytest.mark.parametrize(
+    "beam",
+    [
+        Beam(gamma=5, blade=TAPER),
+        Beam(gamma=5, delta=0.1, alpha=0.3, beta=0.4, blade=JUMP, masses=(BODY,), root=30),
+        Beam(gamma=5, delta=0.1, root=0),
+    ],
+)
+@pytest.mark.parametrize(("method", "limit"), [("ancf", "auto"), ("linear", "foac")])
+def test_elements_converge_to_the_same(method, limit, beam, options):
+    """Cubic elements with nodes at bodies and jumps, to the high-order solution of their model: at
+    least of the first order, as neighbours share a gradient where the stretch jumps."""
+    true = solve(beam, method=limit, tolerance=1e-9, **options).frequencies
+    coarse, fine = (
+        abs(solve(beam, method=method, elements=n, **options).frequencies - true) for n in (20, 80)
+    )
+    assert (fine <= np.maximum(coarse / 3, 2e-6 * true)).all()
+
+
+@pytest.mark.parametrize("method", ["auto", "foac", "ancf", "linear"])
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize("gamma", [0, 5])
+def test_nothing_holds_a_hinge_about_the_axis(method, coriolis, gamma):
+    """A rigid rotation about a hinge on the axis of rotation: a frequency of 0, not an instability.
+    The next one is that of a beam hinged and free at rest."""
+    solution = solve(Beam(gamma=gamma, root=0), method=method, coriolis=coriolis)
+    assert solution.frequencies[0] == 0
+    assert solution.growth_rates[0] == 0
+    assert solution.equilibrium.status == "stable"
+    if not gamma:
+        assert solution.frequencies[1] == pytest.approx(15.41820572, rel=1e-5)
+    rotation = solution.shape(0, np.linspace(0, 1, 3))[:, 1].real
+    assert rotation == pytest.approx(np.sqrt(3) * np.array([0, 0.5, 1]), abs=2e-3)
+
+
+def test_a_hinged_inward_beam_turns_over():
+    """As a pendulum: it grows at the root of gamma^2 |delta| times the static moment over the
+    moment of inertia, 3 / 2, if it hardly bends; its stable state points outward."""
+    beam = Beam(gamma=2, delta=-1.5, mu=1e4, root=0)
+    straight = solve(beam)
+    assert straight.equilibrium.status == "unstable"
+    assert straight.growth_rates[0] == pytest.approx(2 * 1.5, rel=0.02)
+    bent = solve(beam, state="bent")
+    assert bent.equilibrium.tip == pytest.approx([-1, 0], abs=1e-3)
+    assert solve(beam.replace(delta=1.5)).frequencies[:3] == pytest.approx(
+        bent.frequencies[:3], rel=1e-6
+    )
+
+
+def test_a_body_that_is_a_rod_stands_up():
+    """Out of the plane of rotation a slender body along the beam (Jx < Jz) is turned back into the
+    plane; across the beam (Jx > Jz) it is turned out of it. In the plane it does neither."""
+    base = Beam(gamma=5, masses=(Mass(0.1, 1),))
+    frequencies = {
+        plane: [
+            solve(base.replace(masses=(Mass(0.1, 1, inertia),)), plane=plane).frequencies[0]
+            for inertia in ((0, 0, 0), (0, 0.01, 0.01), (0.01, 0.01, 0))
+        ]
+        for plane in ("chordwise", "flapwise")
+    }
+    point, along, across = frequencies["flapwise"]
+    assert across < along < point * 1.01
+    point, along, across = frequencies["chordwise"]
+    assert along < across == pytest.approx(point)
+
+
+def test_other_methods_refuse():
+    """In a line that names those that do."""
+    for method in ("ancf-planar", "assumed-modes", "power-series", "chebyshev"):
+        with pytest.raises(InvalidInput) as caught:
+            solve(Beam(blade=TAPER), method=method)
+        assert set(caught.value.use["method"]) == {"auto", "ancf", "linear", "foac", "zoac"}
