@@ -105,14 +105,20 @@ def newest(loop: Any) -> Session:
 def settled(guest: Visitor, loop: Any, session: Session) -> None:
     """Wait until the page of a visitor shows the answers to all that it has sent."""
 
-    def is_quiet() -> bool:
-        return not (loop.woken or loop.later or session.is_moving or session.is_busy)
+    def is_shown() -> bool:
+        """Whether nothing is being computed, and the last frame had all answers."""
+        jobs, seen = session.visitor.jobs, session.snapshot.jobs
+        waits = session.is_busy or any(
+            job.answer is not seen[key].answer for key, job in jobs.items()
+        )
+        return not (waits or session.is_moving or loop.woken or loop.later)
 
+    corrected(guest)
     while True:
-        corrected(guest)
-        if is_quiet():  # else an answer has asked for another
+        wait_until(is_shown, 300.0)
+        corrected(guest)  # a frame drawn meanwhile may have asked for more
+        if is_shown():
             return
-        wait_until(is_quiet, 300.0)
 
 
 def corrected(guest: Visitor) -> None:
