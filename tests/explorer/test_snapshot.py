@@ -215,13 +215,21 @@ def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
         if len(texts) != len(others) or texts[::2] != others[::2]:
             yield f"{path}: {changed_part(first, second)}"
         else:
-            yield from differences([*map(float, texts[1::2])], [*map(float, others[1::2])], path)
+            pairs = zip(texts[1::2], others[1::2], strict=True)
+            if any(abs(float(a) - float(b)) > 1.01 * last_digit(a) for a, b in pairs):
+                yield f"{path}: {changed_part(first, second)}"
     elif first != second:
         yield f"{path}: {str(first)[:300]} != {str(second)[:300]}"
 
 
 NUMBER = r"(\d+\.?\d*(?:e[-+]?\d+)?)"
 ERROR = r"± [\d.e-]+"  # estimated, of the size of rounding
+
+
+def last_digit(text: str) -> float:
+    """One unit of the last digit of a number: what rounding changes of a tie."""
+    mantissa, _, exponent = text.partition("e")
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
 
 def changed_part(first: str, second: str) -> str:
