@@ -227,9 +227,10 @@ ERROR = r"± [\d.e-]+"  # estimated, of the size of rounding
 
 
 def last_digit(text: str) -> float:
-    """One unit of the last digit of a number: what rounding changes of a tie."""
+    """One unit of the last digit of a number, at most the sixth: what rounding changes of a tie."""
     mantissa, _, exponent = text.partition("e")
-    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    unit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    return max(unit, 1e-6 * abs(float(text)))
 
 
 def changed_part(first: str, second: str) -> str:
