@@ -83,6 +83,7 @@ MAX_PIECES = 256
 DEVIATION = 0.1  # [pixels] of a piece from a curve of the same curvature, in mid-picture
 STEP = 1 / 60  # largest difference of neighbouring pieces on the colour map
 LONGEST = 1 / 4  # [beam lengths] longest piece
+ROUNDING = 1e-6  # of a number of pieces: it is whole where the colours run through all their map
 DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 
@@ -140,7 +141,9 @@ def subdivide(
     need = np.append(0.0, np.cumsum(pieces))  # from the clamp
     mass, whole = need[shapes.mass], need[-1]
     scale = min(1.0, (most - 1) / whole)
-    inner, outer = math.ceil(scale * mass), math.ceil(scale * (whole - mass))
+    inner, outer = (
+        max(math.ceil(scale * one - ROUNDING), int(one > 0)) for one in (mass, whole - mass)
+    )
     beyond = np.linspace(mass, whole, outer + 1)
     ends = np.append(np.linspace(0.0, mass, inner, endpoint=False), beyond)
     return resampled(shapes, np.interp(ends, need, x))
