@@ -25,8 +25,8 @@ class MassDrag:
 
     def __init__(self, visitor: Visitor, view: BeamView):
         self.visitor, self.view = visitor, view
-        view.mass.on_drag(self.dragged)
-        view.mass.on_click(self.clicked)
+        view.bodies.collars.on_drag(self.dragged)
+        view.bodies.collars.on_click(self.clicked)
 
     async def clicked(self, event: object) -> None:
         """Do nothing; with a handler, viser outlines the mass under the pointer."""

@@ -26,8 +26,8 @@ from beamviz.beam import Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import section_size
 from beamviz.drawing.scene_graph import SceneGraph
+from beamviz.drawing.sizes import section_size
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
