@@ -196,6 +196,7 @@ class Bodies:
         self.shown: tuple[Mass, ...] = ()
         self.at = np.zeros(0, int)  # stations of the bodies
         self.sizes, self.colour = np.zeros((0, 3)), np.zeros((1, 3), np.uint8)
+        self.above = np.zeros((0, 3))  # from each body to its label
         self.numbers: tuple[list[int], list[int]] = [], []
 
     @property
@@ -230,15 +231,12 @@ class Bodies:
         )
         self.numbers = collars, boxes
         self.collars.visible, self.boxes.visible = bool(collars), bool(boxes)
-        points, _ = to_hub_frame(shapes, shapes.centreline)
+        halves = self.sizes[:, 2] * np.where(boxed, 0.5, 1.0)
+        self.above = np.outer(halves + LABEL_GAP, [0.0, 0.0, 1.0])
         mass = measure("alpha", beam.units)
-        for caption in self.captions:
-            caption.text = ""
-        if labels and beam.masses:
-            for k, caption in enumerate(self.captions[: len(self.shown)]):
-                half = self.sizes[k, 2] / (2 if boxed[k] else 1)
-                place = points[self.at[k]] + [0.0, 0.0, half + LABEL_GAP]
-                caption.show(mass.text(self.shown[k].alpha, 4), place)
+        texts = [mass.text(body.alpha, 4) for body in self.shown] if labels and beam.masses else []
+        for k, caption in enumerate(self.captions):
+            caption.text = texts[k] if k < len(texts) else ""
 
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Move the bodies onto the line through `points` (n, 3), its pieces oriented by wxyz."""
@@ -252,6 +250,9 @@ class Bodies:
                     batched_scales=self.sizes[numbers],
                     batched_colors=np.tile(self.colour, (len(numbers), 1)),
                 )
+        for caption, place in zip(self.captions, points[self.at] + self.above, strict=False):
+            if caption.text:
+                self.scene.set_pose(caption.point, position=place)
 
     def places(self) -> tuple[NDArray, NDArray]:
         """Positions (k, 3) and orientations wxyz (k, 4) of the bodies, as moved last."""
@@ -268,6 +269,7 @@ class Bodies:
             for body, size in zip(self.shown, self.sizes, strict=True)
         ]
 
-    def number(self, node: Node, instance: int | None) -> int:
-        """Which of `shown` an instance of one of the nodes is; a node of one instance has none."""
-        return self.numbers[self.nodes.index(node)][instance or 0]
+    def number(self, node: Node, instance: int | None) -> int | None:
+        """Which of `shown` an instance of one of the nodes is; None if it is not shown any more."""
+        numbers = self.numbers[self.nodes.index(node)]
+        return numbers[instance] if instance is not None and instance < len(numbers) else None

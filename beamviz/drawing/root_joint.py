@@ -20,7 +20,7 @@ from beamviz.drawing.surroundings import HOOP_HEIGHT, HUB_HEIGHT, MIN_HUB
 EYES = (0.02, 0.035)  # [beam lengths] least and largest radius of the ends of the fork
 LUG = 0.012  # thickness of a side of the fork
 PIN = 0.45  # radius over that of the eye
-HEAD = 0.015  # of the pin beyond the fork and the hub
+HEAD = 0.012  # of the pin beyond the fork, and at its upper end beyond the hub
 TURNS, SPRING_RADIUS, WIRE = 2.75, 1.9, (0.006, 0.012)  # radius over that of the eye
 POINTS = 100  # of the spring
 
@@ -53,7 +53,7 @@ class RootJoint:
         axes = np.stack([[1.0, 0.0, 0.0], np.cross(NORMALS[plane], [1, 0, 0]), NORMALS[plane]], 1)
         parts = (
             (self.fork, fork(eye, half)),
-            (self.pin, trimesh.creation.cylinder(PIN * eye, 2 * top, sections=32)),
+            (self.pin, pin(PIN * eye, -half - HEAD, top)),
             (self.spring, spring(eye, top - WIRE[1] / 2)),
         )
         for node, mesh in parts:
@@ -71,14 +71,20 @@ def half_hub(beam: Beam, plane: str) -> float:
 
 def fork(eye: float, half: float) -> trimesh.Trimesh:
     """Two sides with an eye around the z axis, up to a height of `half`, that begin at -x."""
-    arm = trimesh.creation.box([2 * eye, 2 * eye, LUG])
-    arm.apply_translation([-eye, 0.0, 0.0])
+    arm = trimesh.creation.box([eye, 2 * eye, LUG])
+    arm.apply_translation([-eye / 2, 0.0, 0.0])
     side = arm + trimesh.creation.cylinder(eye, LUG, sections=32)
     both = []
     for height in (half - LUG / 2, LUG / 2 - half):
         both.append(side.copy())
         both[-1].apply_translation([0.0, 0.0, height])
     return both[0] + both[1]
+
+
+def pin(radius: float, bottom: float, top: float) -> trimesh.Trimesh:
+    """A cylinder around the z axis between two heights."""
+    ends = [[0.0, 0.0, bottom], [0.0, 0.0, top]]
+    return trimesh.creation.cylinder(radius, segment=ends, sections=32)
 
 
 def spring(eye: float, height: float) -> trimesh.Trimesh:

@@ -114,14 +114,22 @@ Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the e
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """The mass in the visitor's hand. sight: the line of sight that it is moved to; offset:
-    distance [beam lengths] along the beam from the centre of the mass to the point where it was
-    picked up; held: the pointer still holds it, else it is only moved under the pointer once more.
-    The beam's frame keeps its place in the scene meanwhile."""
+    """A body in the visitor's hand. sight: the line of sight that it is moved to; offset:
+    distance [beam lengths] along the beam from the centre of the body to the point where it was
+    picked up; body: its index in `Beam.masses`, None for the concentrated mass; held: the pointer
+    still holds it, else it is only moved under the pointer once more. The beam's frame keeps its
+    place in the scene meanwhile."""
 
     sight: Ray
     offset: float
+    body: int | None = None
     held: bool = True
+
+    def beta(self, case: Case) -> float | None:
+        """The position of the body; None where the case does not have it any more."""
+        if self.body is None:
+            return case.numbers["beta"]
+        return case.masses[self.body].beta if self.body < len(case.masses) else None
 
 
 @dataclass(frozen=True)
@@ -246,6 +254,13 @@ class State:
         kept = self.keep_for_comparison() if name in TERMS else self
         state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
+
+    def with_body_at(self, body: int, beta: float) -> Self:
+        """With a body of `Beam.masses` moved."""
+        masses = list(self.case.masses)
+        masses[body] = replace(masses[body], beta=beta)
+        case = replace(self.case, masses=tuple(masses))
+        return replace(self, case=case, run_speed=None).without_run_up()
 
     def with_mass_kept(self) -> Self:
         """Remembering the mass, for the switch that removes and restores it."""

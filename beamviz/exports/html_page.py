@@ -234,6 +234,7 @@ def captions_elsewhere(
     if first.surroundings and first.surroundings.alone and solution.beam.gamma > 0:
         text = first.surroundings.speed_text(solution.beam)
         shown.append({**first.surroundings.speed.data, "text": text})
+    shown += [caption.data for row in beams.rows for caption in row.bodies.captions if caption.text]
     if warning := stability_warning(solution):
         shown.append({**first.warning.data, "text": warning})
     return shown
@@ -266,6 +267,13 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
             for node, numbers in zip(row.bodies.nodes, row.bodies.numbers, strict=True)
             if numbers
         },
+        "labels_of_bodies": [
+            {"name": caption.point.name, "station": int(at), "above": above.tolist()}
+            for caption, at, above in zip(
+                row.bodies.captions, row.bodies.at, row.bodies.above, strict=False
+            )
+            if caption.text
+        ],
         "normal": normal.tolist(),
         "thicknesses": section[:, 0].tolist(),
         "sections": extents(section, normal)[:, 1:].tolist(),

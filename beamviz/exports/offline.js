@@ -66,6 +66,8 @@ package on the data of html_page.py. */
       return on(piece, station - piece);
     };
     for (const [name, at] of Object.entries(beam.bodies)) update(name, at.map(body));
+    for (const { name, station, above } of beam.labels_of_bodies)
+      send("SetPositionMessage", name, { position: above.map((x, j) => x + points[station][j]) });
     const ring = (i, share, size) =>
       ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
     const [along, larger] = beam.ring;
