@@ -271,5 +271,6 @@ class Bodies:
 
     def number(self, node: Node, instance: int | None) -> int | None:
         """Which of `shown` an instance of one of the nodes is; None if it is not shown any more."""
-        numbers = self.numbers[self.nodes.index(node)]
+        collars, boxes = self.numbers
+        numbers = boxes if node.name == self.boxes.name else collars
         return numbers[instance] if instance is not None and instance < len(numbers) else None

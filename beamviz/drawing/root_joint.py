@@ -17,9 +17,9 @@ from beamviz.drawing.objects import add_mesh, set_surface
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.surroundings import HOOP_HEIGHT, HUB_HEIGHT, MIN_HUB
 
-EYES = (0.02, 0.035)  # [beam lengths] least and largest radius of the ends of the fork
+EYES = (0.028, 0.042)  # [beam lengths] least and largest radius of the ends of the fork
 LUG = 0.012  # thickness of a side of the fork
-PIN = 0.45  # radius over that of the eye
+PIN = 0.5  # radius over that of the eye
 HEAD = 0.012  # of the pin beyond the fork, and at its upper end beyond the hub
 TURNS, SPRING_RADIUS, WIRE = 2.75, 1.9, (0.006, 0.012)  # radius over that of the eye
 POINTS = 100  # of the spring
@@ -47,7 +47,7 @@ class RootJoint:
         if beam.root == math.inf:
             return
         thickness, breadth = section
-        eye = min(max(0.8 * thickness, EYES[0]), EYES[1])
+        eye = min(max(0.9 * thickness, EYES[0]), EYES[1])
         half = breadth / 2 + LUG
         top = max(half, half_hub(beam, plane)) + HEAD
         axes = np.stack([[1.0, 0.0, 0.0], np.cross(NORMALS[plane], [1, 0, 0]), NORMALS[plane]], 1)

@@ -20,7 +20,7 @@ RELATIVE_SIZES = (0.25, 2.0)  # of a section over that of the root: the tip of a
 COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
 COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it encloses
 BOX_HEIGHT = 1.4  # least size of a box across the beam, over the section that it encloses
-BOX_SIZES = (0.03, 0.3)  # [beam lengths] least size along the beam, largest size
+BOX_SIZES = (0.03, 0.25)  # [beam lengths] least size along the beam, largest size
 NO_MASS = 1e-12  # in place of a mass of 0 that has an inertia
 
 

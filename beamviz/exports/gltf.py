@@ -89,8 +89,9 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
     hub = hub_body(hub_radius(beam), inward=beam.delta < 0)
     nodes = [gltf.node("hub", hub.vertices, hub.faces, colours.HUB)]
-    channels = [add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))]
-    nodes.append(channels[0][0])
+    swing = add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))
+    nodes.append(swing[0])
+    channels = [swing] if solved.shown else []
     if drawn.joint:
         for part in drawn.joint.nodes:
             name = part.name.rpartition("/")[2]
