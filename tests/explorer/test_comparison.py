@@ -105,7 +105,7 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
     else:
         rings = view.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)
         assert np.allclose(rings, centreline, atol=1e-6)
-        assert np.allclose(view.mass.batched_positions, centreline[shapes.mass])
+        assert np.allclose(view.bodies.collars.batched_positions, centreline[shapes.mass])
         assert view.surroundings is None  # those of the first beam are there
         assert view.reference is None
 
