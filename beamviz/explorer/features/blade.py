@@ -370,18 +370,17 @@ PASTE_BOX = (
 def table(name: str, rows: Rows, wrong: list[Wrong]) -> str:
     """A table of fields; the page fills them, and sends all of them when one changes."""
     columns = TABLES[name]
-    title = "stations" if name == "stations" else "masses"
     at = {(one.row, one.column) for one in wrong if one.table == name}
     heads = "".join(f'<th scope="col">{head_html(column)}</th>' for column in columns)
     body = "".join(
-        f"<tr>{''.join(cell(name, i, k, (i, k) in at) for k in range(len(columns)))}"
-        f"<td>{remove_button(name, i)}</td></tr>"
+        f"<tr><td>{remove_button(name, i)}</td>"
+        f"{''.join(cell(name, i, k, (i, k) in at) for k in range(len(columns)))}</tr>"
         for i in range(len(rows))
     )
-    own = page.attributes(aria_label=title, data_set=f"blade.{name}", data_paste=PASTE)
+    own = page.attributes(aria_label=name, data_set=f"blade.{name}", data_paste=PASTE)
     return (
-        f'<div class="cells"><table{own}><thead><tr>{heads}<th><span class="hidden">remove</span>'
-        f"</th></tr></thead><tbody>{body}</tbody></table></div>"
+        f'<div class="cells"><table{own}><thead><tr><td></td>{heads}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
     )
 
 
