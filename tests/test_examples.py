@@ -37,6 +37,10 @@ ANSWERS = {  # by script: what `main` returns, with the digits of the docstring
     },
     "09_cluster": {"omega_1 without a mass": "13.170", "omega_1 with a tip mass": "12.48"},
     "10_paper_table": {"converged": "52.9425", "ancf, above [%]": "0.18", "foac": "61.59"},
+    "11_tapered_blade": {
+        "B1 at rest [Hz]": "30.288",
+        "B2, 4 per revolution [rpm]": "2904.36",
+    },
 }
 LONG = {"05_map", "06_film", "08_spin_up", "09_cluster"}  # processes, frames, a motion of 15 s
 MAX_LINES = 60
@@ -82,6 +86,16 @@ def test_the_resonances_are_those_of_an_independent_solution():
         gamma = float(text)
         (frequency,) = truth(Beam(alpha=1, gamma=gamma), 1).frequencies
         assert frequency / per_rev == pytest.approx(gamma, abs=1e-5)
+
+
+def test_the_tapered_blade_is_that_of_an_independent_solution():
+    """At rest with the published omega_1; the oracle's B2 is four times the speed stated."""
+    example = load_file(SCRIPTS["11_tapered_blade"])
+    rest = truth(Beam.from_si(**example.BLADE), 1, plane="flapwise")
+    assert rest.frequencies[0] == pytest.approx(3.8238, abs=5e-5)
+    blade = Beam.from_si(**example.BLADE, rotation_rpm=2904.36)
+    second = truth(blade, 2, plane="flapwise").frequencies[1]
+    assert blade.units.rpm(second) / 4 == pytest.approx(2904.36, abs=0.01)
 
 
 def test_the_examples_are_short_and_on_their_page():

@@ -314,3 +314,13 @@ def test_polynomials_keep_their_degree():
     for found in (Beam.from_si(**beam.si), links):
         same_beam(found, beam)
         assert found.blade.degree == 4
+
+
+@pytest.mark.filterwarnings("ignore::beamviz.ImplausibleInput")
+def test_a_hinge_and_numbers_at_their_limits_come_back():
+    """Whatever the size: rounding brings no number outside, and 0 is no default of the root."""
+    for k in range(1, 40):
+        units = Units(0.1 * k, 0.07 * k, 0.3 * k)
+        beam = Beam(alpha=100, gamma=200, delta=20, mu=10000, spin_up=1000, root=0, units=units)
+        same_beam(Beam.from_si(**beam.si), beam)
+        same_beam(Scene.from_query(parse_query(Scene(beam).to_query())).beam, beam)

@@ -33,6 +33,7 @@ OVER_HELP = (
     " rpm, rad/s, kg, beta:mm, ..."
 )
 SCENE_HELP = "A scene saved by the explorer; other options override it."
+OVER_FORM = "|".join((*NUMBERS, "UNIT"))
 DARK_HELP = "Background (default light)."
 
 
@@ -99,11 +100,13 @@ def solver_keyword(name: str, panel: str | None = "Model") -> inspect.Parameter:
 
 # The number of modes of a command that takes a beam; a scene has its own.
 MODES = solver_keyword("modes", panel=None).annotation
-OVER = keyword("over", Literal[(*NUMBERS, *BY_NAME)], option(OVER_HELP), None).annotation
+OVER = keyword(
+    "over", Literal[(*NUMBERS, *BY_NAME)], option(OVER_HELP, metavar=OVER_FORM), None
+).annotation
 MODEL_KEYWORDS = [solver_keyword(name) for name in OPTIONS if name != "modes"]
 BEAM_KEYWORDS = [
     *map(beam_keyword, NUMBERS),
-    keyword("si", Path | None, option(FILE_HELP, metavar="FILE.toml", panel="Beam"), None),
+    keyword("si", Path | None, option(FILE_HELP, metavar="FILE.toml|csv", panel="Beam"), None),
     *MODEL_KEYWORDS,
 ]
 
@@ -256,8 +259,9 @@ def parse_place(text: str) -> dict[str, float]:
     """The values given as NAME=VALUE,NAME=VALUE; InvalidInput names a wrong one."""
     place = {}
     for part in filter(None, text.split(",")):
-        valid = "" if ":" in part else part
-        name, values = named_numbers(f"--at {part}", valid, "NAME=VALUE", NUMBERS)
+        valid = "" if ":" in part.partition("=")[2] else part
+        known = (*NUMBERS, *BY_NAME)
+        name, values = named_numbers(f"--at {part}", valid, "NAME=VALUE", known)
         place[name] = values[0]
     return place
 

@@ -19,7 +19,7 @@ from beamviz.sweeps.arrays import SOLVED, STATUSES
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import chunks_read, damaged_chunk
-from beamviz.units import Units
+from beamviz.units import Units, number_of
 
 if TYPE_CHECKING:
     import xarray
@@ -71,13 +71,15 @@ def draw_map(
         raise InvalidInput("a map is either of one mode or, with gap, of the smallest gap")
     axes = {str(name): dataset[name].values for name in dataset["status"].dims}
     varied = [name for name, values in axes.items() if len(values) > 1]
-    over = over or (varied if len(varied) == 2 else ())
+    over = [*map(number_of, over)] or (varied if len(varied) == 2 else ())
     if len(over) != 2 or over[0] == over[1]:
         raise InvalidInput(
             f"over {','.join(over) or '(nothing)'}: must be two axes of the sweep, which is over"
             f" {', '.join(axes)}, with a comma between"
         )
-    place, source = find_place(axes, over, at or {}), dataset.encoding.get("source", "the sweep")
+    units = Units.from_attributes(dataset.attrs)
+    place = find_place(axes, over, at or {}, units)
+    source = dataset.encoding.get("source", "the sweep")
     with chunks_read(source):
         part = dataset.isel(place).transpose(over[1], over[0], "mode").load()
     frequency, family, status = (part[name].values for name in ("frequency", "family", "status"))
@@ -90,7 +92,6 @@ def draw_map(
         met = ", ".join(STATUSES[code] for code in np.unique(status))
         raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
     ax = ax or current_axes()
-    units = Units.from_attributes(dataset.attrs)
     (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
     x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
     values = units.hertz(values) if units else values

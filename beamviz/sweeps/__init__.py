@@ -76,6 +76,6 @@ def open_line(
     """A line of a store: its beam, the values along one axis, and the options of `solve`. at:
     values of the other axes; those of one value need none."""
     plan = stored_plan(path)
-    place = find_place(plan.axes, [over], at)
+    place = find_place(plan.axes, [over], at, plan.beam.units)
     beam = plan.beam.replace(**{name: float(plan.axes[name][k]) for name, k in place.items()})
     return beam, plan.axes[over].tolist(), plan.problem.options

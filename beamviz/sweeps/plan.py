@@ -16,7 +16,7 @@ from beamviz.checks import full_text
 from beamviz.errors import InvalidInput
 from beamviz.frequency_loci.path import check_values
 from beamviz.solver import METHODS, Problem, parse_keywords
-from beamviz.units import parse_over
+from beamviz.units import Units, parse_over
 
 MAX_AXES = 5
 MAX_VALUES = 1_000_000  # of an axis
@@ -129,11 +129,17 @@ def make_plan(axes: Mapping[str, ArrayLike], beam: Beam, **options: Any) -> Plan
 
 
 def find_place(
-    axes: Mapping[str, np.ndarray], over: Sequence[str], at: Mapping[str, float]
+    axes: Mapping[str, np.ndarray],
+    over: Sequence[str],
+    at: Mapping[str, float],
+    units: Units | None = None,
 ) -> dict[str, int]:
-    """The position on each axis of a sweep but those in `over`, by its value; an axis of one value
-    needs none. InvalidInput names what is wrong."""
+    """The position on each axis of a sweep but those in `over`, by its value, which may be in a
+    unit, as {"rpm": 300}, where the units of the beam are known; an axis of one value needs none.
+    InvalidInput names what is wrong."""
     known = ", ".join(axes)
+    named = ((*parse_over(text, units), value) for text, value in at.items())
+    at = {name: value / factor for name, factor, value in named}
     for name in over:
         if name not in axes or len(axes[name]) < 2:
             fault = "has one value in" if name in axes else "is no axis of"

@@ -139,6 +139,14 @@ def test_a_sweep_over_units_is_one_over_the_numbers(run, uniform, tmp_path, monk
     assert made["gamma"].values == pytest.approx([0, beam.gamma, 2 * beam.gamma], rel=1e-12)
     assert made["beta"].values.tolist() == [0.25, 0.5]
     assert made.attrs["unit_mass_kg"] == beam.units.mass
+    line = "loci --sweep a.zarr --over rpm --at beta:mm=500 --format json"
+    data = strict(run(*line.split())[1])
+    assert data["beam"]["beta"] == 0.25
+    assert data["rpm"] == pytest.approx([0, 300, 600], rel=1e-12)
+    line = "export a.png --sweep a.zarr --over rpm,beta --mode 1"
+    assert run(*line.split()) == (0, "", "")
+    code, _, err = run("loci", "--sweep", "a.zarr", "--over", "rpm", "--at", "beta:mm=501")
+    assert (code, "the nearest is 0.25" in err) == (2, True)
 
 
 def test_a_motion_is_in_si(run, uniform, tmp_path):

@@ -21,7 +21,7 @@ from websockets.sync.connection import Connection
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
 KEY_CODES = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}  # that it acts on
-CONNECTION: dict[str, Any] = {"max_size": None, "close_timeout": 1}
+CONNECTION: dict[str, Any] = {"max_size": None, "close_timeout": 1, "ping_interval": None}
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 Until = str | Callable[[], Any]  # an expression in the page, or a function
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
@@ -203,7 +203,8 @@ def devtools() -> tuple[str, str]:
 
 @contextlib.contextmanager
 def frame(url: str) -> Iterator[Page]:
-    """The page of `url` in a frame of a page of another site, which is open."""
+    """The page of `url` in a frame of a page of another site, which is open; its canvas stays empty
+    from now on."""
     pages, itself = devtools()
     with connect(itself, **CONNECTION) as socket:
         browser = Page(socket)
@@ -215,7 +216,9 @@ def frame(url: str) -> Iterator[Page]:
 
         target = wait_until(found)
     with connect(f"{pages}/{target}", **CONNECTION) as socket:
-        yield Page(socket, "Runtime", "Log", "Page")
+        inner = Page(socket, "Runtime", "Log", "Page")
+        inner.evaluate(DRAW_NOTHING)
+        yield inner
 
 
 @contextlib.contextmanager

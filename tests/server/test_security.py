@@ -199,7 +199,10 @@ def test_the_key_moves_from_the_address_to_a_cookie(network):
     assert headers["Location"] == "/?lesson=nodes&dark=true"
 
 
-@pytest.mark.parametrize(("host", "public"), [("0.0.0.0", ""), ("127.0.0.1", "https://x.example")])
+@pytest.mark.parametrize(
+    ("host", "public"),
+    [("0.0.0.0", ""), ("127.0.0.1", "https://x.example"), ("127.0.0.1", "https://x.example/a/b")],
+)
 def test_a_shared_server_prints_a_new_key(host, public, capsys, monkeypatch):
     """Of 128 bits, and another for the presenter of a lecture; on loopback there is none."""
     monkeypatch.setattr(app, "wait_for_signal", lambda: None)

@@ -427,7 +427,12 @@ const beamviz = (() => {
       query.set("websocket", origin.replace("http", "ws") + pathname);
       replace(null, "", `?${query}`);
     }
-    history.replaceState = (data, title, url) => replace(data, "", title === "Viser" ? pathname + search : url);
+    let own = pathname + search;
+    history.replaceState = (data, title, url) => {
+      if (title !== "Viser") replace(data, "", url);
+      else if (own) replace(null, "", own);
+      own = "";
+    };
   }
 
   function start() {
