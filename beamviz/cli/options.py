@@ -117,15 +117,14 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     given = {name: values[name] for name in NUMBERS if values[name] is not None}
     if si is None:
         return Beam(**given), options
-    if (name := str(si)) in PRESETS and not si.exists():
-        si = PRESETS[name].file
-    is_csv = si.suffix.lower() == ".csv"
+    file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
+    is_csv = file.suffix.lower() == ".csv"
     for name, value in given.items():
         if name == "mu" or not is_csv:
             option = f"--{name} {value}".replace("_", "-")
             gives = "mu" if is_csv else "all numbers"
             raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives {gives}")
-    beam = Beam.from_csv(si) if is_csv else Beam.from_toml(si)
+    beam = Beam.from_csv(file) if is_csv else Beam.from_toml(file)
     return beam.replace(**given), options
 
 
