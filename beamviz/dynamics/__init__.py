@@ -53,10 +53,11 @@ def motion(
 
     speed: None, constantly beam.gamma; a Ramp; a pair of arrays (t, gamma), linear between samples
     and constant after the last; or a Hub, which turns under a torque. It starts at rest in the
-    equilibrium at the first speed; release: held out of it by a transverse force at the tip
-    [E I / L^2] until t = 0; start: amplitudes of modes [L], as {"B1": 0.1}. damping: ratio of all
-    modes about that equilibrium. tolerance: of the tip at all times [L], 1e-9 to 1e-2. points: of
-    the results in time. method: "auto", or "ancf" for the paper's cubic elements.
+    equilibrium at the first speed; release: held out of it by a transverse force [E I / L^2] until
+    t = 0, at the point release_at of the beam, the tip by default; start: amplitudes of modes [L],
+    as {"B1": 0.1}. damping: ratio of all modes about that equilibrium. tolerance: of the tip at all
+    times [L], 1e-9 to 1e-2. points: of the results in time. method: "auto", or "ancf" for the
+    paper's cubic elements.
 
     options: strain, curvature and state of the equilibrium as in `solve`. catch, drop: times at
     which the concentrated mass docks and is released; body_velocity: its velocity when it docks,

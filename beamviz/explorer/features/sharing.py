@@ -23,12 +23,18 @@ from urllib.parse import parse_qsl, urlencode
 from beamviz.beam import NUMBERS
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
+from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
+from beamviz.explorer.blade_table import Draft, Rows
+from beamviz.explorer.experiment import RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
+from beamviz.explorer.features.blade import TABLES
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
-from beamviz.explorer.features.real_beam import SECTIONS
+from beamviz.explorer.features.motion import JOB as MOTION
+from beamviz.explorer.features.motion import MOTION_KINDS
+from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -44,10 +50,20 @@ from beamviz.explorer.state import (
 )
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
+from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
-from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
+from beamviz.scene import (
+    MAX_LINK,
+    MODES,
+    PER_REV,
+    Camera,
+    Scene,
+    check_bool,
+    check_choice,
+    parse_query,
+)
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.si import SIZE_KEYS
 from beamviz.solver import interruption
@@ -56,6 +72,7 @@ from beamviz.solver import interruption
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
 ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
+LONGEST_LINK = MAX_LINK + 1000  # [characters] as a page sends it, with the keys of other readers
 FOLLOWS = "auto"  # the rate of a clock that is not locked
 
 
@@ -92,6 +109,30 @@ def check_before(values: Any) -> dict[str, Any]:
     return values
 
 
+def check_draft(tables: Any) -> Draft:
+    """The tables of a blade as typed. Raises InvalidInput."""
+    if not isinstance(tables, list) or len(tables) != 3 or not isinstance(tables[2], str):
+        raise InvalidInput("draft: must be the tables of stations and masses, and the root")
+    stations, masses = (
+        check_rows(name, rows, len(columns))
+        for (name, columns), rows in zip(TABLES.items(), tables[:2], strict=True)
+    )
+    if not stations:
+        raise InvalidInput("draft: must have stations")
+    return Draft(stations, masses, tables[2])
+
+
+def check_rows(name: str, rows: Any, columns: int) -> Rows:
+    """The cells of a table, each a text. Raises InvalidInput."""
+    is_table = isinstance(rows, list) and all(
+        isinstance(row, list) and len(row) == columns and all(isinstance(one, str) for one in row)
+        for row in rows
+    )
+    if not is_table:
+        raise InvalidInput(f"draft: {name} must be rows of {columns} texts")
+    return tuple(map(tuple, rows))
+
+
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "lesson": ("lesson", lambda name: lesson(str(name)).name),
@@ -106,7 +147,11 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
-    "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTIONS))),
+    "motion": ("experiment", Experiment.of),
+    "moving": ("in_motion", partial(check_bool, "moving")),
+    "moment": ("moment", lambda time: check_float("moment", time, 0.0, RANGES["until"].limits[1])),
+    "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTION_NAMES))),
+    "draft": ("draft", check_draft),
     "film": ("film_length", lambda one: check_choice("film", one, tuple(FILM_LENGTHS))),
     "methods": ("time_methods", partial(check_bool, "methods")),
     "rate": ("rate", check_rate),
@@ -200,7 +245,7 @@ class Links(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.start = replace(visitor.state, met=frozenset())
-        visitor.page.on("link", self.open)
+        visitor.page.on("link", self.open, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
         """Show the scene of the address, which the page sends when it starts, when there is nothing
@@ -260,6 +305,8 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
         return ""
     base = lesson(state.lesson).scene if state.lesson else Scene()
     found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
+    if len(found) > MAX_LINK:
+        raise InvalidInput(f"a link of {len(found)} characters")
     return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
@@ -268,7 +315,7 @@ def extra_pairs(state: State) -> dict[str, Any]:
     usual = {name: getattr(State, name) for name, _ in KEYS.values()}
     if state.lesson:
         first = begun(state, lesson(state.lesson))
-        usual |= {"rate": first.rate, "tab": first.tab}
+        usual |= {name: getattr(first, name) for name in ("rate", "tab", "experiment", "in_motion")}
     values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
     values = {key: one for key, one in values.items() if one != usual[KEYS[key][0]]}
     for key in {"step", "guess"} & values.keys():
@@ -279,9 +326,14 @@ def extra_pairs(state: State) -> dict[str, Any]:
         values["tab"] = values["tab"] or next(iter(tabs()))
     if "ends" in values:
         values["ends"] = json.dumps(state.map_ends)
+    if "motion" in values:
+        values["motion"] = state.experiment.text
+    if "draft" in values:
+        values["draft"] = json.dumps(state.draft)
     if "before" in values:
         values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
-    return {key: "true" if one is True else one for key, one in values.items()}
+    words = {True: "true", False: "false"}
+    return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
 
 
 def is_same(one: Any, other: Any) -> bool:
@@ -316,11 +368,13 @@ KINDS = {
 
 @dataclass(eq=False)
 class File:
-    """A scene to be written as a file; film: keywords of `animate`, None for other files."""
+    """A scene, or a motion in time, to be written as a file; film: keywords of `animate`, None for
+    other files."""
 
     scene: Scene
     name: str
     film: dict[str, Any] | None
+    motion: Motion | None = None
 
 
 JOB = "file"
@@ -339,6 +393,7 @@ class Files(Feature):
         self.page.on("save", lambda _: self.save())
         self.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
         self.page.on("export", self.start)
+        self.page.on("export_motion", self.start_motion)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
@@ -366,14 +421,25 @@ class Files(Feature):
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
-        size = {"width": 480, "height": 270} if suffix == ".gif" else {}  # the largest files
+        size = film_size(suffix)
         periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
-            file = File(self.visitor.to_scene(), f"beam{suffix}", film)
-            self.job.withdraw()
-            self.job.request(file)
-            self.visitor.wake()
+            self.begin(File(self.visitor.to_scene(), f"beam{suffix}", film))
+
+    def start_motion(self, suffix: Any) -> None:
+        """Export the motion in time, in place of the visitor's running export."""
+        computed = self.visitor.jobs[MOTION].status.result
+        if suffix in MOTION_KINDS and computed:
+            film = film_size(suffix) if suffix in FORMATS else None
+            scene = Scene(computed.beam)
+            self.begin(File(scene, f"motion{suffix}", film, computed.motion))
+
+    def begin(self, file: File) -> None:
+        """Write a file, in place of the one that is being written."""
+        self.job.withdraw()
+        self.job.request(file)
+        self.visitor.wake()
 
     def write(self, file: File) -> bytes:
         """The content of a file, written after those before it."""
@@ -386,10 +452,14 @@ class Files(Feature):
             self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                if file.film is None:
+                frames = partial(self.frames, file)
+                if file.motion and file.film is not None:
+                    animate_motion(path, file.motion, progress=frames, workers=1, **file.film)
+                elif file.motion:
+                    export_motion(path, file.motion)
+                elif file.film is None:
                     export(path, file.scene)
                 else:  # one thread, so that pages stay responsive
-                    frames = partial(self.frames, file)
                     animate(path, file.scene, progress=frames, workers=1, **file.film)
                 return path.read_bytes()
         finally:
@@ -428,6 +498,11 @@ class Files(Feature):
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
+def film_size(suffix: str) -> dict[str, int]:
+    """The size of a film, where it is not the usual one: the files of some formats are large."""
+    return {"width": 480, "height": 270} if suffix == ".gif" else {}
+
+
 def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
     """The progress of the file that is being written."""
     job: JobStatus = snapshot.jobs[JOB]
@@ -438,6 +513,8 @@ def progress_content(busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
+    content |= page.props("motion-file-work", hidden=not busy)
+    content |= page.html("motion-file-state", escape(note))
     return content | page.html("export-state", escape(note))
 
 
