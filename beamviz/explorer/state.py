@@ -15,7 +15,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam, Units
+from beamviz.blade import Blade, Mass
 from beamviz.errors import InvalidInput
+from beamviz.explorer.blade_table import Draft
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver.problem import CHOICES, OPTIONS
@@ -50,20 +52,31 @@ FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls
 @dataclass(frozen=True)
 class Case:
     """The numbers of a beam as entered, which may be out of range, and the keywords of `solve`; the
-    number of modes only in `State.shown_case`, as it depends on those that the view shows."""
+    number of modes only in `State.shown_case`, as it depends on those that the view shows. units,
+    blade, masses, root: those of the beam."""
 
     numbers: dict[str, Any]
     options: dict[str, Any]
     units: Units | None = None
+    blade: Blade | None = None
+    masses: tuple[Mass, ...] = ()
+    root: float = math.inf
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        numbers = {name: getattr(scene.beam, name) for name in NUMBERS}
-        return cls(numbers, dict(scene.options), scene.beam.units)
+        beam = scene.beam
+        numbers = {name: getattr(beam, name) for name in NUMBERS}
+        options = dict(scene.options)
+        return cls(numbers, options, beam.units, beam.blade, beam.masses, beam.root)
+
+    @property
+    def structure(self) -> dict[str, Any]:
+        """What is no number of the beam, by name."""
+        return {name: getattr(self, name) for name in ("units", "blade", "masses", "root")}
 
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
-        return Beam(**self.numbers, units=self.units)
+        return Beam(**self.numbers, **self.structure)
 
     def nearest_beam(self) -> Beam:
         """The beam with each number that is out of range replaced by the nearest one allowed, by
@@ -75,7 +88,7 @@ class Case:
             low, high = parameter.limits
             numbers[name] = min(max(float(value), low), high) if known else getattr(Beam, name)
         numbers["gamma"] = min(numbers["gamma"], MAX_GAMMA_OVER_MU * numbers["mu"])
-        return Beam(**numbers, units=self.units)
+        return Beam(**numbers, **self.structure)
 
     def changed(self, name: str, value: Any) -> Self:
         """With one number or keyword of `solve` changed; a spin-up replaces straight by stable."""
@@ -106,14 +119,22 @@ Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the e
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """The mass in the visitor's hand. sight: the line of sight that it is moved to; offset:
-    distance [beam lengths] along the beam from the centre of the mass to the point where it was
-    picked up; held: the pointer still holds it, else it is only moved under the pointer once more.
-    The beam's frame keeps its place in the scene meanwhile."""
+    """A body in the visitor's hand. sight: the line of sight that it is moved to; offset:
+    distance [beam lengths] along the beam from the centre of the body to the point where it was
+    picked up; body: its index in `Beam.masses`, None for the concentrated mass; held: the pointer
+    still holds it, else it is only moved under the pointer once more. The beam's frame keeps its
+    place in the scene meanwhile."""
 
     sight: Ray
     offset: float
+    body: int | None = None
     held: bool = True
+
+    def beta(self, case: Case) -> float | None:
+        """The position of the body; None where the case does not have it any more."""
+        if self.body is None:
+            return case.numbers["beta"]
+        return case.masses[self.body].beta if self.body < len(case.masses) else None
 
 
 class Hold(NamedTuple):
@@ -141,13 +162,14 @@ class State:
     run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
     which an edit ends it; rate: time [T*] that passes in a second on the screen, locked, None if it
     follows the motion; time_methods: the tab Methods times all methods; film_length: of exported
-    films; section: the sizes that the panel of a real beam shows; lesson, step: the open one, ""
-    for none, and its step (from 0); guess: the answer chosen at its first step; met: the lessons
-    whose challenge is met; last_alpha: of the last beam that had a mass; grip: the mass while it is
-    dragged; hold: the beam while it is pulled; refused: the entry that was refused last; following:
-    a presenter is followed; presented_tab: the tab that they had open last, while the visitor may
-    open another; still: the visitor's system prefers reduced motion; reserved: parameters of the
-    address with other readers, None until the page has sent its address.
+    films; section: the sizes that the panel of a real beam shows; draft: its tables as typed, while
+    they describe no beam; lesson, step: the open one, "" for none, and its step (from 0); guess:
+    the answer chosen at its first step; met: the lessons whose challenge is met; last_alpha: of the
+    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
+    pulled; refused: the entry that was refused last; following: a presenter is followed;
+    presented_tab: the tab that they had open last, while the visitor may open another; still: the
+    visitor's system prefers reduced motion; reserved: parameters of the address with other readers,
+    None until the page has sent its address.
     """
 
     opened: Scene
@@ -175,6 +197,7 @@ class State:
     time_methods: bool = False
     film_length: str = "shortest loop"
     section: str = "rectangle"
+    draft: Draft | None = None
     lesson: str = ""
     step: int = 0
     guess: int | None = None
@@ -201,7 +224,7 @@ class State:
         state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
         state = state.with_viewpoint(scene.camera)
         state = replace(state, per_rev=scene.per_rev, rate=None, guess=None, refused=None)
-        state = replace(state, map_ends=None)
+        state = replace(state, map_ends=None, draft=None)
         state = replace(state.without_run_up(), in_motion=False, moment=0.0)
         return state.changed("over", scene.over).with_mass_kept()
 
@@ -223,8 +246,10 @@ class State:
 
     @property
     def values(self) -> dict[str, Any]:
-        """Fields, view options, keywords of `solve` and the numbers of the beam, by name."""
-        return vars(self) | vars(self.view) | self.case.options | self.case.numbers
+        """Fields, view options, keywords of `solve`, the numbers and the structure of the beam, by
+        name."""
+        case = self.case
+        return vars(self) | vars(self.view) | case.options | case.structure | case.numbers
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. A fixed viewpoint is dropped where the
@@ -251,6 +276,13 @@ class State:
         kept = self.keep_for_comparison() if name in TERMS else self
         state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
+
+    def with_body_at(self, body: int, beta: float) -> Self:
+        """With a body of `Beam.masses` moved."""
+        masses = list(self.case.masses)
+        masses[body] = replace(masses[body], beta=beta)
+        case = replace(self.case, masses=tuple(masses))
+        return replace(self, case=case, run_speed=None).without_run_up()
 
     def with_mass_kept(self) -> Self:
         """Remembering the mass, for the switch that removes and restores it."""

@@ -28,7 +28,6 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
-from beamviz.server.viser_private import group_messages
 
 Edit = Callable[[State, Any], State]  # of a state, by the value of a control
 Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values of the state
@@ -55,7 +54,6 @@ class Visitor:
         self.client, self.page = client, Page(client)
         self.wake, self.presenter = schedule, presenter or (lambda: None)
         self.may_follow = presenter is not None
-        group_messages(client)
         self.state, self.history, self.clock = state, History(), Clock()
         self.workers = workers
         self.lock = threading.RLock()

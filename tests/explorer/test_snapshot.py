@@ -22,6 +22,7 @@ from beamviz.explorer.features.real_beam import PRESETS
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import COMPARISONS
 from beamviz.lessons import NAMES
+from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import START
 
 LINKS = (
@@ -42,6 +43,7 @@ INSIDE = {
     "map-": "map",
     "veering-": "veering",
     "comparison": "compare",
+    "loads-": "loads",
     "run-up-": "run-up",
     "motion-": "motion",
     "motion.": "motion",
@@ -92,6 +94,12 @@ def edit(chance: random.Random) -> tuple[str, Any]:
         (chance.choice(("real.length", "real.thickness", "real.mass")), chance.uniform(0, 900)),
         ("real.section", chance.choice(("rectangle", "tube", "own"))),
         ("dimensionless", None),
+        ("blade.preset", chance.choice(list(BLADES))),
+        (f"blade.{chance.choice(('stations', 'masses'))}.remove", chance.randrange(4)),
+        (chance.choice(("blade.stations.add", "blade.masses.add", "blade.begin")), None),
+        ("blade.root", chance.choice(("clamped", "hinged", "spring", "glued"))),
+        ("blade.paste", chance.choice(("0 9 1e3 1e6\n1 8 9e2 1e6", "0,1\n1,x", "words"))),
+        ("blade.uniform", None),
         ("damping", chance.uniform(0, 30)),
         ("link", chance.choice(LINKS)),
         *([(chance.choice(("undo", "redo")), None)] * 4),
@@ -109,14 +117,20 @@ def newest(loop: Any) -> Session:
 def settled(guest: Visitor, loop: Any, session: Session) -> None:
     """Wait until the page of a visitor shows the answers to all that it has sent."""
 
-    def is_quiet() -> bool:
-        return not (loop.woken or loop.later or session.is_moving or session.is_busy)
+    def is_shown() -> bool:
+        """Whether nothing is being computed, and the last frame had all answers."""
+        jobs, seen = session.visitor.jobs, session.snapshot.jobs
+        waits = session.is_busy or any(
+            job.answer is not seen[key].answer for key, job in jobs.items()
+        )
+        return not (waits or session.is_moving or loop.woken or loop.later)
 
+    corrected(guest)
     while True:
-        corrected(guest)
-        if is_quiet():  # else an answer has asked for another
+        wait_until(is_shown, 300.0)
+        corrected(guest)  # a frame drawn meanwhile may have asked for more
+        if is_shown():
             return
-        wait_until(is_quiet, 300.0)
 
 
 def corrected(guest: Visitor) -> None:
@@ -213,13 +227,22 @@ def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
         if len(texts) != len(others) or texts[::2] != others[::2]:
             yield f"{path}: {changed_part(first, second)}"
         else:
-            yield from differences([*map(float, texts[1::2])], [*map(float, others[1::2])], path)
+            pairs = zip(texts[1::2], others[1::2], strict=True)
+            if any(abs(float(a) - float(b)) > 1.01 * last_digit(a) for a, b in pairs):
+                yield f"{path}: {changed_part(first, second)}"
     elif first != second:
         yield f"{path}: {str(first)[:300]} != {str(second)[:300]}"
 
 
 NUMBER = r"(\d+\.?\d*(?:e[-+]?\d+)?)"
 ERROR = r"± [\d.e-]+"  # estimated, of the size of rounding
+
+
+def last_digit(text: str) -> float:
+    """One unit of the last digit of a number, at most the sixth: what rounding changes of a tie."""
+    mantissa, _, exponent = text.partition("e")
+    unit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    return max(unit, 1e-6 * abs(float(text)))
 
 
 def changed_part(first: str, second: str) -> str:
