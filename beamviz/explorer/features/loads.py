@@ -93,7 +93,9 @@ def has_load(values: np.ndarray, loads: dict[str, np.ndarray]) -> bool:
 def load_measure(name: str, units: Units | None, largest: float) -> Measure:
     """The display of a load, whose unit has a prefix for the largest value."""
     load = LOADS[name]
-    one = units and (units.newton_metres(1.0) if load.is_moment else units.newtons(1.0))
+    one = None
+    if units:
+        one = units.newton_metres(1.0) if load.is_moment else units.newtons(1.0)
     if one is None:
         unit = "EI/L" if load.is_moment else "EI/L²"
         return Measure(f"{load.name} {load.symbol} [{unit}]", load.symbol)
