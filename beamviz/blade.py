@@ -208,15 +208,26 @@ class Blade:
         """The ends of the segments, from 0 to 1, where a property or its slope may jump."""
         return (0.0, *(segment.stop for segment in self.segments))
 
+    @cached_property
+    def _coefficients(self) -> "dict[str, NDArray]":
+        """Coefficients (segments, degree + 1) of each property, by ascending power."""
+        import numpy as np
+
+        return {
+            name: np.array([segment.polynomials[name].coef for segment in self.segments])
+            for name in PROPERTIES
+        }
+
     def at(self, name: str, x: "ArrayLike", inboard: bool = False) -> "NDArray":
         """A property ("mass", "bending", "axial" or "flap") at points x in 0 .. 1, an array of
         their shape; where it jumps, its value toward the tip, or `inboard` toward the root."""
         import numpy as np
 
-        x = np.asarray(x, dtype=float)
-        values = np.empty(x.shape)
-        for segment in self.segments:
-            outboard = x > segment.start if inboard and segment.start else x >= segment.start
-            place = (x[outboard] - segment.start) / (segment.stop - segment.start)
-            values[outboard] = segment.polynomials[name](place)
+        x, breaks = np.asarray(x, dtype=float), np.array(self.breaks)
+        segment = np.searchsorted(breaks, x, side="left" if inboard else "right") - 1
+        segment = np.clip(segment, 0, len(breaks) - 2)
+        place = (x - breaks[segment]) / np.diff(breaks)[segment]
+        values = np.zeros(x.shape)
+        for coefficient in self._coefficients[name].T[::-1]:  # by Horner's rule
+            values = values * place + coefficient[segment]
         return values

@@ -230,9 +230,9 @@ class Scene:
         spinless = {"spin_up": 0.0}  # which a table does not list
         values = spinless | {k: v for name in LINKED for k, v in tables[name].items()}
         usual = spinless | {k: v for name in LINKED for k, v in others[name].items()}
-        if beam != base.beam and (si := beam.si):
+        if beam != base.beam and (si := rounded(beam.si)):
             values = {key: value for key, value in values.items() if key not in LINKED["beam"]}
-            values = rounded(si) | values
+            values = si | values
             usual |= dict.fromkeys(si.keys() - {"root_stiffness"}, 0.0)
             usual["mass_position"] = si["length"]
         else:

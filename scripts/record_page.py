@@ -1,7 +1,8 @@
 """Record the moving picture of the README from the live page: python scripts/record_page.py
 
 Starts the explorer, opens its page in headless Chromium, drags the speed slider, and writes the
-screenshots as an animated WebP (assets/page.webp). Run it after a change of the page's look.
+screenshots as an animated WebP (assets/page.webp). Run it after a change of the page's look. The
+scene moves as much more slowly as a screenshot takes longer than a frame of the film.
 """
 
 import base64
@@ -9,15 +10,20 @@ import io
 import time
 
 import _script
-from live.browser import page  # type: ignore[import-not-found]
+from live.browser import Page, page  # type: ignore[import-not-found]
 from PIL import Image
 
 from beamviz import Beam, Scene
 from beamviz.explorer import explorer
 
 WIDTH, HEIGHT, SHOWN = 1280, 720, (960, 540)
-FRAMES, PAUSE = 40, 0.08  # [s] between two frames
+FRAMES, DURATION = 40, 0.12  # [s] of a frame
 QUALITY = 55
+
+
+def screenshot(live: Page) -> bytes:
+    """The page as PNG."""
+    return base64.b64decode(live.call("Page.captureScreenshot")["data"])
 
 
 def main() -> None:
@@ -28,17 +34,24 @@ def main() -> None:
         time.sleep(8)
         left, top, width, height = live.box("document.getElementById('gamma-slider')")
         x, y = left + 0.1 * width, top + height / 2  # gamma = 5 of 0 .. 50
-        frames = []
+        begin, frames = time.monotonic(), []
+        for _ in range(3):
+            screenshot(live)
+        live.send("pace", min(3 * DURATION / (time.monotonic() - begin), 1.0))
         live.mouse("mousePressed", x, y, 1)
         for k in range(FRAMES):
             live.mouse("mouseMoved", x + 60 * (1 - abs(1 - 2 * k / FRAMES)), y, 1)
-            frames.append(base64.b64decode(live.call("Page.captureScreenshot")["data"]))
-            time.sleep(PAUSE)
+            frames.append(screenshot(live))
         live.mouse("mouseReleased", x, y)
     pictures = [Image.open(io.BytesIO(png)).convert("RGB").resize(SHOWN) for png in frames]
     path = _script.ROOT / "assets" / "page.webp"
     pictures[0].save(
-        path, save_all=True, append_images=pictures[1:], duration=120, loop=0, quality=QUALITY
+        path,
+        save_all=True,
+        append_images=pictures[1:],
+        duration=int(1000 * DURATION),
+        loop=0,
+        quality=QUALITY,
     )
     print(f"{path}: {len(frames)} frames, {path.stat().st_size / 1e6:.2f} MB")
 

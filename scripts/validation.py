@@ -14,6 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import Beam
+from beamviz.blade import Blade, Mass
+from beamviz.dynamics import motion
+from beamviz.dynamics.drives import Ramp
 from beamviz.errors import NoEquilibrium
 from beamviz.files import markdown_table
 from beamviz.frequency_loci import loci
@@ -47,7 +50,15 @@ LOOSE: dict[str, tuple[float, str]] = {  # by claim: tolerance in last digits, a
     "coriolis-0": (100, "seven significant digits are claimed"),
     "coriolis-1": (100, "seven significant digits are claimed"),
     "cable": (5, "the limit itself is out of reach"),
+    "taper-5": (2, "the strain, (gamma / mu)^2, is in the seventh digit"),
+    "taper-10": (5, "the strain, (gamma / mu)^2, is in the seventh digit"),
+    "bmodes-test01": (
+        710,
+        "1.1 %: BModes has twist of 11 degrees, offsets of the mass centre and rotary inertia of"
+        " the sections, which couple the two planes",
+    ),
 }
+MANOEUVRE_POINTS = 21601  # 0.001 T* apart
 RIGID = 10000.0  # slenderness: the stretch, (gamma / mu)^2, is 1e-6 at most in the rigid tables
 
 
@@ -172,6 +183,32 @@ def tube() -> list[float]:
     return beam.units.hertz(np.array(frequencies(beam, 5, "B1 B2 B3 S1 B4"))).tolist()
 
 
+def certification_blade() -> list[float]:
+    """Frequencies [Hz] of flap 1, lag 1, flap 2 and lag 2 of BModes' test 1: a blade of 33.25 m at
+    60 rpm on a hub of 1.75 m, its properties constant in each of 12 elements, from the middle."""
+    ends = np.array([0, 0.08, 0.16, 0.24, 0.32, 0.4, 0.48, 0.56, 0.64, 0.72, 0.8, 0.9, 1])
+    x, *columns = np.array(CERTIFICATION_BLADE).T
+    middle = (ends[1:] + ends[:-1]) / 2
+    mass, flap, lag, axial = (np.repeat(np.interp(middle, x, column), 2) for column in columns)
+    length, time = 33.25, 33.25**2 * np.sqrt(mass[0] / lag[0])
+    blade = Blade(
+        x=tuple(np.repeat(ends, 2)[1:-1]),
+        mass=tuple(mass / mass[0]),
+        bending=tuple(lag / lag[0]),
+        axial=tuple(axial / axial[0]),
+        flap=tuple(flap / lag[0]),
+    )
+    beam = Beam(
+        gamma=2 * pi * time,
+        delta=1.75 / length,
+        mu=length * np.sqrt(axial[0] / lag[0]),
+        blade=blade,
+    )
+    flap_1, flap_2 = frequencies(beam, 2, "B1 B2", plane="flapwise")
+    lag_1, lag_2 = frequencies(beam, 2, "B1 B2")
+    return [omega / (2 * pi * time) for omega in (flap_1, lag_1, flap_2, lag_2)]
+
+
 def ancf_excess() -> list[float]:
     """Error [%] of omega_1 of the paper's elements in a bending layer thinner than these."""
     (ancf,), (converged,) = frequencies(FAST, 1, method="ancf"), frequencies(FAST, 1)
@@ -179,6 +216,30 @@ def ancf_excess() -> list[float]:
 
 
 # omega_1 .. in rows, at gamma = 0, 1 .. 12.
+def least_deflection() -> list[float]:
+    """Of the tip in Kane's manoeuvre [L]."""
+    moved = motion(
+        Beam(mu=447.2136),
+        21.6,
+        speed=Ramp(5.554921, 16.20185),
+        tolerance=1e-6,
+        points=MANOEUVRE_POINTS,
+    )
+    return [float(moved.tip[:, 1].min())]
+
+
+def spun_up() -> list[float]:
+    """The deflection of the tip [L] at four times in Kane's law to gamma 5 within 10 T*."""
+    moved = motion(Beam(), 10, speed=Ramp(5, 10), tolerance=1e-6, points=5)
+    return moved.tip[1:, 1].tolist()
+
+
+def let_go() -> list[float]:
+    """The deflection of the tip [L] at three times after a release from half a length."""
+    moved = motion(Beam(alpha=1, gamma=3), 2, release=3, tolerance=1e-6, points=5)
+    return moved.tip[[1, 2, 4], 1].tolist()
+
+
 UNIFORM_FLAPWISE = (
     "3.516 3.682 4.137 4.797 5.585 6.450 7.360 8.300 9.257 10.226 11.202 12.184 13.170",
     "22.035 22.181 22.615 23.320 24.273 25.446 26.809 28.334 29.995 31.771 33.640 35.589 37.603",
@@ -206,6 +267,36 @@ STRETCHED_CORIOLIS = {
 # The largest gamma with an equilibrium (alpha 0, mu 70), by strain law and delta.
 BIOT = f"{35 * pi:.6f}"
 LIMITS = {("biot", 0): BIOT, ("biot", 5): BIOT, ("hencky", 0): "45.420", ("hencky", 1): "31.4887"}
+# Flapwise, height tapered to half: omega_1 .. omega_4, by gamma.
+TAPER = {
+    0: "3.823785 18.317261 47.264827 90.450478",
+    5: "6.743398 21.905324 50.933802 94.206348",
+    10: "11.501550 30.182742 60.563866 104.611959",
+}
+# x / L, mass [kg/m], flapwise and lagwise bending stiffness [N m^2], axial stiffness [N].
+CERTIFICATION_BLADE = (
+    (0.0, 1447.607, 7681460000.0, 7681460000.0, 17152700000.0),
+    (0.02105, 180.333, 1169870000.0, 1169870000.0, 2640800000.0),
+    (0.05263, 181.672, 1020620000.0, 1092280000.0, 2611300000.0),
+    (0.10526, 183.905, 771880000.0, 962970000.0, 2562100000.0),
+    (0.15789, 186.138, 523140000.0, 833660000.0, 2512900000.0),
+    (0.21053, 188.37, 274400000.0, 704350000.0, 2463600000.0),
+    (0.26316, 178.321, 234570000.0, 614650000.0, 2332800000.0),
+    (0.31579, 168.271, 194740000.0, 524960000.0, 2202000000.0),
+    (0.36842, 158.222, 154900000.0, 435260000.0, 2071200000.0),
+    (0.42105, 148.172, 115070000.0, 345570000.0, 1940400000.0),
+    (0.47368, 138.123, 75230000.0, 255870000.0, 1809600000.0),
+    (0.52632, 122.896, 62490000.0, 217870000.0, 1605300000.0),
+    (0.57895, 107.669, 49750000.0, 179860000.0, 1401100000.0),
+    (0.63158, 92.442, 37010000.0, 141860000.0, 1196800000.0),
+    (0.68421, 77.215, 24270000.0, 103850000.0, 992600000.0),
+    (0.73684, 61.988, 11530000.0, 65850000.0, 788300000.0),
+    (0.78947, 51.861, 9270000.0, 54250000.0, 654300000.0),
+    (0.84211, 41.734, 7010000.0, 42660000.0, 520400000.0),
+    (0.89474, 31.607, 4750000.0, 31060000.0, 386400000.0),
+    (0.94737, 21.48, 2490000.0, 19470000.0, 252400000.0),
+    (1.0, 11.353, 230000.0, 7870000.0, 118500000.0),
+)
 FAST, INNER_MASS = Beam(gamma=50, delta=1), Beam(alpha=1, beta=0.5, gamma=10)
 INWARD, INWARD_RIGID = Beam(delta=-1), Beam(delta=-1, mu=RIGID)
 MASS_AT_NODE = Beam(alpha=1, beta=float(NODES[0].printed))
@@ -301,6 +392,66 @@ SOURCES = (
         ],
     ),
     Source(
+        "Blades",
+        "A section tapered in height, flapwise: Ozdemir & Kaya, Meccanica 41 (2006), where"
+        " published; it, two bodies, a tip body with rotary inertia and a hinge: computed"
+        " independently of this project (μ = 10000).",
+        [
+            *(
+                claim(
+                    f"taper-{g}",
+                    f"height tapered to half, γ = {g}",
+                    values,
+                    Beam(gamma=g, mu=RIGID, blade=Blade.tapered(height=0.5)),
+                    plane="flapwise",
+                )
+                for g, values in TAPER.items()
+            ),
+            claim(
+                "two-masses",
+                "masses 1 at 0.5 and 1 at 1",
+                "1.496465 9.468440 48.560866",
+                Beam(mu=RIGID, masses=(Mass(1, 0.5), Mass(1, 1))),
+            ),
+            claim(
+                "rotary-inertia",
+                "tip mass 1 with Jz = 0.1",
+                "1.429626 6.275326 24.751604",
+                Beam(mu=RIGID, masses=(Mass(1, 1, (0, 0, 0.1)),)),
+            ),
+            claim(
+                "hinge",
+                "hinged root, flapwise, γ = 5",
+                "5.000000 19.919660 54.241931",
+                Beam(gamma=5, mu=RIGID, root=0),
+                plane="flapwise",
+            ),
+        ],
+        (
+            f"{TEST}blade.py::test_random_blades",
+            f"{TEST}blade.py::test_random_deflected_blades",
+            f"{TEST}blade.py::test_independent_values",
+        ),
+    ),
+    Source(
+        "A wind-turbine blade",
+        "BModes' certification test 1 at 60 rpm (its input and output are in the repositories of"
+        " BModes and pyBModes). BModes takes the properties constant in each of 12 elements, and"
+        " so does this row; with the properties of the table linear between its stations the"
+        " frequencies are 1.7863, 1.9974, 4.3576 and 6.6695 Hz, as the stiff root of 2 % of the"
+        " span is then not cut off.",
+        [
+            Claim(
+                "bmodes-test01",
+                "CertTest Test01",
+                "flap 1, lag 1, flap 2, lag 2 [Hz]",
+                "1.7517 1.9444 4.1912 6.3492",
+                certification_blade,
+            )
+        ],
+        (f"{TEST}blade.py::test_random_blades",),
+    ),
+    Source(
         "A spinning cable",
         "ω → γ √(k (2k − 1)) flapwise as bending stiffness vanishes (δ = 0), extrapolated from"
         " γ = 50, 100, 200.",
@@ -331,6 +482,40 @@ SOURCES = (
             speed("paradox", "zoac", "3.516", stability_limit, Beam(), 3, "zoac"),
         ],
         (f"{TEST}limits.py::test_buckling_speed",),
+    ),
+    Source(
+        "Motion in time",
+        "The spin-up of a robot arm (Kane, Ryan & Banerjee 1987; Simo & Vu-Quoc 1986), the least"
+        " deflection of its tip, refined independently of this project; the others by positions of"
+        " order 9 to 13 and DOP853 (green, spatial, μ = 70): from rest to γ = 5 within 10 T*, and"
+        " α = 1, γ = 3, released from a transverse force of 3 E I / L² at the tip.",
+        [
+            Claim(
+                "motion-kane",
+                "the manoeuvre",
+                "least tip deflection",
+                "-0.05738",
+                least_deflection,
+            ),
+            Claim(
+                "motion-spin-up",
+                "spin-up",
+                "tip at 2.5, 5, 7.5, 10 T*",
+                "-0.044492 -0.085439 -0.034429 -0.000452",
+                spun_up,
+            ),
+            Claim(
+                "motion-release",
+                "release",
+                "tip at 0.5, 1, 2 T*",
+                "0.291948 -0.184758 -0.378047",
+                let_go,
+            ),
+        ],
+        (
+            "tests/dynamics/test_motion.py::test_released_tip_mass_by_independent_values",
+            "tests/dynamics/test_motion.py::test_random_motions_by_an_independent_integration",
+        ),
     ),
     Source(
         "Errors of other methods",

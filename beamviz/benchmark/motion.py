@@ -82,13 +82,13 @@ class Effort(NamedTuple):
 
 
 FULL = Effort(
-    tolerances=(1e-2, 1e-3, 1e-4, 1e-5),
-    high=(15, 30, 60, 120, 240, 480),
-    low=(180, 360, 720, 1440, 2880),
-    elements=(2, 4, 8, 16),
-    peer=((2, 4, 8, 16), (1, 2, 4, 8, 16)),
+    tolerances=(1e-2, 1e-3, 1e-4),
+    high=(15, 30, 60, 120),
+    low=(180, 360, 720, 1440),
+    elements=(2, 4, 8),
+    peer=((4, 8), (1, 2, 4, 8, 16)),
     mus=(20.0, 70.0, 250.0, 1000.0),
-    steps=tuple(np.geomspace(0.002, 0.5, 9).tolist()),
+    steps=tuple(np.geomspace(0.005, 0.5, 7).tolist()),
 )
 QUICK = Effort(
     tolerances=(1e-2, 1e-4),

@@ -27,6 +27,8 @@ COLOURS = {
     "accurate": "#0072B2",
 }
 
+TIMES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)  # labelled [s]
+
 
 def draw_curves(rows: list[Row]) -> Figure:
     """Processor time against the error of the tip, a frame for each motion."""
@@ -41,6 +43,8 @@ def draw_curves(rows: list[Row]) -> Figure:
                     axes.loglog(seconds, errors, label=name, ms=4, **line)
             axes.set_title(scene, loc="left", size=10, weight="bold")
             axes.set_xlabel("processor time [s]")
+            axes.set_xticks(TIMES, [f"{time:g}" for time in TIMES])
+            axes.minorticks_off()
             axes.grid(color="#E6E6E6", lw=0.6)
         frames[0].set_ylabel("largest error of the tip [L]")
         handles, labels = frames[0].get_legend_handles_labels()

@@ -353,13 +353,13 @@ def benchmark(
     out: Folder,
     quick: Annotated[
         bool,
-        option("Every second resolution, each repeated for 0.03 s, not 0.2 s: 10 s.", "--quick"),
+        option("Every second resolution, each repeated for 0.03 s, not 0.2 s: 20 s.", "--quick"),
     ] = False,
     peers: Annotated[
         bool, option("Exudyn, OpenSees and CalculiX too, where installed.", "--peers")
     ] = False,
 ) -> None:
-    """Speed against accuracy of every method: a chart, and the numbers as JSON."""
+    """Speed against accuracy of every method and integrator: charts, and the numbers as JSON."""
     from beamviz.benchmark import benchmark
 
     print(benchmark(out, quick=quick, peers=peers, release=__version__))

@@ -9,17 +9,17 @@ from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
+    Bodies,
     Caption,
     Nodes,
     ReferenceShapes,
     add_instances,
     add_mesh,
-    collar,
-    mass_size,
-    section_size,
     set_surface,
 )
+from beamviz.drawing.root_joint import RootJoint
 from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.drawing.sizes import jumps, largest_reach, sections
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import Measure, frequencies
 
@@ -36,7 +36,9 @@ class BeamView:
     root: name of its node; alone: the only beam of the scene, with floor and post; overlay:
     translucent, of one colour, drawn over another beam in the frame of its hub and without
     surroundings; height: [beam lengths] of its middle; fixed: its frame stays when its shape
-    changes, as in a drag of the mass.
+    changes, as in a drag of the mass; line: points (n, 3) of the beam as drawn last, in the frame
+    of the hub, at the stations of `shapes`; section: of its pieces (n - 1, 2, 2), see `sections`;
+    capped: the pieces with an end that is seen, as at the tip and where the section jumps.
     """
 
     def __init__(
@@ -54,19 +56,21 @@ class BeamView:
         self.body = add_mesh(scene, f"{root}/rotor/body", **pale) if overlay else None
         self.beam = add_instances(scene, f"{root}/rotor/beam", tube)
         self.ends = add_instances(scene, f"{root}/rotor/ends", trimesh.creation.box())
-        opacity = OPACITY if overlay else None
-        self.mass = add_instances(scene, f"{root}/rotor/mass", collar(), opacity=opacity)
+        self.bodies = Bodies(scene, root, OPACITY if overlay else None)
+        self.joint = None if overlay else RootJoint(scene, root)
         self.nodes = Nodes(scene, root, colours.BEFORE if overlay else colours.NODE)
         self.warning = Caption(scene, f"{root}/rotor/warning", "bottom")
         self.title = Caption(scene, f"{root}/title", "bottom")
+        self.line = np.zeros((0, 3))
 
     def show(self, drawn: DrawnBeam) -> None:
         """Draw a beam and the nodes of the mode that it moves in."""
         self.drawn, view, beam = drawn, drawn.view, drawn.shapes.beam
         self.shapes = shapes = subdivide(drawn, one_colour=self.overlay)
         inset = INSET if self.overlay else 1.0
-        thickness, breadth = section_size(beam, view.thicken)
-        self.section = inset * thickness, inset * breadth
+        self.section = inset * sections(beam, shapes.plane, shapes.x, view.thicken)
+        steps = [shapes.station(place) for place in jumps(beam)]
+        self.capped = [0, *(k + side for k in steps for side in (-1, 0)), len(shapes.strain) - 1]
         self.choose_frame(float(view.rotating_frame))
         if self.surroundings:
             self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
@@ -76,16 +80,17 @@ class BeamView:
         marked = drawn.shown if view.nodes and alone else []
         labels = not (view.all_modes or self.overlay)
         self.nodes.show(shapes, self.section, marked, labels=labels)
-        length, radius = (inset * size for size in mass_size(beam, view.thicken))
-        self.mass.visible = beam.alpha > 0
-        self.mass.batched_scales = np.array([[length, radius, radius]])
         colour = colours.GREYED if drawn.warning else colours.MASS
-        self.mass.batched_colors = colours.instanced([colours.BEFORE if self.overlay else colour])
+        colour = colours.BEFORE if self.overlay else colour
+        self.bodies.show(shapes, colour, thicken=view.thicken, inset=inset, labels=labels)
+        if self.joint:
+            self.joint.show(beam, shapes.plane, self.section[0, 0])
         self.warning.show(drawn.warning or drawn.note, (beam.delta + 0.5, 0.0, 0.12))
         points, _ = to_hub_frame(shapes, shapes.centreline)
         if self.overlay:  # not at the clamp, which is that of the other beam
-            top = points[shapes.mass if beam.alpha > 0 else -1]
-            self.title.show(drawn.title, top + [0.0, 0.0, 0.1 + radius])
+            at = self.bodies.at[0] if self.bodies.shown else -1
+            above = 0.1 + largest_reach(beam)
+            self.title.show(drawn.title, points[at] + [0.0, 0.0, above])
         else:
             clamp = points[0] if view.rotating_frame else np.zeros(3)
             folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
@@ -95,7 +100,7 @@ class BeamView:
     @property
     def captions(self) -> list[Caption]:
         """The texts that the page writes over the scene."""
-        texts = [*self.nodes.captions, self.warning, self.title]
+        texts = [*self.nodes.captions, *self.bodies.captions, self.warning, self.title]
         texts += [self.surroundings.speed] if self.surroundings else []
         return [caption for caption in texts if caption.text and self.frame.visible]
 
@@ -115,6 +120,7 @@ class BeamView:
         shapes = self.shapes
         moved = displacement(shapes, phases, self.drawn.amplitudes)
         points, normal = to_hub_frame(shapes, shapes.centreline + moved)
+        self.line = points
         centres, wxyz, sizes = beam_mesh.segments(points, normal, self.section)
         if self.body:
             set_surface(self.scene, self.body, *beam_mesh.swept(points, normal, self.section))
@@ -125,13 +131,10 @@ class BeamView:
             placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
             placed["batched_colors"] = paint
             self.scene.set_properties(self.beam, **placed)
-            caps = {name: values[[0, -1]] for name, values in placed.items()}  # pieces are open
+            caps = {name: values[self.capped] for name, values in placed.items()}  # pieces are open
             self.scene.set_properties(self.ends, **caps)
         self.nodes.move(points, wxyz)
-        along = wxyz[[min(shapes.mass, len(wxyz) - 1)]]
-        self.scene.set_properties(
-            self.mass, batched_positions=points[[shapes.mass]], batched_wxyzs=along
-        )
+        self.bodies.move(points, wxyz)
         if self.surroundings:
             self.surroundings.rotate(angle, self.share)
         self.scene.set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
@@ -187,6 +190,12 @@ class BeamScene:
     def choose_frame(self, share: float) -> None:
         for beam in self.rows:
             beam.choose_frame(share)
+
+    def tell_speed(self, gamma: float) -> None:
+        """Say the present speed of the single beam."""
+        view = self.view(0)
+        if view.surroundings:
+            view.surroundings.tell_speed(view.drawn.shapes.beam.replace(gamma=gamma))
 
     def move(self, phases: np.ndarray, angle: float) -> None:
         for beam in self.rows:

@@ -3,19 +3,21 @@
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
 from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.sizes import sections
 from beamviz.scene import ViewOptions
 
 NORMALS = {"chordwise": np.array([0.0, 0.0, 1.0]), "flapwise": np.array([0.0, -1.0, 0.0])}
-EDGES = np.array(  # (12, 2) vertices of the edges of a section swept between two points
-    [(2, 1), (2, 3), (2, 6), (1, 0), (1, 5), (3, 0), (3, 7), (0, 4), (6, 5), (6, 7), (5, 4), (7, 4)]
-)
 MAX_WEDGE = math.tan(0.5)  # of a bend by 1 rad
-Section = tuple[float, float]  # thickness in the plane of motion, breadth along its normal
+# Thickness in the plane of motion and breadth along its normal: of all pieces (2,), or at the start
+# and the end of each (n - 1, 2, 2).
+Section = tuple[float, float] | NDArray
 
 
 def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -28,9 +30,19 @@ def to_hub_frame(shapes: SampledModes, centreline: np.ndarray) -> tuple[np.ndarr
 
 
 def extents(section: Section, normal: np.ndarray) -> np.ndarray:
-    """Size (3,) of a section of a straight beam; 0 along the beam."""
-    across = np.array([0.0, normal[2], normal[1]])
-    return section[0] * np.abs(across) + section[1] * np.abs(normal)
+    """Sizes (..., 3) of sections (..., 2) of a straight beam; 0 along the beam."""
+    across, sizes = np.array([0.0, normal[2], normal[1]]), np.asarray(section)
+    return sizes[..., :1] * np.abs(across) + sizes[..., 1:] * np.abs(normal)
+
+
+def rings(count: int, section: Section) -> tuple[NDArray, NDArray]:
+    """The sections (r, 2) that a surface through `count` points is made of, and the point of each
+    (r,): one at each point, two where the section jumps."""
+    sizes = np.broadcast_to(section, (count - 1, 2, 2)).reshape(-1, 2)
+    point = np.repeat(np.arange(count), 2)[1:-1]
+    differ = (np.diff(point) > 0) | (np.diff(sizes, axis=0) != 0).any(axis=1)
+    kept = np.append(True, differ)
+    return point[kept], sizes[kept]
 
 
 def swept(
@@ -38,12 +50,14 @@ def swept(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The closed surface of a rectangular section swept along `points` (n, 3).
 
-    Returns vertices (4 n, 3) and triangles (8 n - 4, 3), facing outwards.
+    Returns vertices (4 r, 3) of its r `rings` and triangles (8 r - 4, 3), facing outwards.
     """
     tangents = np.gradient(points, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    side = np.cross(normal, tangents) * section[0] / 2
-    up = normal * section[1] / 2
+    point, sizes = rings(len(points), section)
+    points, tangents = points[point], tangents[point]
+    side = np.cross(normal, tangents) * sizes[:, :1] / 2
+    up = normal * sizes[:, 1:] / 2
     corners = np.stack(
         [points + side + up, points - side + up, points - side - up, points + side - up], 1
     )
@@ -56,14 +70,29 @@ def swept(
     return corners.reshape(-1, 3), np.concatenate([walls.reshape(-1, 3), caps])
 
 
+def outline(points: np.ndarray, normal: np.ndarray, section: Section) -> NDArray:
+    """The edges (e, 2, 3) of the surface of `swept`: along the beam, and around its ends and the
+    steps where the section jumps."""
+    corners = swept(points, normal, section)[0].reshape(-1, 4, 3)
+    point, _ = rings(len(points), section)
+    step = np.append(point[1:] == point[:-1], False)
+    around = corners[step | np.roll(step, 1) | np.isin(point, [0, len(points) - 1])]
+    along = np.stack([corners[:-1], corners[1:]], 2)
+    across = np.stack([around, np.roll(around, -1, axis=1)], 2)
+    return np.concatenate([along.reshape(-1, 2, 3), across.reshape(-1, 2, 3)])
+
+
 def segments(
     points: np.ndarray, normal: np.ndarray, section: Section
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The surface of `swept` as n - 1 transformed unit boxes, which may differ in colour.
+    """The surface of `swept` as n - 1 transformed unit boxes, which may differ in colour; each has
+    the mean of the sections at its ends.
 
     Returns centres (n - 1, 3), orientations wxyz (n - 1, 4) and sizes (n - 1, 3). Each box is
     extended to close the wedge to its neighbours on the outside of a bend.
     """
+    section = np.asarray(section)
+    section = section.mean(axis=1) if section.ndim == 3 else section[None]
     across = np.array([0.0, normal[2], -normal[1]])  # normal x (1, 0, 0)
     along, aside = points[1:, 0] - points[:-1, 0], (points[1:] - points[:-1]) @ across
     direction = np.arctan2(aside, along)
@@ -72,7 +101,7 @@ def segments(
     wedge = np.minimum(wedge, MAX_WEDGE)  # bounded where the beam is folded
     sizes = np.empty((len(direction), 3))
     sizes[:] = extents(section, normal)
-    sizes[:, 0] = np.hypot(along, aside) + section[0] / 2 * (wedge[:-1] + wedge[1:])
+    sizes[:, 0] = np.hypot(along, aside) + section[:, 0] / 2 * (wedge[:-1] + wedge[1:])
     wxyz = np.empty((len(direction), 4))
     wxyz[:, 0] = np.cos(direction / 2)
     wxyz[:, 1:] = np.sin(direction / 2)[:, None] * normal
@@ -82,7 +111,9 @@ def segments(
 MAX_PIECES = 256
 DEVIATION = 0.1  # [pixels] of a piece from a curve of the same curvature, in mid-picture
 STEP = 1 / 60  # largest difference of neighbouring pieces on the colour map
+STEP_OF_SECTION = 1.0  # [pixels] largest difference of their thickness or breadth
 LONGEST = 1 / 4  # [beam lengths] longest piece
+ROUNDING = 1e-6  # of a number of pieces: it is whole where the colours run through all their map
 DEFAULT_SCALE = 1000.0  # [pixels per beam length]
 
 
@@ -133,16 +164,23 @@ def subdivide(
     drawn: DrawnBeam, *, one_colour: bool = False, most: int = MAX_PIECES
 ) -> SampledModes:
     """The shapes sampled at the ends of the pieces that the beam is drawn in, of which one is at
-    the mass, with the mean strain of each piece. one_colour: the pieces do not differ in colour;
-    most: number of pieces."""
+    the mass, at each body and where the section jumps, with the mean strain of each piece.
+    one_colour: the pieces do not differ in colour; most: number of pieces."""
     shapes, x = drawn.shapes, drawn.shapes.x
     pieces = required_density(drawn, one_colour=one_colour) * np.diff(x)
     need = np.append(0.0, np.cumsum(pieces))  # from the clamp
-    mass, whole = need[shapes.mass], need[-1]
-    scale = min(1.0, (most - 1) / whole)
-    inner, outer = math.ceil(scale * mass), math.ceil(scale * (whole - mass))
-    beyond = np.linspace(mass, whole, outer + 1)
-    ends = np.append(np.linspace(0.0, mass, inner, endpoint=False), beyond)
+    fixed = need[[0, *shapes.breaks, -1]]
+    scale = min(1.0, (most - len(shapes.breaks)) / need[-1])
+    parts = [
+        np.linspace(
+            start,
+            stop,
+            max(math.ceil(scale * (stop - start) - ROUNDING), int(stop > start)),
+            endpoint=False,
+        )
+        for start, stop in pairwise(fixed)
+    ]
+    ends = np.concatenate([*parts, need[-1:]])
     return resampled(shapes, np.interp(ends, need, x))
 
 
@@ -163,8 +201,9 @@ def resampled(shapes: SampledModes, x: np.ndarray) -> SampledModes:
 
 def required_density(drawn: DrawnBeam, *, one_colour: bool) -> np.ndarray:
     """Required pieces per beam length (n - 1,) between stations: by the curvature of the moving
-    beam (a chord of length h deviates from a curve of curvature kappa by kappa h^2 / 8) and by the
-    change of colour along x, unless it has one colour, both as bounds over time."""
+    beam (a chord of length h deviates from a curve of curvature kappa by kappa h^2 / 8), by the
+    change of colour along x, unless it has one colour, both as bounds over time, and by that of the
+    section."""
     shapes, shown = drawn.shapes, drawn.shown
     moving = drawn.amplitudes[shown, None, None] * shapes.modes[shown]
     fields = np.concatenate([shapes.centreline[None], moving])
@@ -179,15 +218,19 @@ def required_density(drawn: DrawnBeam, *, one_colour: bool) -> np.ndarray:
     else:
         colour = np.hypot(along, across).sum(axis=0) / drawn.largest
     density = np.maximum(np.sqrt(curvature * drawn.scale / (8 * DEVIATION)), 1 / LONGEST)
+    if shapes.beam.blade:
+        sizes = sections(shapes.beam, shapes.plane, shapes.x, drawn.view.thicken)
+        change = np.abs(sizes[:, 1] - sizes[:, 0]).max(axis=1) / np.diff(shapes.x)
+        density = np.maximum(density, change * drawn.scale / STEP_OF_SECTION)
     return density if one_colour else np.maximum(density, colour / STEP)
 
 
 def derivatives(shapes: SampledModes, fields: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """First derivative (k, n - 1, 2) of fields (k, n, 2) along x, between stations, and the size of
-    the second one, taken as 0 at the mass, where the stretch may jump."""
+    the second one, taken as 0 where the stretch may jump."""
     step = (shapes.x[1:] - shapes.x[:-1])[:, None]
     slope = (fields[:, 1:] - fields[:, :-1]) / step
     bend = np.zeros(fields.shape)
     bend[:, 1:-1] = np.abs(slope[:, 1:] - slope[:, :-1]) / (step[1:] + step[:-1]) * 2
-    bend[:, shapes.mass] = 0.0
+    bend[:, shapes.breaks] = 0.0
     return slope, np.maximum(bend[:, 1:], bend[:, :-1])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.objects import mass_size
+from beamviz.drawing.sizes import drawn_bodies, largest_reach, reach
 from beamviz.drawing.surroundings import hub_radius
 from beamviz.scene import Camera, Scene
 
@@ -34,12 +34,14 @@ OCTANTS = np.array(list(itertools.product((-1, 1), repeat=3)))  # corners of a c
 
 
 def span(shapes: SampledModes) -> tuple[float, float]:
-    """The range of x, from the clamp, in the picture: beam, mass and a part of the hub."""
+    """The range of x, from the clamp, in the picture: beam, bodies and a part of the hub."""
     beam, along = shapes.beam, shapes.centreline[:, 0]
-    radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
     rim = min(2 * hub_radius(beam), RIM) if beam.delta >= 0 else MARGIN
-    mass = along[shapes.mass]
-    return min(-rim, mass - radius, along.min()), max(along.max(), mass + radius)
+    left, right = min(-rim, along.min()), along.max()
+    for station, body in zip(shapes.bodies, drawn_bodies(beam), strict=True):
+        radius = reach(beam, body)
+        left, right = min(left, along[station] - radius), max(right, along[station] + radius)
+    return left, right
 
 
 def target(shapes: SampledModes, rotating_frame: bool) -> np.ndarray:
@@ -55,7 +57,7 @@ def corners(
 ) -> np.ndarray:
     """Points (n, 3), relative to `target`, that a picture of beams at these heights contains."""
     beam, (left, right) = shapes.beam, span(shapes)
-    radius = max(mass_size(beam)) if beam.alpha > 0 else 0.0
+    radius = largest_reach(beam)
     if rotating_frame:
         side = max(ROOM, radius) + np.ptp(shapes.centreline[:, 1]) / 2
         points = OCTANTS * [(right - left) / 2, side, max(0.75 * ROOM, radius)]

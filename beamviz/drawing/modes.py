@@ -10,6 +10,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid, trapezoid
 
 from beamviz.beam import Beam
+from beamviz.drawing.sizes import drawn_bodies, jumps
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import Solution
 
@@ -48,7 +49,7 @@ class SampledModes:
         cls, solution: Solution, previous: Self | None = None, x: np.ndarray | None = None
     ) -> Self:
         """The modes of a solution, with the signs of `previous`; x: other stations than usual."""
-        x = stations(solution.beam.beta) if x is None else x
+        x = stations(*fixed_places(solution.beam)) if x is None else x
         labels = identify_modes(solution).labels
         equilibrium = solution.equilibrium
         local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
@@ -74,8 +75,9 @@ class SampledModes:
     @classmethod
     def at_rest(cls, beam: Beam, plane: str) -> Self:
         """The undeformed beam without modes, for a beam without a solution."""
-        x = stations(beam.beta)
-        return cls(beam, plane, x, np.stack([x, 0 * x], 1), np.zeros(len(x) - 1))
+        x = stations(*fixed_places(beam))
+        line, none = np.stack([x, 0 * x], 1), np.zeros((0, len(x), 2))
+        return cls(beam, plane, x, line, np.zeros(len(x) - 1), modes=none)
 
     @cached_property
     def strains(self) -> np.ndarray:
@@ -86,21 +88,47 @@ class SampledModes:
     @cached_property
     def mass(self) -> int:
         """The index of the station of the concentrated mass."""
-        return int(np.argmin(np.abs(self.x - self.beam.beta)))
+        return self.station(self.beam.beta)
+
+    @cached_property
+    def bodies(self) -> list[int]:
+        """The indices of the stations of `drawn_bodies`."""
+        return [self.station(body.beta) for body in drawn_bodies(self.beam)]
+
+    @cached_property
+    def breaks(self) -> list[int]:
+        """The ascending indices of the stations where the stretch may jump: at the mass, at all
+        bodies and where the section jumps."""
+        return sorted({self.station(place) for place in fixed_places(self.beam)})
+
+    def station(self, place: float) -> int:
+        """The index of the station that is nearest to a place."""
+        return int(np.argmin(np.abs(self.x - place)))
+
+
+def fixed_places(beam: Beam) -> tuple[float, ...]:
+    """Where a station has to be: at the mass, at all bodies and where the section jumps."""
+    return (beam.beta, *(body.beta for body in beam.masses), *jumps(beam))
 
 
 @lru_cache(CACHED_POSITIONS)
-def stations(mass: float) -> np.ndarray:
-    """Stations (n,) in 0 .. 1 for a mass at `mass`, read-only: half of them equally spaced, half in
-    possible boundary layers, at the clamp and on both sides of the mass. One is at the mass, where
-    the stretch may be discontinuous. All beams with this mass position share the array."""
-    layers = np.exp(-SAMPLES / LAYER) + np.exp(-np.abs(SAMPLES - mass) / LAYER)
+def stations(mass: float, *others: float) -> np.ndarray:
+    """Stations (n,) in 0 .. 1 for a mass at `mass` and other places where the stretch may be
+    discontinuous, read-only: half of them equally spaced, half in possible boundary layers, at the
+    clamp and on both sides of these places. One is at each place. All beams with the same places
+    share the array."""
+    layers = np.exp(-SAMPLES / LAYER)
+    for place in (mass, *others):
+        layers += np.exp(-np.abs(SAMPLES - place) / LAYER)
     density = 1.0 + layers / trapezoid(layers, SAMPLES)
     share = cumulative_trapezoid(density, SAMPLES, initial=0.0)
     x = np.interp(np.linspace(0.0, share[-1], STATIONS), share, SAMPLES)
     x[0], x[-1] = 0.0, 1.0
     if CLOSE < mass < 1.0 - CLOSE:
         x[1 + np.argmin(np.abs(x[1:-1] - mass))] = mass
+    for place in others:
+        if np.abs(x - place).min() > CLOSE:
+            x = np.insert(x, np.searchsorted(x, place), place)
     x.flags.writeable = False
     return x
 

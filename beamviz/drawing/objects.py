@@ -1,41 +1,21 @@
-"""The objects on the beam: mass, reference shapes and nodes, and their sizes."""
+"""The objects on the beam: bodies, reference shapes and nodes."""
 
-import math
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
-from beamviz.beam import Beam
+from beamviz.blade import Mass
 from beamviz.drawing import beam_mesh, colours
-from beamviz.drawing.beam_mesh import EDGES, NORMALS, Section, extents, to_hub_frame
+from beamviz.drawing.beam_mesh import NORMALS, extents, to_hub_frame
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.scene_graph import DrawnScene, Node
+from beamviz.drawing.sizes import box_size, collar_size, drawn_bodies, has_box
 from beamviz.drawing.text import measure
 
-VISIBLE_THICKNESS = 0.04
-COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
-COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it encloses
-
-
-def section_size(beam: Beam, thicken: bool = False) -> Section:
-    """Thickness in the plane of motion, h = sqrt(12) / mu of a rectangle, and breadth along its
-    normal, which the five numbers do not determine."""
-    thickness = max(math.sqrt(12) / beam.mu, VISIBLE_THICKNESS if thicken else 0.0)
-    return thickness, min(max(1.5 * thickness, 0.05), 0.1)
-
-
-def mass_size(beam: Beam, thicken: bool = False) -> tuple[float, float]:
-    """Length and radius of the mass, a collar around the beam with the density of the beam: its
-    volume is alpha times that of the beam."""
-    section = section_size(beam, thicken)
-    inside = math.prod(section)  # area of the hole
-    volume = beam.alpha * inside
-    radius = max(
-        (volume / (COLLAR_LENGTH * math.pi)) ** (1 / 3), COLLAR_HEIGHT * math.hypot(*section)
-    )
-    return volume / (math.pi * radius**2 - inside), radius
+CHAMFER = 0.1  # of a box, over its size
 
 
 def collar() -> trimesh.Trimesh:
@@ -44,6 +24,14 @@ def collar() -> trimesh.Trimesh:
     ring = trimesh.creation.revolve(outline, sections=64)
     ring.vertices = ring.vertices[:, [2, 0, 1]]
     return ring
+
+
+def chamfered_box() -> trimesh.Trimesh:
+    """A box of unit size with chamfered edges."""
+    inner = 1 - 2 * CHAMFER
+    cube = trimesh.creation.box().vertices
+    corners = [cube * np.where(np.arange(3) == axis, 1.0, inner) for axis in range(3)]
+    return trimesh.convex.convex_hull(np.concatenate(corners))
 
 
 def add_instances(
@@ -88,6 +76,9 @@ def set_surface(scene: DrawnScene, node: Node, vertices: np.ndarray, faces: np.n
 
 
 MAX_NODES = 10
+RING = (0.007, 1.3)  # [beam lengths] of a node along the beam; its size over that of the section
+EQUILIBRIUM_SIZE = 0.97  # of the equilibrium, whose faces do not coincide with the beam's
+LABEL_GAP = 0.03  # [beam lengths] of a body from its label
 
 
 class Caption:
@@ -109,12 +100,13 @@ class Caption:
         return {"name": self.point.name, "text": self.text, "anchor": self.anchor}
 
 
-def equilibrium_body(shapes: SampledModes, section: Section) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (v, 3) and triangles (t, 3) of the beam in equilibrium."""
-    inner = (0.97 * section[0], 0.97 * section[1])  # its faces do not coincide with the beam's
+def equilibrium_body(shapes: SampledModes, section: NDArray) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (v, 3) and triangles (t, 3) of the beam in equilibrium, with sections
+    (n - 1, 2, 2)."""
     points, normal = to_hub_frame(shapes, shapes.centreline)
-    stations = slice(None) if shapes.centreline[:, 1].any() else slice(None, None, len(points) - 1)
-    return beam_mesh.swept(points[stations], normal, inner)
+    if shapes.beam.blade is None and not shapes.centreline[:, 1].any():
+        points, section = points[[0, -1]], section[:1]
+    return beam_mesh.swept(points, normal, EQUILIBRIUM_SIZE * section)
 
 
 class ReferenceShapes:
@@ -128,12 +120,13 @@ class ReferenceShapes:
         ghost: Any = {"color": colours.GHOST, "opacity": 0.1}
         self.equilibrium = add_mesh(scene, f"{root}/rotor/equilibrium", **ghost)
 
-    def show(self, shapes: SampledModes, section: Section, *, visible: bool) -> None:
+    def show(self, shapes: SampledModes, section: NDArray, *, visible: bool) -> None:
         self.outline.visible = self.equilibrium.visible = visible
         if visible:
             set_surface(self.scene, self.equilibrium, *equilibrium_body(shapes, section))
-            corners, _ = beam_mesh.swept(*to_hub_frame(shapes, ENDS), section)
-            self.outline.points = corners[EDGES]
+            x = shapes.x if shapes.beam.blade else np.array([0.0, 1.0])
+            points, normal = to_hub_frame(shapes, np.stack([x, 0 * x], 1))
+            self.outline.points = beam_mesh.outline(points, normal, section[: len(x) - 1])
 
 
 class Nodes:
@@ -143,21 +136,23 @@ class Nodes:
         self.scene = scene
         self.at = self.x = np.zeros(0)  # positions of the nodes, and of the ends of pieces
         self.piece = np.zeros(0, int)  # the piece of the beam of each node
-        self.size, self.colour = np.zeros(3), colours.instanced([colour])  # of a ring
+        self.size, self.colour = np.zeros((0, 3)), colours.instanced([colour])  # of rings
         self.rings = add_instances(scene, f"{root}/rotor/nodes", trimesh.creation.box())
         self.captions = [Caption(scene, f"{root}/rotor/node {k}", "top") for k in range(MAX_NODES)]
 
     def show(
-        self, shapes: SampledModes, section: Section, shown: list[int], *, labels: bool = True
+        self, shapes: SampledModes, section: NDArray, shown: list[int], *, labels: bool = True
     ) -> None:
         """Mark the nodes of the modes `shown` (0-based), at most MAX_NODES of them."""
         marks = [(shapes.labels[k], float(at)) for k in shown for at in shapes.nodes[k]][:MAX_NODES]
         self.at, self.x = np.array([at for _, at in marks]), shapes.x
         self.piece = np.searchsorted(self.x[1:-1], self.at, side="right")
-        self.size = [0.007, 0.0, 0.0] + 1.3 * extents(section, NORMALS[shapes.plane])
+        here = section[self.piece].mean(axis=1)
+        self.size = [RING[0], 0.0, 0.0] + RING[1] * extents(here, NORMALS[shapes.plane])
         self.rings.visible = bool(marks)
         still, _ = to_hub_frame(shapes, shapes.centreline)
-        places = self.on_beam(still) - [0.0, 0.0, self.size[2] / 2 + 0.03]
+        places = self.on_beam(still)
+        places[:, 2] -= self.size[:, 2] / 2 + 0.03
         units = shapes.beam.units
         for caption in self.captions:
             caption.text = ""
@@ -172,8 +167,110 @@ class Nodes:
     def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
         """Move the rings onto the line through `points` (n, 3), its pieces oriented by wxyz."""
         if count := len(self.piece):
-            sizes, paint = np.tile(self.size, (count, 1)), np.tile(self.colour, (count, 1))
             placed = {"batched_positions": self.on_beam(points), "batched_wxyzs": wxyz[self.piece]}
-            self.scene.set_properties(
-                self.rings, **placed, batched_scales=sizes, batched_colors=paint
-            )
+            placed |= {
+                "batched_scales": self.size,
+                "batched_colors": np.tile(self.colour, (count, 1)),
+            }
+            self.scene.set_properties(self.rings, **placed)
+
+
+MAX_LABELS = 20
+
+
+class Bodies:
+    """The bodies on the beam: those with inertia are boxes, the others collars. With several, each
+    has a label.
+
+    shown: `drawn_bodies` of the beam; numbers: which of them the instances of `collars` and of
+    `boxes` are.
+    """
+
+    def __init__(self, scene: DrawnScene, root: str, opacity: float | None = None):
+        self.scene = scene
+        self.collars = add_instances(scene, f"{root}/rotor/mass", collar(), opacity=opacity)
+        self.boxes = add_instances(scene, f"{root}/rotor/boxes", chamfered_box(), opacity=opacity)
+        self.captions = [
+            Caption(scene, f"{root}/rotor/body {k}", "bottom") for k in range(MAX_LABELS)
+        ]
+        self.shown: tuple[Mass, ...] = ()
+        self.at = np.zeros(0, int)  # stations of the bodies
+        self.sizes, self.colour = np.zeros((0, 3)), np.zeros((1, 3), np.uint8)
+        self.above = np.zeros((0, 3))  # from each body to its label
+        self.numbers: tuple[list[int], list[int]] = [], []
+
+    @property
+    def nodes(self) -> tuple[Node, Node]:
+        """Those of the collars and of the boxes."""
+        return self.collars, self.boxes
+
+    def show(
+        self,
+        shapes: SampledModes,
+        colour: colours.RGB,
+        *,
+        thicken: bool,
+        inset: float = 1.0,
+        labels: bool = True,
+    ) -> None:
+        """Show the bodies of a beam in a colour; inset: relative size."""
+        beam, plane = shapes.beam, shapes.plane
+        self.shown, self.at = drawn_bodies(beam), np.array(shapes.bodies, int)
+        self.colour = colours.instanced([colour])
+        sizes = []
+        for body in self.shown:
+            if has_box(body):
+                sizes.append(box_size(beam, body, thicken, plane))
+            else:
+                length, radius = collar_size(beam, body, thicken, plane)
+                sizes.append((length, radius, radius))
+        self.sizes = inset * np.reshape(sizes, (-1, 3))
+        boxed = [has_box(body) for body in self.shown]
+        collars, boxes = (
+            [k for k, box in enumerate(boxed) if box == kind] for kind in (False, True)
+        )
+        self.numbers = collars, boxes
+        self.collars.visible, self.boxes.visible = bool(collars), bool(boxes)
+        halves = self.sizes[:, 2] * np.where(boxed, 0.5, 1.0)
+        self.above = np.outer(halves + LABEL_GAP, [0.0, 0.0, 1.0])
+        mass = measure("alpha", beam.units)
+        texts = [mass.text(body.alpha, 4) for body in self.shown] if labels and beam.masses else []
+        for k, caption in enumerate(self.captions):
+            caption.text = texts[k] if k < len(texts) else ""
+
+    def move(self, points: np.ndarray, wxyz: np.ndarray) -> None:
+        """Move the bodies onto the line through `points` (n, 3), its pieces oriented by wxyz."""
+        for node, numbers in zip(self.nodes, self.numbers, strict=True):
+            if numbers:
+                at = self.at[numbers]
+                self.scene.set_properties(
+                    node,
+                    batched_positions=points[at],
+                    batched_wxyzs=wxyz[np.minimum(at, len(wxyz) - 1)],
+                    batched_scales=self.sizes[numbers],
+                    batched_colors=np.tile(self.colour, (len(numbers), 1)),
+                )
+        for caption, place in zip(self.captions, points[self.at] + self.above, strict=False):
+            if caption.text:
+                self.scene.set_pose(caption.point, position=place)
+
+    def places(self) -> tuple[NDArray, NDArray]:
+        """Positions (k, 3) and orientations wxyz (k, 4) of the bodies, as moved last."""
+        positions, wxyzs = np.zeros((len(self.shown), 3)), np.zeros((len(self.shown), 4))
+        for node, numbers in zip(self.nodes, self.numbers, strict=True):
+            if numbers:
+                positions[numbers], wxyzs[numbers] = node.batched_positions, node.batched_wxyzs
+        return positions, wxyzs
+
+    def meshes(self) -> list[tuple[Node, NDArray]]:
+        """The node and the size (3,) of each of the bodies."""
+        return [
+            (self.boxes if has_box(body) else self.collars, size)
+            for body, size in zip(self.shown, self.sizes, strict=True)
+        ]
+
+    def number(self, node: Node, instance: int | None) -> int | None:
+        """Which of `shown` an instance of one of the nodes is; None if it is not shown any more."""
+        collars, boxes = self.numbers
+        numbers = boxes if node.name == self.boxes.name else collars
+        return numbers[instance] if instance is not None and instance < len(numbers) else None

@@ -8,8 +8,9 @@ import trimesh
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
-from beamviz.drawing.objects import Caption, add_instances, add_mesh, mass_size, set_surface
+from beamviz.drawing.objects import Caption, add_instances, add_mesh, set_surface
 from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.drawing.sizes import largest_height
 from beamviz.drawing.text import measure
 
 MIN_HUB = 0.05
@@ -87,7 +88,7 @@ class Surroundings:
     def show(self, beam: Beam, *, rotating_frame: bool, dark: bool = False) -> None:
         """Draw the surroundings of a beam, which is clamped to the rim of the hub. In the
         stationary frame, where the picture contains the whole floor, the arrow is larger."""
-        ground = -max(0.3, 1.2 * mass_size(beam)[1]) if beam.alpha > 0 else -0.3
+        ground = -max(0.3, 1.2 * largest_height(beam))
         turning = self.alone and beam.gamma > 0
         drawn_for = beam.delta, ground, turning, rotating_frame, dark
         if drawn_for != self.drawn_for:
@@ -101,6 +102,11 @@ class Surroundings:
             self.arrow.visible = turning
             self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
         self.speed.text = self.speed_text(beam) if turning else ""
+
+    def tell_speed(self, beam: Beam) -> None:
+        """Say the speed of a beam that speeds up or slows down."""
+        if self.speed.text:
+            self.speed.text = self.speed_text(beam)
 
     def speed_text(self, beam: Beam) -> str:
         """The text beside the arrow."""

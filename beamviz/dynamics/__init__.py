@@ -28,8 +28,9 @@ from beamviz.solver.solution import read_only
 REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
-# The error estimate: this times the change by halved steps and a finer mesh, and a part of the
-# tolerance for vibrations that neither resolves, see tests/dynamics.
+# The error estimate: this times the changes to come, by halved steps and finer meshes, if each is
+# the last one times the ratio of the last two, and a part of the tolerance for vibrations that none
+# of them resolves; measured by scripts/measure_motion_error_bars.py.
 ESTIMATE, UNRESOLVED = 2.0, 0.1
 LEAST_RATIO, GREATEST_RATIO = 0.2, 0.6
 COARSER = 2.0  # the same for the coarser one: 4/3 where the second order has been reached
@@ -52,10 +53,11 @@ def motion(
 
     speed: None, constantly beam.gamma; a Ramp; a pair of arrays (t, gamma), linear between samples
     and constant after the last; or a Hub, which turns under a torque. It starts at rest in the
-    equilibrium at the first speed; release: held out of it by a transverse force at the tip
-    [E I / L^2] until t = 0; start: amplitudes of modes [L], as {"B1": 0.1}. damping: ratio of all
-    modes about that equilibrium. tolerance: of the tip at all times [L], 1e-9 to 1e-2. points: of
-    the results in time. method: "auto", or "ancf" for the paper's cubic elements.
+    equilibrium at the first speed; release: held out of it by a transverse force [E I / L^2] until
+    t = 0, at the point release_at of the beam, the tip by default; start: amplitudes of modes [L],
+    as {"B1": 0.1}. damping: ratio of all modes about that equilibrium. tolerance: of the tip at all
+    times [L], 1e-9 to 1e-2. points: of the results in time. method: "auto", or "ancf" for the
+    paper's cubic elements.
 
     options: strain, curvature and state of the equilibrium as in `solve`. catch, drop: times at
     which the concentrated mass docks and is released; body_velocity: its velocity when it docks,
@@ -87,20 +89,21 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     """A motion refined until its error estimate is within the tolerance, the estimate, and the
     number of runs.
 
-    A first run, whose steps adapt to the motion, gives the number of steps in each smooth part. In
-    the others they are equal there, since an undamped vibration does not fade, and their number is
-    doubled while the orders of the mesh are raised.
+    A first run, whose steps adapt to the motion, tells how short they have to be; in the others
+    their number is doubled while the orders of the mesh are raised. Without damping there is one
+    more in between, with about as many steps as in the first, of equal length.
     """
     mesh, steps = first_mesh(case.beam, case.greatest_speed), None
     last, change = attempt(case, solution, mesh, steps), math.inf
     for runs in range(2, REFINEMENTS + 2):
-        before, steps, mesh = last, equal_steps(case, last, 1 if runs == 2 else 2), refined(mesh)
+        doubled = runs > 2 or case.damping > 0
+        before, steps, mesh = last, divided_steps(case, last, 1 + doubled), refined(mesh)
         last, change_before = attempt(case, solution, mesh, steps), change
         if isinstance(last, NoEquilibrium) and isinstance(before, NoEquilibrium):
             break
         change = difference(case, last, before)
         error = estimate(case, change, change_before)
-        if isinstance(last, Run) and error <= case.tolerance:
+        if doubled and isinstance(last, Run) and error <= case.tolerance:
             return last, error, runs
     if isinstance(last, BeamvizError):
         raise last
@@ -152,11 +155,15 @@ def attempt(
         return error
 
 
-def equal_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray | None:
-    """The ends of once or twice as many steps as in a run, equal in each smooth part of the motion;
-    None where it has failed."""
+def divided_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray | None:
+    """The ends of once or twice as many steps as in a run; None where it has failed. With damping
+    they are its steps, divided; without, they are equal in each smooth part of the motion: an
+    undamped vibration does not fade, and longer steps later would lose it."""
     if isinstance(coarse, BeamvizError):
         return None
+    if case.damping:
+        t = coarse.path.t
+        return np.append(np.linspace(t[:-1], t[1:], times, endpoint=False, axis=1).ravel(), t[-1])
     corners = sorted({0.0, *case.corners, case.until})
     ends = [np.zeros(1)]
     for start, end in pairwise(corners):

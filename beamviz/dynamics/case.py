@@ -45,6 +45,7 @@ class Case:
     until: float
     speed: Any = None
     release: float = 0.0
+    release_at: float = 1.0
     start: Mapping[str, float] | None = None
     damping: float = 0.0
     tolerance: float = 1e-4
@@ -87,6 +88,7 @@ class Case:
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))
+        set_to("release_at", check_float("release_at", self.release_at, 0.0, 1.0))
         set_to("damping", check_float("damping", self.damping, *DAMPING))
         set_to("tolerance", check_float("tolerance", self.tolerance, *TOLERANCES))
         set_to("points", check_int("points", self.points, 2, MAX_POINTS))

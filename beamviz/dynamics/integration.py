@@ -23,7 +23,7 @@ from beamviz.errors import NotConverged
 NEWTON_STEPS = 10
 SLOW = 0.2  # ratio of successive Newton steps above which the tangent is computed anew
 DIVERGED = 2.0  # ratio of successive Newton steps at which a step is given up
-CONVERGED = 1e-3  # Newton step over the tolerance
+CONVERGED = 1e-3  # error left by Newton's method in a step, over the tolerance
 ROUNDED = 1e-11  # [L] a Newton step that may be rounding error
 HALF = 0.5  # of a step in which Newton's method failed
 SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 3.0  # of the next step over this one
@@ -150,7 +150,9 @@ class Stepper:
             X = X - dX
             self.control.newton_steps += 1
             size = h * h * float(np.abs(scheme.D @ dX).max())
-            if size <= max(CONVERGED * self.control.tolerance, ROUNDED):
+            rate = min(size / last, 0.5)  # what is left is size times rate / (1 - rate)
+            left = size * rate / (1 - rate) if last < math.inf else size
+            if left <= max(CONVERGED * self.control.tolerance, ROUNDED):
                 return self.finished(h, q, v, a, X)
             if not size < (DIVERGED * last if fresh else math.inf):
                 break

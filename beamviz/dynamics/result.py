@@ -81,14 +81,16 @@ class Motion:
         q, _ = self.path.at(within("t", t, float(self.t[-1])))
         return q[:, : self.path.unknowns.size]
 
-    def spectrum(self) -> tuple[NDArray, NDArray]:
+    def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:
         """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier
-        transform with a Hann window: a vibration of constant amplitude is a peak of its height."""
-        t = np.linspace(0.0, self.t[-1], SPECTRUM_SAMPLES, endpoint=False)
+        transform with a Hann window: a vibration of constant amplitude is a peak of its height.
+        since: the time from which on the motion counts."""
+        length = self.t[-1] - since
+        t = since + np.linspace(0.0, length, SPECTRUM_SAMPLES, endpoint=False)
         deflection = self.position(t, [1.0])[:, 0, 1]
         window = np.hanning(len(t) + 1)[:-1]
         amplitude = abs(np.fft.rfft(window * (deflection - deflection.mean()))) * 2 / window.sum()
-        return 2 * np.pi * np.fft.rfftfreq(len(t), self.t[-1] / len(t)), amplitude
+        return 2 * np.pi * np.fft.rfftfreq(len(t), length / len(t)), amplitude
 
     @property
     def columns(self) -> dict[str, NDArray]:

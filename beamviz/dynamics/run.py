@@ -103,7 +103,9 @@ def equation_of(
 ) -> Equation:
     """The equation of motion with or without the concentrated mass."""
     beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
-    model = Model(beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature], case.cubic)
+    model = Model(
+        beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature], case.cubic, case.release_at
+    )
     if isinstance(case.drive, Hub):
         return HubEquation(elements, model, case.drive.inertia, case.drive.history, damping)
     return Equation(elements, model, case.drive, damping)

@@ -14,6 +14,7 @@ import numpy as np
 from beamviz.beam import Units
 from beamviz.drawing.modes import SampledModes, playback_rate
 from beamviz.explorer.camera import Transition
+from beamviz.explorer.film import Film
 
 FULL = math.pi / 2  # [rad] the phase of the largest displacement, where every mode begins
 EXPONENT = 4.0  # growth from exp(-4), 1/50 of the full size, to the full size
@@ -25,13 +26,16 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 class Clock:
     """A moment. angle: of the hub [rad]; phases: of the modes of the beam (m,) [rad]; other_phases:
     of those of the second beam, which began as the choice `compared` was made; grown: the exponent
-    of the fastest growth, 0 .. EXPONENT + HELD; transition: of the view, None without one."""
+    of the fastest growth, 0 .. EXPONENT + HELD; moment: of the computed motion `film` [T*];
+    transition: of the view, None without one."""
 
     angle: float = 0.0
     phases: np.ndarray = field(default_factory=lambda: np.zeros(0))
     other_phases: np.ndarray = field(default_factory=lambda: np.zeros(0))
     compared: tuple[object, ...] = ()
     grown: float = EXPONENT
+    moment: float = 0.0
+    film: Film | None = None
     transition: Transition | None = None
 
     def for_modes(self, count: int) -> Self:
@@ -45,6 +49,20 @@ class Clock:
             return self
         phases = np.append(self.phases, FULL)[partner]
         return replace(self, other_phases=phases, compared=compared)
+
+    def with_film(self, film: Film | None, moment: float) -> Self:
+        """With another computed motion, which begins at a moment."""
+        if film is None or film is self.film:
+            return self
+        return replace(self, film=film).at(moment)
+
+    def at(self, moment: float) -> Self:
+        """At a moment of the computed motion."""
+        if self.film is None:
+            return self
+        angle = self.film.shapes.angle(moment)
+        angle = self.angle if angle is None else angle % (2 * math.pi)
+        return replace(self, moment=moment, angle=angle)
 
     def advanced(self, time: float, shapes: SampledModes, other: SampledModes | None) -> Self:
         """After a time [T*] of the modes of a beam, and of a second one."""

@@ -175,7 +175,7 @@ class FrameLoop:
         """The visitors whose page may be outdated, and those whose page shows the time of a job."""
         woken, self.woken = self.woken, {}
         since = time.monotonic() - PATIENCE
-        busy = (one for one, s in self.sessions.items() if s.is_busy and s.last_tick < since)
+        busy = (one for one, s in self.sessions.items() if s.is_busy and s.last_shown < since)
         return woken | dict.fromkeys(busy)
 
     @property

@@ -1,4 +1,4 @@
-"""The mass in the scene, which the visitor drags along the beam."""
+"""The bodies in the scene, which the visitor drags along the beam."""
 
 from dataclasses import replace
 
@@ -20,16 +20,17 @@ PARALLEL = 0.03  # sine of the angle between view and beam below which no positi
 
 
 class MassDrag:
-    """Sets beta while the mass is dragged; meanwhile the clock stops and the scene keeps its place.
-    What is known of the drag is the `grip` of the state."""
+    """Sets the position of a body while it is dragged; meanwhile the clock stops and the scene
+    keeps its place. What is known of the drag is the `grip` of the state."""
 
     def __init__(self, visitor: Visitor, view: BeamView):
         self.visitor, self.view = visitor, view
-        view.mass.on_drag(self.dragged)
-        view.mass.on_click(self.clicked)
+        for node in view.bodies.nodes:
+            node.on_drag(self.dragged)
+            node.on_click(self.clicked)
 
     async def clicked(self, event: object) -> None:
-        """Do nothing; with a handler, viser outlines the mass under the pointer."""
+        """Do nothing; with a handler, viser outlines the body under the pointer."""
 
     async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
         """Handle a step of a drag, on the event loop, so that steps are handled in order."""
@@ -43,20 +44,26 @@ class MassDrag:
         if x is None:
             return
         if grip is None or not grip.held:
+            number = self.view.bodies.number(event.target, event.instance_index)
+            if number is None:
+                return
+            beam = self.view.shapes.beam
             visitor.change(State.keep_for_comparison)
-            grip = Grip(sight, x - self.view.shapes.beam.beta)
+            body = number - 1 if beam.alpha > 0 else number  # the concentrated mass is the first
+            at = self.view.bodies.shown[number].beta
+            grip = Grip(sight, x - at, body if body >= 0 else None)
         grip = replace(grip, sight=sight)
         visitor.change(lambda state: moved(replace(state, grip=grip), x))
 
     def react(self, snapshot: Snapshot) -> None:
-        """Move the mass under the pointer again if the shape of the beam has changed since; after
+        """Move the body under the pointer again if the shape of the beam has changed since; after
         the drag, let go of it."""
         visitor, grip = self.visitor, snapshot.state.grip
         if grip is None or not snapshot.settled or visitor.state is not snapshot.state:
             return
         x = nearest_coordinate(snapshot.picture.modes, grip.sight)
-        beta = snapshot.state.case.numbers["beta"]
-        if x is not None and abs(x - grip.offset - beta) > SETTLED:
+        beta = grip.beta(snapshot.state.case)
+        if x is not None and beta is not None and abs(x - grip.offset - beta) > SETTLED:
             visitor.change(lambda state: moved(state, x))
         elif not grip.held:
             visitor.set_state(replace(visitor.state, grip=None))
@@ -69,11 +76,14 @@ class MassDrag:
 
 
 def moved(state: State, x: float) -> State:
-    """With the mass moved so that the point where it was picked up is at the coordinate x."""
-    if state.grip is None:
+    """With the body moved so that the point where it was picked up is at the coordinate x."""
+    grip = state.grip
+    if grip is None or grip.beta(state.case) is None:
         return state
-    beta = min(max(round(x - state.grip.offset, BETA_DIGITS), 0.0), 1.0)
-    return state.changed("beta", beta)
+    beta = min(max(round(x - grip.offset, BETA_DIGITS), 0.0), 1.0)
+    if grip.body is None:
+        return state.changed("beta", beta)
+    return state.with_body_at(grip.body, beta)
 
 
 def nearest_coordinate(shapes: SampledModes, sight: Ray) -> float | None:

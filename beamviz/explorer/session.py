@@ -18,13 +18,15 @@ import numpy as np
 from viser import CameraHandle
 
 from beamviz.drawing.camera import place
+from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.feature import Feature, Memo, Part
 from beamviz.explorer.features import FEATURES
+from beamviz.explorer.features.motion import film_of, film_reads, played_reads
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.view import SceneView, fitted_clock, picture_of, reads
+from beamviz.explorer.view import SceneView, fitted_clock, picture_of, reads, with_film
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
@@ -35,18 +37,23 @@ class Session:
     """The page and the scene of one visitor. Callbacks change their state; `tick`, for the frame
     loop, shows it.
 
-    snapshot: that of the last frame; last_tick: its time [s]. Each Memo has the last reading of a
-    part of the page or of the scene, and decides whether it is shown again.
+    snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
+    that took a snapshot. Each Memo has the last reading of a part of the page or of the scene, and
+    decides whether it is shown again.
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.last_tick = visitor, 0.0
+        self.visitor, self.last_tick, self.last_shown = visitor, 0.0, 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Memo()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
         self.responses, self.pictures, self.scenes, self.fits = (Memo() for _ in range(4))
+        self.films, self.played = Memo(), Memo()
         self.pages, self.requests, self.postponed = Memo(), Memo(), False
         self.mass_drag = MassDrag(visitor, self.view.beam)
+        self.beam_pull = BeamPull(
+            *(visitor, self.view.drawn_scene, self.view.beam, self.mass_drag.line_of_sight)
+        )
         visitor.client.camera.on_update(self.camera_moved)
         self.snapshot = self.with_picture(visitor.take())
         visitor.page.send(True, "ready")  # all actions have handlers
@@ -61,13 +68,27 @@ class Session:
     def with_picture(self, snapshot: Snapshot) -> Snapshot:
         """A snapshot with what the scene shows of it."""
         response = self.responses(response_drawn, *response_reads(snapshot))
-        return replace(snapshot, picture=self.pictures(picture_of, *reads(snapshot, response)))
+        picture = self.pictures(picture_of, *reads(snapshot, response))
+        if film := self.films(film_of, *film_reads(snapshot)):
+            picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
+        return replace(snapshot, picture=picture)
 
     @property
     def is_moving(self) -> bool:
         """Whether there is something to do in the next frame."""
         is_eased = self.visitor.clock.transition is not None
-        return self.snapshot.is_moving or is_eased or self.postponed
+        return self.snapshot.is_moving or is_eased or self.postponed or self.is_motion_late
+
+    @property
+    def is_motion_late(self) -> bool:
+        """Whether the beam was let go, or the state or the page lack the moment of a motion."""
+        snapshot, moment = self.snapshot, self.visitor.clock.moment
+        if hold := snapshot.state.hold:
+            return not hold.held
+        if snapshot.film is None or snapshot.is_led:
+            return False
+        paused = not snapshot.state.view.playing
+        return snapshot.clock.moment != moment or (paused and snapshot.state.moment != moment)
 
     @property
     def is_busy(self) -> bool:
@@ -79,9 +100,11 @@ class Session:
         computed for a beam that the last frame had too."""
         visitor, before = self.visitor, self.snapshot.state.case
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        self.last_shown = now
         for feature in self.features:
             feature.react(self.snapshot, elapsed)
         self.mass_drag.react(self.snapshot)
+        self.beam_pull.react(self.snapshot)
         self.snapshot = snapshot = self.with_picture(visitor.take())
         with visitor.client.atomic():
             self.draw(snapshot, elapsed)
@@ -96,7 +119,8 @@ class Session:
         """Draw the moment of the time `now` [s] of what the last frame shows."""
         visitor = self.visitor
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        if self.postponed or self.snapshot.state.run_speed is not None:
+        state = self.snapshot.state
+        if self.postponed or state.run_speed is not None or state.hold or self.snapshot.film:
             visitor.wake()
         self.snapshot = replace(self.snapshot, clock=visitor.clock)
         with visitor.client.atomic():
@@ -121,18 +145,22 @@ class Session:
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""
         visitor, picture, state = self.visitor, snapshot.picture, snapshot.state
-        clock = fitted_clock(snapshot.clock, picture)
+        clock = fitted_clock(snapshot.clock, picture).with_film(picture.film, state.moment)
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
         if snapshot.is_moving and not snapshot.is_led:
             time = elapsed * snapshot.rate * state.view.pace
             second = picture.second.shapes if picture.second else None
-            clock = clock.advanced(time, picture.modes, second)
+            if film := picture.film:
+                clock = clock.at(film.advanced(clock.moment, time))
+            else:
+                clock = clock.advanced(time, picture.modes, second)
         moved = self.scenes(self.view.show, picture)
         if not picture.held:
             clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))
         visitor.clock = clock
         self.view.move(picture, clock)
+        self.beam_pull.move()
 
     def look(
         self, snapshot: Snapshot, transition: Transition | None, moved: np.ndarray

@@ -8,6 +8,7 @@ from typing import Any
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.clock import Clock
+from beamviz.explorer.film import Film
 from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import State
@@ -66,19 +67,25 @@ class Snapshot:
 
     @property
     def reading(self) -> tuple[Any, ...]:
-        """Everything but the clock."""
+        """Everything but the clock, of which only the moment of a computed motion is read."""
         return (
             *(self.state, self.answer, self.second, self.comparison.title, self.picture),
             *(self.aspect, self.chosen, self.undo, self.redo, self.is_led),
+            self.clock.moment if self.film else None,
             *self.jobs.values(),
         )
 
     @property
+    def film(self) -> Film | None:
+        """The computed motion that the scene plays, if any."""
+        return self.picture.film
+
+    @property
     def is_moving(self) -> bool:
-        """Whether the clock goes on: there are modes, and the mass is in no hand."""
-        view, grip = self.state.view, self.state.grip
+        """Whether the clock goes on: there are modes, and neither mass nor beam is in a hand."""
+        view, grip, hold = self.state.view, self.state.grip, self.state.hold
         plays = (view.playing and view.pace > 0) or self.state.run_speed is not None
-        return plays and self.solved is not None and not (grip and grip.held)
+        return plays and self.solved is not None and not (hold or (grip and grip.held))
 
     @cached_property
     def rate(self) -> float:

@@ -18,6 +18,7 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam, Units
 from beamviz.blade import Blade, Mass
 from beamviz.errors import InvalidInput
 from beamviz.explorer.blade_table import Draft
+from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver.problem import CHOICES, OPTIONS
 
@@ -28,9 +29,12 @@ COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
 # Fields that are no choice about the scene: undo and redo leave them unchanged.
-NO_CHOICES = ("tab", "presented_tab", "reserved", "still", "met", "last_alpha", "fit")
+NO_CHOICES = ("moment", "tab", "presented_tab", "reserved", "still", "met", "last_alpha", "fit")
 # Fields that undo and redo reset: what is under way.
-UNDER_WAY = {"following": False, "run_speed": None, "grip": None, "refused": None}
+UNDER_WAY: dict[str, Any] = {
+    "following": False,
+    **dict.fromkeys(("run_speed", "refused", "grip", "hold")),
+}
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
@@ -115,13 +119,30 @@ Ray = tuple[np.ndarray, np.ndarray]  # a line of sight in the hub's frame: the e
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """The mass in the visitor's hand. sight: the line of sight that it is moved to; offset:
-    distance [beam lengths] along the beam from the centre of the mass to the point where it was
-    picked up; held: the pointer still holds it, else it is only moved under the pointer once more.
-    The beam's frame keeps its place in the scene meanwhile."""
+    """A body in the visitor's hand. sight: the line of sight that it is moved to; offset:
+    distance [beam lengths] along the beam from the centre of the body to the point where it was
+    picked up; body: its index in `Beam.masses`, None for the concentrated mass; held: the pointer
+    still holds it, else it is only moved under the pointer once more. The beam's frame keeps its
+    place in the scene meanwhile."""
 
     sight: Ray
     offset: float
+    body: int | None = None
+    held: bool = True
+
+    def beta(self, case: Case) -> float | None:
+        """The position of the body; None where the case does not have it any more."""
+        if self.body is None:
+            return case.numbers["beta"]
+        return case.masses[self.body].beta if self.body < len(case.masses) else None
+
+
+class Hold(NamedTuple):
+    """The beam in the visitor's hand: the point at which it is held, and its deflection [L]; held:
+    the pointer still holds it, else it is let go of as soon as the force is known."""
+
+    at: float
+    deflection: float
     held: bool = True
 
 
@@ -136,17 +157,19 @@ class State:
     in which a point was chosen; per_rev: multiples of the speed in the chart; comparison: the kind
     of second beam; kept: the case kept for it; stacked: it is drawn above the first, not overlaid;
     force_per_rev, damping: periods of the force per revolution and damping ratio of the run-up;
-    forced_response: the scene shows the response to that force; run_speed: the speed during a run-
-    up, 0 until that is computed, in place of the beam's own, of which an edit ends it; rate: time
-    [T*] that passes in a second on the screen, locked, None if it follows the motion; time_methods:
-    the tab Methods times all methods; film_length: of exported films; section: the sizes that the
-    panel of a real beam shows; draft: its tables as typed, while they describe no beam; lesson,
-    step: the open one, "" for none, and its step (from 0); guess: the answer chosen at its first
-    step; met: the lessons whose challenge is met; last_alpha: of the last beam that had a mass;
-    grip: the mass while it is dragged; refused: the entry that was refused last; following: a
-    presenter is followed; presented_tab: the tab that they had open last, while the visitor may
-    open another; still: the visitor's system prefers reduced motion; reserved: parameters of the
-    address with other readers, None until the page has sent its address.
+    forced_response: the scene shows the response to that force; experiment: the motion in time;
+    in_motion: the scene shows it; moment: at which it was paused, or to which it was moved [T*];
+    run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
+    which an edit ends it; rate: time [T*] that passes in a second on the screen, locked, None if it
+    follows the motion; time_methods: the tab Methods times all methods; film_length: of exported
+    films; section: the sizes that the panel of a real beam shows; draft: its tables as typed, while
+    they describe no beam; lesson, step: the open one, "" for none, and its step (from 0); guess:
+    the answer chosen at its first step; met: the lessons whose challenge is met; last_alpha: of the
+    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
+    pulled; refused: the entry that was refused last; following: a presenter is followed;
+    presented_tab: the tab that they had open last, while the visitor may open another; still: the
+    visitor's system prefers reduced motion; reserved: parameters of the address with other readers,
+    None until the page has sent its address.
     """
 
     opened: Scene
@@ -166,6 +189,9 @@ class State:
     force_per_rev: int = 1
     damping: float = 0.02
     forced_response: bool = False
+    experiment: Experiment = PULLED
+    in_motion: bool = False
+    moment: float = 0.0
     run_speed: float | None = None
     rate: float | None = None
     time_methods: bool = False
@@ -178,6 +204,7 @@ class State:
     met: frozenset[str] = frozenset()
     last_alpha: float = 1.0
     grip: Grip | None = None
+    hold: Hold | None = None
     refused: Refused | None = None
     following: bool = False
     presented_tab: str = ""
@@ -198,7 +225,8 @@ class State:
         state = state.with_viewpoint(scene.camera)
         state = replace(state, per_rev=scene.per_rev, rate=None, guess=None, refused=None)
         state = replace(state, map_ends=None, draft=None)
-        return state.changed("over", scene.over).without_run_up().with_mass_kept()
+        state = replace(state.without_run_up(), in_motion=False, moment=0.0)
+        return state.changed("over", scene.over).with_mass_kept()
 
     def with_viewpoint(self, camera: Camera | None) -> Self:
         """Looking from a viewpoint, None to fit the beam into the page, wherever the visitor has
@@ -249,6 +277,13 @@ class State:
         state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
 
+    def with_body_at(self, body: int, beta: float) -> Self:
+        """With a body of `Beam.masses` moved."""
+        masses = list(self.case.masses)
+        masses[body] = replace(masses[body], beta=beta)
+        case = replace(self.case, masses=tuple(masses))
+        return replace(self, case=case, run_speed=None).without_run_up()
+
     def with_mass_kept(self) -> Self:
         """Remembering the mass, for the switch that removes and restores it."""
         alpha = self.case.numbers["alpha"]
@@ -259,8 +294,22 @@ class State:
         """After an edit that changes the response."""
         return replace(self, forced_response=False, run_speed=None)
 
+    def without_motion(self) -> Self:
+        """With modes in the scene, not the response to a force or a motion in time."""
+        return replace(self, forced_response=False, in_motion=False)
+
+    def with_experiment(self, experiment: Experiment) -> Self:
+        """With a motion in time, from its beginning, in the scene; a mass that is caught or dropped
+        is restored where there is none."""
+        state = self.without_run_up()
+        alpha = state.case.numbers["alpha"]
+        if experiment.body != "stays" and not alpha:
+            state = state.changed("alpha", state.last_alpha)
+        state = state.changed("all_modes", False)
+        return replace(state, experiment=experiment, in_motion=True, moment=0.0)
+
     def share(self, value: Any, mode: int) -> Self:
-        return replace(self, view=self.view.share(mode, value), forced_response=False)
+        return replace(self.without_motion(), view=self.view.share(mode, value))
 
     def only(self, *modes: int) -> Self:
         """With these modes (from 0) in equal shares; the table keeps more modes than usual."""
@@ -268,7 +317,7 @@ class State:
         count = known if known > max(usual, MODES) else usual
         shares = tuple(float(k in modes) for k in range(count))
         view = replace(self.view, shares=shares, all_modes=False)
-        return replace(self, view=view, forced_response=False)
+        return replace(self.without_motion(), view=view)
 
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state and that undo changes."""

@@ -15,7 +15,9 @@ from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.explorer import film as films
 from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
+from beamviz.explorer.film import Film
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.frequency_loci.identity import match_modes
@@ -30,7 +32,8 @@ class Picture:
     """What the scene shows, but for the moment of its motion.
 
     modes: of the beam; drawn: how it moves in them; force: frequency [1/T*] of a force that drives
-    it, None if it vibrates freely; second: the beam compared with, None if none is drawn; partner:
+    it, None if it vibrates freely; film: a computed motion that is played instead; second: the beam
+    compared with, None if none is drawn; partner:
     the mode of the first for each of its modes, -1 where none corresponds; compared: the choices by
     which it was chosen; stacked:
     it is above the first; held: the beam's frame stays at its place.
@@ -44,11 +47,17 @@ class Picture:
     compared: tuple[object, ...] = ()
     stacked: bool = False
     held: bool = False
+    film: Film | None = None
+
+    @property
+    def driven(self) -> bool:
+        """Whether it shows something else than modes."""
+        return self.force is not None or self.film is not None
 
     @property
     def shown(self) -> list[int]:
-        """The modes (from 0) that it shows; none while a force drives it."""
-        if self.force is not None:
+        """The modes (from 0) that it shows; none of a motion that is no sum of modes."""
+        if self.driven:
             return []
         return list(range(len(self.modes.modes))) if self.drawn.in_rows else self.drawn.shown
 
@@ -72,6 +81,8 @@ class Picture:
     def rate(self) -> float:
         """The time [T*] per second on the screen that suits its motion."""
         shapes, units = self.modes, self.modes.beam.units
+        if self.film:
+            return self.film.rate
         if self.force is not None:
             return suitable_rate([self.force], shapes.beam.gamma, units)
         rates = np.hypot(np.nan_to_num(shapes.frequencies), np.maximum(growth_rates(shapes), 0.0))
@@ -81,7 +92,7 @@ class Picture:
     def hides_growth(self) -> bool:
         """Whether a mode grows, and none of those shown does."""
         growing = growth_rates(self.modes) > 0
-        return self.force is None and bool(growing.any()) and not growing[self.shown].any()
+        return not self.driven and bool(growing.any()) and not growing[self.shown].any()
 
 
 def picture_of(
@@ -117,6 +128,31 @@ def picture_of(
         second=DrawnBeam(other, state_view, scale, sizes, title=title),
         partner=partner,
         compared=compared,
+    )
+
+
+UNSTIFFENED = "without stiffening"
+
+
+def with_film(
+    picture: Picture, film: Film, view: ViewOptions, scale: float, has_body: bool, diverged: bool
+) -> Picture:
+    """A picture in which a computed motion is played, with the one without stiffening overlaid.
+    has_body: the mass is on the beam; diverged: the latter has got no further."""
+    beam = film.beam if has_body else film.beam.replace(alpha=0.0)
+    second = None
+    if film.second:
+        end = f": diverged at {films.time_text(film.diverged, beam.units)}" if diverged else ""
+        second = films.drawn(film.second, beam, view, scale, f"{UNSTIFFENED}{end}")
+    return replace(
+        picture,
+        drawn=films.drawn(film.shapes, beam, view, scale),
+        force=None,
+        second=second,
+        partner=None,
+        compared=(),
+        stacked=False,
+        film=film,
     )
 
 
@@ -187,6 +223,9 @@ class SceneView:
             for view in (self.scene, other):
                 if view:
                     view.choose_frame(change.rotating_share)
+        if film := picture.film:
+            self.move_in(film, clock.moment, angle)
+            return
         phases = clock.drawn_phases(picture.modes)
         if picture.force is not None:  # a whole multiple of the speed
             multiple = picture.force / max(picture.modes.beam.gamma, 1e-300)
@@ -194,6 +233,13 @@ class SceneView:
         self.scene.move(phases, angle)
         if other and picture.second:
             other.move(clock.other_phases, angle)
+
+    def move_in(self, film: Film, moment: float, angle: float) -> None:
+        """Draw a moment of a computed motion, the hub rotated by an angle [rad]."""
+        self.scene.move(film.shapes.phases(moment), angle)
+        self.scene.tell_speed(film.shapes.gamma(moment))
+        if film.second:
+            self.other(stacked=False).move(film.second.phases(moment), angle)
 
     @property
     def captions(self) -> list[Caption]:

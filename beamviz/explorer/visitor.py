@@ -20,6 +20,7 @@ from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera
 from beamviz.explorer.clock import Clock
+from beamviz.explorer.experiment import motion_of
 from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
@@ -27,7 +28,6 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
-from beamviz.server.viser_private import group_messages
 
 Edit = Callable[[State, Any], State]  # of a state, by the value of a control
 Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values of the state
@@ -54,7 +54,6 @@ class Visitor:
         self.client, self.page = client, Page(client)
         self.wake, self.presenter = schedule, presenter or (lambda: None)
         self.may_follow = presenter is not None
-        group_messages(client)
         self.state, self.history, self.clock = state, History(), Clock()
         self.workers = workers
         self.lock = threading.RLock()
@@ -112,7 +111,8 @@ class Visitor:
         """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
         state = self.state
         home = lesson(state.lesson).scene if state.lesson else state.opened
-        self.load(home.changed(dark=state.view.dark), rate=state.rate)
+        motion = motion_of(lesson(state.lesson)) if state.lesson else {}
+        self.load(home.changed(dark=state.view.dark), rate=state.rate, **motion)
 
     def to_scene(self) -> Scene:
         """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
@@ -206,5 +206,11 @@ def following(own: State, led: State) -> State:
     """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
     tab = own.tab if own.presented_tab == led.tab else led.tab
     kept = {name: getattr(own, name) for name in ("camera", "fit", "reserved", "still", "met")}
-    values = kept | {"tab": tab, "presented_tab": led.tab, "following": True, "grip": None}
+    values = kept | {
+        "tab": tab,
+        "presented_tab": led.tab,
+        "following": True,
+        "grip": None,
+        "hold": None,
+    }
     return replace(led, **values)

@@ -77,7 +77,7 @@ class Gltf:
 
 
 def write_glb(file: Path, solved: SolvedScene) -> None:
-    """Hub, beam and mass, in metres for a beam in SI, else in lengths of the beam; outside the
+    """Hub, beam and bodies, in metres for a beam in SI, else in lengths of the beam; outside the
     rotating frame they rotate."""
     gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(SceneGraph())
     drawn.show(solved.drawn)
@@ -89,19 +89,17 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         times, moments = loop.seconds * parts, [loop.moment(part) for part in parts]
     hub = hub_body(hub_radius(beam), inward=beam.delta < 0)
     nodes = [gltf.node("hub", hub.vertices, hub.faces, colours.HUB)]
-    channels = [add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))]
-    nodes.append(channels[0][0])
-    if beam.alpha > 0:
-        places = []
-        for moment in moments:
-            drawn.move(moment.phases, 0.0)
-            places.append(np.append(drawn.mass.batched_positions, drawn.mass.batched_wxyzs))
-        path, turned = np.split(np.array(places), [3], axis=1)
-        turned = np.roll(turned, -1, axis=1)  # glTF has xyzw
-        place = {"translation": path[0].tolist(), "rotation": turned[0].tolist()}
-        vertices = drawn.mass.vertices * np.array(drawn.mass.batched_scales)
-        nodes.append(gltf.node("mass", vertices, drawn.mass.faces, colours.MASS, **place))
-        channels += [(nodes[-1], "translation", path), (nodes[-1], "rotation", turned)]
+    swing = add_beam(gltf, solved, drawn, np.array([moment.phases for moment in moments]))
+    nodes.append(swing[0])
+    channels = [swing] if solved.shown else []
+    if drawn.joint:
+        for part in drawn.joint.nodes:
+            name = part.name.rpartition("/")[2]
+            nodes.append(gltf.node(name, part.vertices, part.faces, part.color))
+    if drawn.bodies.shown:
+        body_channels = add_bodies(gltf, drawn, moments)
+        nodes += dict.fromkeys(node for node, *_ in body_channels)
+        channels += body_channels
     wheel = gltf.add("nodes", name="wheel", children=nodes)
     if loop and loop.angle:
         rotations = Rotation.from_euler("z", [[moment.angle] for moment in moments])
@@ -116,6 +114,23 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         entries = [{"sampler": k, "target": path} for k, path in enumerate(paths)]
         gltf.add("animations", name="vibration", samplers=samplers, channels=entries)
     file.write_bytes(gltf.encoded())
+
+
+def add_bodies(gltf: Gltf, drawn: BeamView, moments: list[Moment]) -> list[Channel]:
+    """Add the bodies on the beam, which move with it."""
+    paths: list[tuple[np.ndarray, np.ndarray]] = []
+    for moment in moments:
+        drawn.move(moment.phases, 0.0)
+        paths.append(drawn.bodies.places())
+    positions, wxyzs = (np.array(path) for path in zip(*paths, strict=True))
+    channels: list[Channel] = []
+    for k, (node, size) in enumerate(drawn.bodies.meshes()):
+        turned = np.roll(wxyzs[:, k], -1, axis=1)  # glTF has xyzw
+        place = {"translation": positions[0, k].tolist(), "rotation": turned[0].tolist()}
+        name = "mass" if len(drawn.bodies.shown) == 1 else f"mass {k + 1}"
+        added = gltf.node(name, node.vertices * size, node.faces, colours.MASS, **place)
+        channels += [(added, "translation", positions[:, k]), (added, "rotation", turned)]
+    return channels
 
 
 def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarray) -> Channel:
@@ -141,7 +156,8 @@ def add_beam(gltf: Gltf, solved: SolvedScene, drawn: BeamView, phases: np.ndarra
     node = gltf.node("beam", still, faces, (255, 255, 255))
     mesh = gltf.data["meshes"][-1]
     (primitive,) = mesh["primitives"]
-    linear = np.repeat(colours.linear(colour), 4, axis=0)
+    point, _ = beam_mesh.rings(len(colour), drawn.section)
+    linear = np.repeat(colours.linear(colour)[point], 4, axis=0)
     primitive["attributes"]["COLOR_0"] = gltf.array(linear)
     weights = np.cos(phases[:, [k for k, *_ in targets]] - [at for _, at, _ in targets]).clip(0.0)
     if targets:

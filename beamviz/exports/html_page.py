@@ -16,7 +16,7 @@ from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
-from beamviz.drawing.objects import equilibrium_body
+from beamviz.drawing.objects import RING, equilibrium_body
 from beamviz.drawing.text import frequencies, growth, measure, mode_value, stability_warning
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
@@ -234,6 +234,7 @@ def captions_elsewhere(
     if first.surroundings and first.surroundings.alone and solution.beam.gamma > 0:
         text = first.surroundings.speed_text(solution.beam)
         shown.append({**first.surroundings.speed.data, "text": text})
+    shown += [caption.data for row in beams.rows for caption in row.bodies.captions if caption.text]
     if warning := stability_warning(solution):
         shown.append({**first.warning.data, "text": warning})
     return shown
@@ -248,6 +249,7 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
     normal, sizes = NORMALS[row.shapes.plane], row.drawn.amplitudes
     shown = row.drawn.shown
     labels = [solved.shapes.labels[k] for k in shown]
+    section = row.section.mean(axis=1)
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
     states = []
     for shape in (resampled(shape, row.shapes.x) for shape in shapes):
@@ -260,11 +262,23 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
         "root": row.frame.name,
         "labels": labels,
         "states": steps(states),
-        "mass": row.shapes.mass,
+        "bodies": {
+            node.name: row.bodies.at[numbers].tolist()
+            for node, numbers in zip(row.bodies.nodes, row.bodies.numbers, strict=True)
+            if numbers
+        },
+        "labels_of_bodies": [
+            {"name": caption.point.name, "station": int(at), "above": above.tolist()}
+            for caption, at, above in zip(
+                row.bodies.captions, row.bodies.at, row.bodies.above, strict=False
+            )
+            if caption.text
+        ],
         "normal": normal.tolist(),
-        "thickness": row.section[0],
-        "section": extents(row.section, normal)[1:].tolist(),
-        "ring": row.nodes.size.tolist(),
+        "thicknesses": section[:, 0].tolist(),
+        "sections": extents(section, normal)[:, 1:].tolist(),
+        "capped": row.capped,
+        "ring": RING,
         "ring_colour": row.nodes.colour[0].tolist(),
         "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
         "largest": row.drawn.largest,

@@ -1,7 +1,6 @@
 """Files made of a motion in time: numbers, a chart, a film."""
 
 import json
-import math
 import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 from beamviz.checks import check_float, check_int
 from beamviz.drawing import BeamScene, camera
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
-from beamviz.drawing.modes import SampledModes, playback_rate, stations
+from beamviz.drawing.modes import playback_rate
+from beamviz.drawing.motion import MotionShapes, dominant_frequency
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
 from beamviz.exports import (
@@ -36,8 +36,6 @@ from beamviz.plotting.motion import draw_motion
 from beamviz.scene import Camera, Scene
 
 SUFFIXES = (".csv", ".npz", *CHARTS, *FORMATS)
-MAX_SHAPES = 12  # principal shapes that a film is drawn with
-DRAWN = 2e-4  # [L] deviation of the drawn beam that is not seen
 SECONDS = 3.0, 20.0  # shortest and longest film
 
 
@@ -113,48 +111,22 @@ def animate_motion(
 
 
 class MotionScene:
-    """A motion drawn with the shapes that the page draws: the positions at all times are the mean
-    and some principal shapes (by singular values), each at a phase whose sine is its part.
-
-    seconds: of its film.
-    """
+    """A motion as a scene of a film. seconds: of the film."""
 
     def __init__(self, motion: Motion):
         self.motion, self.scene = motion, Scene.of(nodes=False)
-        x = stations(motion.beam.beta if motion.beam.alpha else 1.0)
-        positions = motion.position(motion.t, x)  # (n, stations, 2)
-        mean = positions.mean(axis=0)
-        moved = (positions - mean).reshape(len(positions), -1)
-        parts, sizes, shapes = np.linalg.svd(moved, full_matrices=False)
-        left = np.sqrt(np.append(np.cumsum(sizes[::-1] ** 2)[::-1], 0.0))
-        count = min(MAX_SHAPES, max(1, int((left > DRAWN * math.sqrt(moved.size)).sum())))
-        self.shapes = shapes[:count].reshape(count, len(x), 2)
-        largest = np.linalg.norm(self.shapes, axis=2).max(axis=1)
-        largest = np.where(largest > 0, largest, 1.0)
-        self.parts = parts[:, :count] * sizes[:count] * largest
-        self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
-        strain = np.linalg.norm(np.diff(mean, axis=0), axis=1) / np.diff(x) - 1
-        self.sampled = SampledModes(
-            *(motion.beam.replace(gamma=0.0), "chordwise", x, mean, strain),
-            labels=tuple(f"{k + 1}" for k in range(count)),
-            frequencies=np.zeros(count),
-            modes=self.shapes / largest[:, None, None],
-            limits=np.full(count, np.inf),
-        )
-        frequency, amplitude = motion.spectrum()
-        rate = playback_rate(frequency[[amplitude[1:].argmax() + 1]], float(motion.gamma.max()))
+        self.shapes = MotionShapes(motion)
+        rate = playback_rate(dominant_frequency(motion), float(motion.gamma.max()))
         self.seconds = float(np.clip(motion.t[-1] / rate, *SECONDS))
 
     def moment(self, part: float) -> Moment:
         """The scene when a part (0 .. 1) of the time has passed."""
         t = part * self.motion.t[-1]
-        sizes = np.array([np.interp(t, self.motion.t, column) for column in self.parts.T])
-        phases = np.arcsin(np.clip(sizes / self.amplitudes, -1, 1))
-        return Moment(phases, float(np.interp(t, self.motion.t, self.motion.angle)))
+        return Moment(self.shapes.phases(t), self.shapes.angle(t))
 
     def camera(self, aspect: float) -> Camera:
         """A camera that sees the beam at all times."""
-        position = camera.viewpoint(self.sampled, True, aspect)
+        position = camera.viewpoint(self.shapes.sampled, True, aspect)
         reach = 1 + np.linalg.norm(self.reach(), ord=np.inf)
         return Camera((position * reach).tolist())
 
@@ -165,5 +137,6 @@ class MotionScene:
     def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
         """The scene, at `scale` [pixels per beam length]."""
         beams = BeamScene(scene)
-        beams.show(DrawnBeam(self.sampled, self.scene.view, scale, sizes=self.amplitudes))
+        shapes = self.shapes
+        beams.show(DrawnBeam(shapes.sampled, self.scene.view, scale, sizes=shapes.amplitudes))
         return beams

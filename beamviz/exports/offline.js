@@ -54,20 +54,28 @@ package on the data of html_page.py. */
       const value = data.strain ? beam.largest + now[4 * i + 3] : Math.hypot(...middle);
       const share = Math.min(Math.max(value / (2 * beam.largest), 0), 1);
       const colour = 3 * Math.round(share * (data.palette.length / 3 - 1));
-      const length = Math.hypot(...step) + (beam.thickness / 2) * (wedge[i] + (wedge[i + 1] ?? 0));
+      const wedges = (beam.thicknesses[i] / 2) * (wedge[i] + (wedge[i + 1] ?? 0));
+      const size = [Math.hypot(...step) + wedges, ...beam.sections[i]];
       const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
-      return { ...on(i, 0.5), batched_scales: [length, ...beam.section], ...colours };
+      return { ...on(i, 0.5), batched_scales: size, ...colours };
     });
     update(`${root}/rotor/beam`, pieces);
-    update(`${root}/rotor/ends`, [pieces[0], pieces.at(-1)]);
-    const piece = Math.min(beam.mass, pieces.length - 1);
-    update(`${root}/rotor/mass`, [on(piece, beam.mass - piece)]);
+    update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));
+    const body = (station) => {
+      const piece = Math.min(station, pieces.length - 1);
+      return on(piece, station - piece);
+    };
+    for (const [name, at] of Object.entries(beam.bodies)) update(name, at.map(body));
+    for (const { name, station, above } of beam.labels_of_bodies)
+      send("SetPositionMessage", name, { position: above.map((x, j) => x + points[station][j]) });
     const ring = (i, share, size) =>
       ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
+    const [along, larger] = beam.ring;
     const rings = pieces.flatMap((_, i) => { // where the mode changes its sign
       const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
       const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
-      return node ? [ring(i, u / (u - v), beam.ring)] : [];
+      const size = [along, ...beam.sections[i].map((x) => larger * x)];
+      return node ? [ring(i, u / (u - v), size)] : [];
     });
     update(`${root}/rotor/nodes`, rings.length ? rings : [ring(0, 0, [0, 0, 0])]);
     const turn = (data.turning[1] * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];

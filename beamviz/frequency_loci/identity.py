@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.frequency_loci import Loci
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
@@ -35,7 +36,7 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     their order.
     """
     count = max(gauss_points([first]), gauss_points([second]))
-    a, b = _vectors(first, count), _vectors(second, count)
+    a, b = _vectors(first, count, second.beam), _vectors(second, count, first.beam)
     sizes = np.linalg.norm(a, axis=1)[:, None] * np.linalg.norm(b, axis=1)
     mac = (a @ b.T / sizes) ** 2
     partner = np.full(len(mac), -1)
@@ -49,10 +50,12 @@ def match_modes(first: Solution, second: Solution) -> ModeMatch:
     return ModeMatch(partner, mac)
 
 
-def _vectors(solution: Solution, count: int) -> np.ndarray:
-    """The mass-weighted shapes (m, components) of a solution at `count` Gauss points."""
-    squares = solution.omega_squared
-    return mass_weighted([solution], squares[None], count).reshape(len(squares), -1)
+def _vectors(solution: Solution, count: int, other: Beam) -> np.ndarray:
+    """The mass-weighted shapes (m, components) of a solution at `count` Gauss points, or more with
+    a blade; as many for another beam."""
+    squares, beam = solution.omega_squared, solution.beam
+    beside = () if (beam.blade, beam.masses) == (other.blade, other.masses) else (other,)
+    return mass_weighted([solution], squares[None], count, beside).reshape(len(squares), -1)
 
 
 class ModeIdentity(NamedTuple):

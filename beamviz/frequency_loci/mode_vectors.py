@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.families import distributed_mass, gauss
 from beamviz.solver.hp import displacements
@@ -68,10 +69,16 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
 
-def mass_weighted(solutions: Sequence[Solution], squares: np.ndarray, count: int) -> np.ndarray:
-    """u and w (n, m, 2, count + 1) of all modes at Gauss points and at the mass, times the roots of
-    weights and masses."""
-    fields, masses = _fields(solutions, count)
+def mass_weighted(
+    solutions: Sequence[Solution], squares: np.ndarray, count: int, beside: Sequence[Beam] = ()
+) -> np.ndarray:
+    """u and w (n, m, 2, points) of all modes at Gauss points and at the bodies, times the roots of
+    weights and masses. beside: beams of another blade or with other bodies; the vectors have
+    components at their discontinuities, too, so that theirs, with these beams beside, match."""
+    if beside:
+        fields, masses = _fields_of_blades(solutions, count, beside)
+    else:
+        fields, masses = _fields(solutions, count)
     if np.iscomplexobj(fields):
         fields = _in_phase(fields, squares)
     return fields * np.sqrt(masses)
@@ -100,19 +107,26 @@ def _fields(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.n
     return fields.swapaxes(1, 3), masses[:, None, None, :]
 
 
-def _fields_of_blades(solutions: Sequence[Solution], count: int) -> tuple[np.ndarray, np.ndarray]:
-    """`_fields` of beams that differ in their numbers, not in blade, masses and root."""
+def _fields_of_blades(
+    solutions: Sequence[Solution], count: int, beside: Sequence[Beam] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """`_fields` of beams that differ in their numbers, not in blade, masses and root. beside: see
+    `mass_weighted`; then rotations of bodies are left out, and bodies without mass at the tip are
+    added, up to their number on any of the beams."""
     first = solutions[0].beam
-    breaks = first.blade.breaks if first.blade else (0.0, 1.0)
-    ends = tuple(sorted({*breaks, *(mass.beta for mass in first.masses)}))
+    every = (first, *beside)
+    breaks = {place for beam in every if beam.blade for place in beam.blade.breaks}
+    ends = tuple(sorted({0.0, 1.0, *breaks, *(m.beta for beam in every for m in beam.masses)}))
     points = max(FEWEST_IN_SPAN, math.ceil(count / math.sqrt(len(ends) - 1)))
     x, w = distributed_mass(first, ends, points)
     bodies = [[(each.beam.alpha, each.beam.beta)] for each in solutions]
-    carried = np.array([[*body, *((m.alpha, m.beta) for m in first.masses)] for body in bodies])
+    more = max(len(beam.masses) for beam in every) - len(first.masses)
+    others = [*((m.alpha, m.beta) for m in first.masses), *[(0.0, 1.0)] * more]
+    carried = np.array([[*body, *others] for body in bodies])
     n, (alpha, beta) = len(solutions), np.moveaxis(carried, 2, 0)
     fields = displacements(solutions, np.column_stack((np.tile(x, (n, 1)), beta))).swapaxes(1, 3)
     masses = np.column_stack((np.tile(w, (n, 1)), alpha))
-    turning = [mass for mass in first.masses if any(mass.inertia)]
+    turning = [] if beside else [mass for mass in first.masses if any(mass.inertia)]
     if turning:
         axis = 2 if solutions[0].problem.chordwise else 1
         rotations = np.zeros((*fields.shape[:3], len(turning)), fields.dtype)

@@ -245,6 +245,78 @@ LESSONS = (
         reading="ω² of B1 is {:.2f}",
     ),
     Lesson(
+        name="spin-up",
+        title="The spin-up of 1987",
+        question="A robot arm is spun up from rest, smoothly, in fifteen seconds. How does its tip"
+        " move meanwhile?",
+        guesses=(
+            "It lags further and further, until the arm breaks.",
+            "It lags at first, and comes back.",
+            "It runs ahead of the arm.",
+        ),
+        right=1,
+        scene=Scene.of(model.KANE, mode=1),
+        motion={
+            "pull": 0.0,
+            "hub": "smooth",
+            "within": model.SPIN_UP_TIME,
+            "until": 24.0,
+            "damping": 0.0,
+            "unstiffened": True,
+        },
+        do="The tab **Motion** computes it: the arm in colours, and pale beside it the theory"
+        " without stiffening. Play it, then drag the line through the chart. Repeat it with"
+        " **speed γ** 3.",
+        see="Both lag, and agree until t = 5. Then the arm is straightened and swings a little; the"
+        " pale one never comes back. At γ = 3 both come back.",
+        meaning="While the arm speeds up, its inertia bends it backwards. As it turns faster, the"
+        " centrifugal force pulls it straight: *dynamic stiffening*. The theory that leaves this"
+        " out softens instead, until nothing holds the arm. Programs of the time did so; in 1987"
+        " Kane, Ryan and Banerjee showed with this arm that they were wrong.",
+        fact="The tip lags by {:.5f} L at most, at t = {:.2f}: 0.574 m for the arm of 10 m. Without"
+        " stiffening it lags by its whole length at t = {:.2f}.",
+        compute_fact=model.spin_up,
+        task="Find the speed from which on the theory without stiffening diverges.",
+        within=0.05,
+        gauge=lambda s: solve(s.beam, method="zoac").omega_squared[0],
+        reading="without stiffening, ω² of B1 is {:.2f}",
+        level=0,
+    ),
+    Lesson(
+        name="hear-the-modes",
+        title="Hear the modes",
+        question="You pluck the beam and listen to its tip. Which of its modes do you hear?",
+        guesses=(
+            "Only the slowest.",
+            "All of them, always equally loud.",
+            "It depends on where you pluck.",
+        ),
+        right=2,
+        scene=Scene.of(mode=2),
+        motion={"pull": 0.5, "damping": 0.0},
+        do="The tab **Motion** shows how strongly the tip moves at each frequency, its spectrum."
+        " Set **pull at** to 0.5, the middle, and compare.",
+        see="Plucked at the tip, the spectrum has a peak at each of B1, B2, B3. Plucked in the"
+        " middle, B2 is louder, and the peak at B3 is gone.",
+        meaning="A force acts only on a mode that moves where it pulls. B3 does not move in the"
+        " middle, it has a *node* there: so the pull there does not excite it. The spectrum tells"
+        " which modes a motion consists of, without seeing it: that is how *modal analysis* finds"
+        " the modes of real machines.",
+        fact="Plucked at the tip, B2 is {:.2f} % as loud as B1; plucked at its node, x = {:.5f},"
+        " {:.4f} %.",
+        compute_fact=lambda: (
+            100 * model.heard("B2", 1.0),
+            (node := float(solve(BARE).nodes[1][0])),
+            100 * model.heard("B2", node),
+        ),
+        task="Pull the beam where B2 is not heard.",
+        number="pull_at",
+        within=0.006,
+        answer_in_fact=1,
+        gauge=lambda s, x: 100 * model.strength(s, "B2", x),
+        reading="B2 is {:.2f} % as loud as B1",
+    ),
+    Lesson(
         name="buckling",
         title="Pointing inward",
         question="Clamp the beam to a rim so that it points at the axis. What does rotation do to"

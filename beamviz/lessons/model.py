@@ -2,7 +2,7 @@
 quantities in the lessons, computed when they are needed."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -22,6 +22,7 @@ ACCURACY = ("elements", "tolerance")  # options that may be changed in all chall
 ON_OFF = {True: "on", False: "off"}
 LABELS = {"coriolis": "Coriolis", "softening": "spin softening"}
 UNDEFINED = "not defined for this beam"
+PLUCK, HEARD = 0.1, 20.0  # force [E I / L^2] and time [T*] of a plucked beam
 MIN_MASS = 0.5  # alpha, in a challenge that leaves the mass free
 
 
@@ -35,16 +36,18 @@ class Verdict(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class Lesson:
     """A question about the beam that experiments answer, and a challenge: to find the value of one
-    of the five numbers, with all others as in the lesson's scene.
+    of the five numbers, or the point at which the beam is pulled before it is let go, with all
+    other numbers as in the lesson's scene.
 
     In the texts, *single stars* mark technical terms and **double stars** controls of the page.
     guesses: answers to the question, to choose from before the experiment, of which number `right`
     (from 0) is the answer; fact: a sentence with placeholders for the numbers of compute_fact;
-    number: of the challenge, "alpha", "beta", "gamma", "delta" or "mu"; within: accepted
-    distance from the answer; gauge: the quantity of the challenge for a solution, one number or
-    several, and reading: a phrase with placeholders for them; level: the first number of the
-    gauge at the answer, or None where the answer is number answer_in_fact of the fact; free:
-    other numbers and options that may differ.
+    number: of the challenge, "alpha", "beta", "gamma", "delta", "mu" or "pull_at"; within: accepted
+    distance from the answer; gauge: the quantity of the challenge for a solution (and for
+    "pull_at" that point), one number or several, and reading: a phrase with placeholders for them;
+    level: the first number of the gauge at the answer, or None where the answer is number
+    answer_in_fact of the fact; free: other numbers and options that may differ; motion: the motion
+    in time that the lesson begins with, as the page has it, {} for one without.
     """
 
     name: str
@@ -60,12 +63,13 @@ class Lesson:
     task: str
     number: str = "gamma"
     within: float = 0.1
-    gauge: Callable[[Solution], Any]
+    gauge: Callable[..., Any]
     reading: str
     level: float | None = None
     answer_in_fact: int = 0
     scene: Scene
     free: tuple[str, ...] = ()
+    motion: Mapping[str, Any] = field(default_factory=dict)
 
     @cached_property
     def numbers(self) -> tuple[float, ...]:
@@ -102,22 +106,31 @@ class Lesson:
                 "answers": [self.answer],
             },
             "scene": self.scene.tables,
+            "motion": dict(self.motion),
         }
 
-    def check(self, beam: Beam, options: Mapping[str, Any]) -> Verdict:
-        """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge."""
+    def check(self, beam: Beam, options: Mapping[str, Any], pull_at: float = 1.0) -> Verdict:
+        """Whether `beam`, solved with the keywords `options` of `solve`, meets the challenge.
+        pull_at: the point at which it is pulled before it is let go."""
         if obstacle := self._obstacle(beam, options):
             return Verdict(False, obstacle)
-        value = getattr(beam, self.number)
+        value = pull_at if self.of_pull else getattr(beam, self.number)
         if abs(self.answer - value) > self.within:
             return Verdict(False, "")
         near = f"is within {self.within:g} of {self.answer:.5g}"
-        return Verdict(True, f"{PARAMETERS[self.number].symbol} = {value:.5g} {near}.")
+        symbol = "x" if self.of_pull else PARAMETERS[self.number].symbol
+        return Verdict(True, f"{symbol} = {value:.5g} {near}.")
 
-    def measured(self, solution: Solution) -> str:
+    @property
+    def of_pull(self) -> bool:
+        """Whether the challenge is to find the point at which the beam is pulled."""
+        return self.number == "pull_at"
+
+    def measured(self, solution: Solution, pull_at: float = 1.0) -> str:
         """The gauge of a solution in words."""
         try:
-            values = np.ravel(self.gauge(solution))
+            given = (solution, pull_at) if self.of_pull else (solution,)
+            values = np.ravel(self.gauge(*given))
         except BeamvizError:
             return UNDEFINED
         return self.reading.format(*values) if np.isfinite(values).all() else UNDEFINED
@@ -194,3 +207,45 @@ def strain_at_mass(solution: Solution) -> tuple[float, float]:
 def tip(beam: Beam) -> np.ndarray:
     """Position (2,) of the tip from the clamp in the stable state."""
     return solve(beam, state="stable").equilibrium.tip
+
+
+KANE = Beam(mu=447.2136, gamma=5.554921)  # the robot arm of Kane, Ryan & Banerjee, 6 rad/s
+SPIN_UP_TIME = 16.20185  # [T*], 15 s
+
+
+def spin_up() -> tuple[float, float, float]:
+    """The largest lag of the tip of the robot arm, its time, and the time at which the theory
+    without stiffening has left the picture."""
+    from beamviz.dynamics import motion
+    from beamviz.dynamics.drives import Ramp
+    from beamviz.dynamics.linear import motion_without_stiffening
+
+    speed = Ramp(KANE.gamma, SPIN_UP_TIME)
+    found = motion(KANE, SPIN_UP_TIME, speed=speed, points=4001)
+    k = int(np.argmin(found.tip[:, 1]))
+    end = motion_without_stiffening(KANE, SPIN_UP_TIME, speed=speed).t[-1]
+    return float(-found.tip[k, 1]), float(found.t[k]), float(end)
+
+
+def strength(solution: Solution, label: str, pull_at: float) -> float:
+    """Amplitude of a mode at the tip over that of B1, by the linear theory, after a beam without a
+    mass was pulled at a point x and let go: mode k has phi_k(x) / (phi_k(1) omega_k^2), as its
+    modal mass is phi_k(1)^2 / 4 of that of the beam."""
+    shares = []
+    for name in (label, "B1"):
+        k = solution.labels.index(name)
+        at, tip = solution.shape(k, np.array([pull_at, 1.0]))[:, 1].real
+        shares.append(at / tip / solution.frequencies[k] ** 2)
+    return abs(shares[0] / shares[1])
+
+
+def heard(label: str, pull_at: float) -> float:
+    """The same ratio in a computed motion of the bare beam."""
+    from beamviz.dynamics import motion
+
+    found = motion(BARE, HEARD, release=PLUCK, release_at=pull_at)
+    t = np.linspace(0.0, HEARD, 4001)
+    deflection = np.hanning(len(t)) * found.position(t, [1.0])[:, 0, 1]
+    omegas = [frequency(BARE, name) for name in (label, "B1")]
+    first, other = (abs(deflection @ np.exp(1j * omega * t)) for omega in omegas)
+    return float(first / other)

@@ -19,13 +19,26 @@ def solution_json(solution: Solution) -> str:
     data = {
         "beam": solution.beam.record,
         "model": solution.problem.model,
-        "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS},
+        "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS}
+        | loads_in_si(solution),
         "modes": mode_records(solution),
         "stats": solution.stats,
     }
     if units := solution.beam.units:
         data["units"] = units_record(units)
     return json_text(data)
+
+
+def loads_in_si(solution: Solution) -> dict[str, float]:
+    """The loads at the root in N and N m; {} where the mass of the beam is not known."""
+    root, units = solution.equilibrium.root, solution.beam.units
+    if units is None or units.force is None:
+        return {}
+    return {
+        "root_force_newtons": units.newtons(root.axial),
+        "root_shear_newtons": units.newtons(root.shear),
+        "root_moment_newton_metres": units.newton_metres(root.moment),
+    }
 
 
 def mode_records(solution: Solution) -> list[dict[str, Any]]:

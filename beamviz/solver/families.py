@@ -3,7 +3,7 @@
 Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
@@ -161,7 +162,7 @@ def build_solution(
     size: tuple[int, int, int],
     curve: Curve = straight,
     iterations: int = 0,
-    nodes: Sequence[float] = (),
+    nodes: ArrayLike = (),
 ) -> Solution:
     """The Solution. size: unknowns, elements, order. curve, iterations: of the equilibrium, nodes:
     between which it is smooth."""
@@ -170,7 +171,7 @@ def build_solution(
     softened = problem.softening and not problem.chordwise and beam.delta < 0
     bending = omega_squared[fraction >= 0.5]
     buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
-    breaks = tuple(sorted({*nodes, *ends_of_spans(beam)}))
+    breaks = np.union1d(nodes, ends_of_spans(beam))
     loads = Loads(beam, problem.chordwise, breaks, curve)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)
     return Solution(

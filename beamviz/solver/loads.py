@@ -35,7 +35,7 @@ class Outboard(NamedTuple):
     moment: Any  # (k,) m, positive where it turns the beam from x to y
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Loads:
     """The loads on a beam at an equilibrium `curve`.
 
@@ -45,14 +45,14 @@ class Loads:
 
     beam: Beam
     chordwise: bool
-    breaks: tuple[float, ...]
+    breaks: NDArray
     curve: Curve
 
     def at(self, x: NDArray) -> Outboard:
         """The loads at x (k,) on the side of the root: a body at x is outboard, but at the clamp,
         where the hub carries it."""
-        element = np.clip(np.searchsorted(self._ends, x, side="left") - 1, 0, len(self._ends) - 2)
-        stop = self._ends[element + 1]
+        element = np.clip(np.searchsorted(self.breaks, x, side="left") - 1, 0, len(self.breaks) - 2)
+        stop = self.breaks[element + 1]
         xi, w = legendre.leggauss(POINTS)
         half = ((stop - x) / 2)[:, None]
         s = x[:, None] + half * (xi + 1)
@@ -69,16 +69,12 @@ class Loads:
         return Outboard(Px * c + Py * s, Py * c - Px * s, moment)
 
     @cached_property
-    def _ends(self) -> NDArray:
-        return np.array(self.breaks)
-
-    @cached_property
     def _beyond(self) -> tuple[NDArray, NDArray]:
         """Force (elements, 2) and moment about the clamp (elements,) of all distributed mass beyond
         each element."""
         xi, w = legendre.leggauss(POINTS)
-        half = np.diff(self._ends)[:, None] / 2
-        force, moment = self._integrals(self._ends[:-1, None] + half * (xi + 1), half * w)
+        half = np.diff(self.breaks)[:, None] / 2
+        force, moment = self._integrals(self.breaks[:-1, None] + half * (xi + 1), half * w)
         none = np.zeros((1, 2)), np.zeros(1)
         force, moment = (
             np.concatenate((part[:0:-1].cumsum(axis=0)[::-1], zero))

@@ -16,8 +16,8 @@ from beamviz.beam import Beam
 from beamviz.drawing import BeamView, camera, colours, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam, to_hub_frame
 from beamviz.drawing.modes import SampledModes, displacement, playback_rate
-from beamviz.drawing.objects import mass_size, section_size
 from beamviz.drawing.scene_graph import SceneGraph
+from beamviz.drawing.sizes import collar_size, drawn_bodies, section_size
 from beamviz.scene import MAX_AMPLITUDE, Camera, ViewOptions
 from beamviz.solver import solve
 
@@ -40,7 +40,8 @@ def scene() -> BeamView:
 @pytest.mark.parametrize("alpha", [1e-3, 1.0, 100.0])
 def test_the_mass_has_the_density_of_the_beam_and_encloses_it(alpha):
     """Its volume is alpha times that of the beam."""
-    (length, radius), section = mass_size(Beam(alpha=alpha)), section_size(Beam())
+    beam = Beam(alpha=alpha)
+    (length, radius), section = collar_size(beam, *drawn_bodies(beam)), section_size(beam)
     inside = math.prod(section)
     assert length * (math.pi * radius**2 - inside) == pytest.approx(alpha * inside)
     assert math.hypot(*section) / 2 < radius < 0.6

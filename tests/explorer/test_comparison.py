@@ -16,7 +16,7 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.surroundings import HUB_HEIGHT, MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
-from beamviz.explorer.features.comparison import ComparisonTab, comparison_table
+from beamviz.explorer.features.comparison import ComparisonTab, comparison_table, percent
 from beamviz.explorer.second_beam import LABELS, comparison_case
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, State
 from beamviz.scene import Scene
@@ -105,7 +105,7 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
     else:
         rings = view.body.vertices.reshape(len(shapes.x), 4, 3).mean(axis=1)
         assert np.allclose(rings, centreline, atol=1e-6)
-        assert np.allclose(view.mass.batched_positions, centreline[shapes.mass])
+        assert np.allclose(view.bodies.collars.batched_positions, centreline[shapes.mass])
         assert view.surroundings is None  # those of the first beam are there
         assert view.reference is None
 
@@ -183,3 +183,11 @@ def test_a_kept_beam_stays_while_the_other_changes(guest):
     guest.do("reset")
     overlay_is(guest, visible=False)
     guest.says("shows the effect of one change")
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [(230.4, "+230 %"), (-9.14, "−9.1 %"), (0.0123, "+0.012 %"), (np.nan, "–")],
+)
+def test_a_change_has_two_digits_and_no_exponent(change, text):
+    assert percent(change) == text

@@ -186,10 +186,16 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
     desk.send("comparison", "nothing")
 
 
-def test_a_tab_of_a_link_is_in_view_on_a_phone(url):
+def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
     """Below the scene; without one the page begins at its top."""
     height = f"{by_id('tab-veering')}.getBoundingClientRect().top"
-    for query, shown in (("", "scrollY === 0"), ("?tab=veering", f"{height} < innerHeight - 160")):
+    end = f"{by_id('lesson')}.getBoundingClientRect().bottom"
+    expected = {
+        "": "scrollY === 0",
+        "?tab=veering": f"{height} < innerHeight - 160",
+        "?lesson=buckling": f"!{by_id('lesson')}.hidden && {end} <= innerHeight + 1",
+    }
+    for query, shown in expected.items():
         with page(f"{url}/{query}", 390, 844) as fresh:
-            fresh.wait(f"{READY} && {says('1st stretching')}")
+            fresh.wait(f"{READY} && {says('1st bending')}")
             fresh.wait(shown)

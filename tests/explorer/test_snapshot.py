@@ -45,6 +45,10 @@ INSIDE = {
     "comparison": "compare",
     "loads-": "loads",
     "run-up-": "run-up",
+    "motion-": "motion",
+    "motion.": "motion",
+    "moment": "motion",
+    "experiment": "motion",
     "method": "methods",
     "timing": "methods",
     "export-": "export",
@@ -113,14 +117,20 @@ def newest(loop: Any) -> Session:
 def settled(guest: Visitor, loop: Any, session: Session) -> None:
     """Wait until the page of a visitor shows the answers to all that it has sent."""
 
-    def is_quiet() -> bool:
-        return not (loop.woken or loop.later or session.is_moving or session.is_busy)
+    def is_shown() -> bool:
+        """Whether nothing is being computed, and the last frame had all answers."""
+        jobs, seen = session.visitor.jobs, session.snapshot.jobs
+        waits = session.is_busy or any(
+            job.answer is not seen[key].answer for key, job in jobs.items()
+        )
+        return not (waits or session.is_moving or loop.woken or loop.later)
 
+    corrected(guest)
     while True:
-        corrected(guest)
-        if is_quiet():  # else an answer has asked for another
+        wait_until(is_shown, 300.0)
+        corrected(guest)  # a frame drawn meanwhile may have asked for more
+        if is_shown():
             return
-        wait_until(is_quiet, 300.0)
 
 
 def corrected(guest: Visitor) -> None:
@@ -217,13 +227,22 @@ def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
         if len(texts) != len(others) or texts[::2] != others[::2]:
             yield f"{path}: {changed_part(first, second)}"
         else:
-            yield from differences([*map(float, texts[1::2])], [*map(float, others[1::2])], path)
+            pairs = zip(texts[1::2], others[1::2], strict=True)
+            if any(abs(float(a) - float(b)) > 1.01 * last_digit(a) for a, b in pairs):
+                yield f"{path}: {changed_part(first, second)}"
     elif first != second:
         yield f"{path}: {str(first)[:300]} != {str(second)[:300]}"
 
 
 NUMBER = r"(\d+\.?\d*(?:e[-+]?\d+)?)"
 ERROR = r"± [\d.e-]+"  # estimated, of the size of rounding
+
+
+def last_digit(text: str) -> float:
+    """One unit of the last digit of a number, at most the sixth: what rounding changes of a tie."""
+    mantissa, _, exponent = text.partition("e")
+    unit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    return max(unit, 1e-6 * abs(float(text)))
 
 
 def changed_part(first: str, second: str) -> str:

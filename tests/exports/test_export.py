@@ -26,8 +26,8 @@ from beamviz.beam import Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
-from beamviz.drawing.objects import section_size
 from beamviz.drawing.scene_graph import SceneGraph
+from beamviz.drawing.sizes import section_size, sections
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
 from beamviz.exports.solved_scene import Loop, SolvedScene
@@ -35,6 +35,20 @@ from beamviz.scene import Scene
 from beamviz.solver import solve
 from beamviz.solver.problem import MAX_MODES
 from beamviz.solver.solution import STATIONS
+
+BLADE = Beam.from_si(  # with a jump, two bodies and a sprung root
+    stations=[0, 4, 4, 10],
+    mass_per_length=[100, 90, 50, 20],
+    bending_stiffness=[8e5, 6e5, 2e5, 5e4],
+    axial_stiffness=[4e8, 3.4e8, 2e8, 1e8],
+    hub_radius=2,
+    rotation_rpm=30,
+    masses=[
+        {"mass": 200, "position": 5, "inertia": [5, 20, 20]},
+        {"mass": 50, "position": 10},
+    ],
+    root_stiffness=1e6,
+)
 
 
 def values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
@@ -191,6 +205,27 @@ def test_exports_of_a_real_beam_are_in_si(tmp_path):
     assert extent.max() == pytest.approx(2.0, rel=0.1)  # with a part of the hub
 
 
+def test_a_model_of_a_blade_is_in_metres(tmp_path):
+    """Closed, of the volume of its sections, and each body at its place on the still beam."""
+    scene = Scene.of(BLADE, shares=[0.0], rotating_frame=False)
+    export(tmp_path / "a.glb", scene)
+    gltf = pygltflib.GLTF2().load(tmp_path / "a.glb")
+    length = BLADE.units.length
+    assert gltf.nodes[gltf.scenes[0].nodes[0]].scale == [length] * 3
+    read = trimesh.load(tmp_path / "a.glb").geometry
+    assert set(read) == {"hub", "beam", "mass 1", "mass 2", "fork", "pin", "spring"}
+    assert read["beam"].is_volume
+    x = np.linspace(0, 1, 2001)  # 0.4, where the section jumps, is one of them
+    areas = sections(BLADE, "chordwise", x).prod(axis=2).mean(axis=1)
+    stretched = solve(BLADE).equilibrium.stretch((x[1:] + x[:-1]) / 2)
+    volume = (areas * stretched * np.diff(x)).sum()
+    assert read["beam"].volume == pytest.approx(volume, rel=2e-3)
+    for k, body in enumerate(BLADE.masses, 1):
+        place = length * (BLADE.delta + solve(BLADE).equilibrium.position([body.beta])[0, 0])
+        assert length * by_name(gltf.nodes, f"mass {k}").translation[0] == pytest.approx(place)
+        assert place == pytest.approx(length * (BLADE.delta + body.beta), rel=0.01)
+
+
 @pytest.fixture(scope="module")
 def document(tmp_path_factory) -> Path:
     """A page of a short film."""
@@ -327,6 +362,7 @@ SCENES = {
     "two modes": Scene.of(PAPER, shares=[0.5, 0.0, 1.0]),
     "coriolis": Scene.of(PAPER, mode=4, coriolis=True),
     "bent": Scene.of(gamma=4, delta=-1, state="bent", mode=1),
+    "blade": Scene.of(BLADE, mode=2),
     "end": Scene.of(delta=-1, gamma=1, mode=1, all_modes=True, colouring="axial strain"),
     "twenty modes": Scene.of(gamma=3, spin_up=2, state="stable", **TWENTY),
 }
@@ -351,6 +387,10 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
     assert beam.described(["gamma"]) in data["numbers"][middle]
     drawn = SolvedScene(scene).draw(SceneGraph()).rows
     for one, row in zip(data["beams"], drawn, strict=True):
+        along = [row.shapes.x[k] for at in one["bodies"].values() for k in at]
+        assert sorted(along) == pytest.approx([body.beta for body in beam.bodies])
+        sizes = sections(beam, row.shapes.plane, row.shapes.x).mean(axis=1)
+        assert one["sections"] == pytest.approx(sizes)  # chordwise
         states = data["resolution"] * np.cumsum(np.cumsum(one["states"], axis=1), axis=1).T
         axis = states.reshape(len(gammas), -1, len(row.shapes.x), 4)[middle, 0, :, :3]
         exact, _ = to_hub_frame(row.shapes, there.equilibrium.position(row.shapes.x))

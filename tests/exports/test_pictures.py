@@ -22,6 +22,7 @@ from matplotlib import get_data_path
 from PIL import Image, ImageCms, ImageSequence
 
 from beamviz.beam import Beam
+from beamviz.blade import Blade, Mass
 from beamviz.drawing import colours
 from beamviz.errors import InvalidInput
 from beamviz.exports import Renderer, animate, screenshot
@@ -31,6 +32,14 @@ from beamviz.scene import Scene
 REFERENCES = Path(__file__).with_name("references")
 BLOCK = 5  # [pixels] over which a difference is averaged: edges of samples may move by rounding
 SIZE = (480, 270)
+BODIES = (Mass(0.3, 0.5, (0.001, 0.004, 0.004)), Mass(0.1, 1.0))
+STEPPED = Beam(
+    blade=Blade((0, 0.4, 0.4, 1), (1, 0.9, 0.5, 0.3), (1, 0.8, 0.2, 0.06), (1, 0.9, 0.5, 0.3)),
+    masses=BODIES,
+    root=2.0,
+    gamma=3,
+    delta=0.2,
+)
 PROFILES = [ImageCms.createProfile(name) for name in ("sRGB", "LAB")]
 TO_LAB = ImageCms.buildTransform(*PROFILES, "RGB", "LAB")
 SCENES = {
@@ -40,6 +49,8 @@ SCENES = {
     "all modes": Scene.of(Beam(gamma=5), all_modes=True, colouring="axial strain"),
     "flapwise": Scene.of(Beam(alpha=1, gamma=4, delta=0.3), plane="flapwise", mode=1, thicken=True),
     "outside": Scene.of(Beam(gamma=2, delta=0.5), mode=1, rotating_frame=False),
+    "blade": Scene.of(STEPPED, mode=2),
+    "hinge": Scene.of(Beam(blade=Blade.tapered(0.5, 0.3), root=0.0, gamma=3, delta=0.15), mode=1),
     "still": Scene.of(Beam(delta=-0.3), shares=[0.0], ghosts=False, rotating_frame=False),
 }
 PHASE = 0.33  # the hub has turned, and the displacement is not the largest

@@ -6,7 +6,6 @@ import re
 import sys
 from unittest import mock
 
-import numpy as np
 import pytest
 import viser
 import websockets
@@ -89,17 +88,6 @@ def test_a_missing_attribute_is_named_with_the_versions(monkeypatch, owner, name
     match = rf"{versions} {path}.*pip install 'viser>="
     with pytest.raises(Unavailable, match=match), run_server():
         pass
-
-
-def test_arrays_are_encoded_as_by_viser():
-    """The same message and the same bytes, also of an array that is not contiguous."""
-    arrays = {"points": np.arange(6, dtype=np.float32).reshape(2, 3).T, "colors": np.ones(3, "u1")}
-    encoded = []
-    for message in (viser_private.NodeUpdate, viser._messages.SceneNodeUpdateMessage):
-        buffers: list[memoryview] = []
-        text = message("/beam", arrays).as_serializable_dict(buffers)
-        encoded.append((text, [buffer.tobytes() for buffer in buffers]))
-    assert encoded[0] == encoded[1]
 
 
 def test_a_server_that_viser_builds_in_another_way_is_refused():

@@ -11,7 +11,7 @@ from oracle.error_bars import (
     verdict,
 )
 
-from beamviz import InvalidInput, solve, solve_many
+from beamviz import InvalidInput, NoEquilibrium, solve, solve_many
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
 
@@ -126,6 +126,16 @@ def test_a_hinged_inward_beam_turns_over():
     assert solve(beam.replace(delta=1.5)).frequencies[:3] == pytest.approx(
         bent.frequencies[:3], rel=1e-6
     )
+
+
+@pytest.mark.parametrize("beam", [Beam(gamma=3, spin_up=1, root=0), Beam(spin_up=1, root=0)])
+def test_a_hinge_does_not_hold_a_beam_that_spins_up(beam):
+    """About the axis of rotation, and at rest, there is no equilibrium; beyond a hub there is."""
+    with pytest.raises(NoEquilibrium):
+        solve(beam, state="stable")
+    solution = solve(beam.replace(gamma=3, delta=0.5), state="stable", tolerance=1e-9)
+    assert solution.equilibrium.status == "stable"
+    assert solution.equilibrium.root_moment == pytest.approx(0, abs=1e-9)
 
 
 def test_a_body_that_is_a_rod_stands_up():

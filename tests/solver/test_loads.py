@@ -111,3 +111,21 @@ def test_loads_in_files():
     assert [state[f"root_{name}"] for name in ("force", "shear", "moment")] == pytest.approx(root)
     data = solution.to_xarray()
     assert data["moment"].values[0] == pytest.approx(root.moment)
+
+
+def test_loads_in_si():
+    """The axial force of a steel beam is m Omega^2 (L / 2 + a) but for its stretch, in N."""
+    length, density, area, speed, hub = 2.0, 7800.0, 1e-3, 20.0, 0.3
+    beam = Beam.from_si(
+        length=length,
+        density=density,
+        area=area,
+        second_moment=1e-8,
+        youngs_modulus=2.1e11,
+        rotation_speed=speed,
+        hub_radius=hub,
+    )
+    state = json.loads(solution_json(solve(beam)))["equilibrium"]
+    force = density * area * length * speed**2 * (length / 2 + hub)
+    assert state["root_force_newtons"] == pytest.approx(force, rel=1e-4)
+    assert state["root_moment_newton_metres"] == 0

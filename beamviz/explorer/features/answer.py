@@ -27,7 +27,9 @@ NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
+IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
+HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
@@ -52,12 +54,14 @@ class AnswerPanel(Feature):
         )
 
     def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """What the picture leaves out, whether a force drives the beam, whether the first case is
-        shown, and whether it has a mass."""
+        """What the picture shows or leaves out, whether the first case is shown, and whether it has
+        a mass."""
         state = snapshot.state
         first = state.case == self.first
-        driven, alpha = snapshot.picture.force is not None, state.case.numbers["alpha"]
-        return picture_note(snapshot), driven, first, bool(alpha)
+        picture, alpha = snapshot.picture, state.case.numbers["alpha"]
+        shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
+        shown = HELD if state.hold else shown
+        return shown or picture_note(snapshot), first, bool(alpha)
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
@@ -131,10 +135,10 @@ def picture_note(snapshot: Snapshot) -> str:
     return "The modes shown do not grow; another one does." if picture.hides_growth else ""
 
 
-def caption_content(note: str, driven: bool, first: bool, has_mass: bool) -> Content:
-    """The caption: what the picture leaves out, or until the first edit an invitation to drag the
+def caption_content(note: str, first: bool, has_mass: bool) -> Content:
+    """The caption: a note about the picture, or until the first edit an invitation to drag the
     mass, if any, and the speed."""
-    text = RESPONSE if driven else note or (invitation(has_mass=has_mass) if first else "")
+    text = note or (invitation(has_mass=has_mass) if first else "")
     return page.html("scene-caption", text)
 
 

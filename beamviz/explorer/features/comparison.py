@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable
 from html import escape
 
-from beamviz.drawing.text import frequencies
+from beamviz.drawing.text import frequencies, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab
 from beamviz.explorer.jobs import SolverAnswer
@@ -107,8 +107,15 @@ def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
         for one, i in pair
     )
     change = 100 * (second / first - 1) if first > 0 else math.nan
-    changed = f"{change:+.2g} %".replace("-", "\u2212") if math.isfinite(change) else "–"
-    return f"<b>{' → '.join(labels)}</b>", number(first), number(second), changed
+    return f"<b>{' → '.join(labels)}</b>", number(first), number(second), percent(change)
+
+
+def percent(change: float) -> str:
+    """A change [%] with its sign and two digits; a dash for nan."""
+    if not math.isfinite(change):
+        return "–"
+    sign = "\u2212" if change < 0 else "+"
+    return f"{sign}{significant(abs(change), 2)} %"
 
 
 def number(frequency: float) -> str:

@@ -14,6 +14,7 @@ from beamviz.beam import NUMBERS
 from beamviz.drawing.modes import rotated
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named
 from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.jobs import Job, SolverAnswer, solver_answer
@@ -38,6 +39,8 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
     "Coriolis": "coriolis",
     "Frequencies": "tab-frequencies",
     "Veering": "tab-veering",
+    "Motion": "tab-motion",
+    "pull at": "motion.pull_at",
 }
 
 
@@ -144,7 +147,7 @@ def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
     tab = tab_named(named[0]) if named else ""
     state = replace(state.loaded(scene), lesson=lesson.name, step=0, tab=tab)
-    return replace(state, rate=lesson_rate(lesson.name))
+    return replace(state, rate=lesson_rate(lesson.name), **motion_of(lesson))
 
 
 @cache
@@ -162,10 +165,12 @@ def at_step(state: State, step: int) -> State:
     after = replace(state, step=step)
     if step == CHALLENGE != state.step:
         with contextlib.suppress(InvalidInput):
-            if open_lesson.check(state.case.beam(), state.case.options).met:
+            pull_at = state.experiment.pull_at
+            if open_lesson.check(state.case.beam(), state.case.options, pull_at).met:
                 scene = open_lesson.scene.changed(dark=state.view.dark)
                 loaded = after.loaded(scene)
-                return replace(loaded, tab=state.tab, rate=state.rate, guess=state.guess)
+                kept = {name: getattr(state, name) for name in ("tab", "rate", "guess")}
+                return replace(loaded, **kept, **motion_of(open_lesson))
     return after
 
 
@@ -182,28 +187,30 @@ def lesson_content(name: str, step: int, guess: int | None, facts: Facts | None)
 
 
 def verdict_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The open lesson, if its challenge is shown and its facts are known, and the answer."""
+    """The open lesson, if its challenge is shown and its facts are known, the answer, and the
+    motion in time."""
     state = snapshot.state
     shown = state.lesson and state.step == CHALLENGE and facts_of(snapshot)
-    return (state.lesson if shown else ""), snapshot.answer
+    return (state.lesson if shown else ""), snapshot.answer, state.experiment
 
 
-def verdict_of(name: str, answer: SolverAnswer | None) -> Verdict | None:
+def verdict_of(name: str, answer: SolverAnswer | None, experiment: Experiment) -> Verdict | None:
     """The verdict on the challenge of a lesson; None without one."""
     if not (name and answer and answer.beam):
         return None
-    return lesson(name).check(answer.beam, answer.request.options)
+    return lesson(name).check(answer.beam, answer.request.options, experiment.pull_at)
 
 
-def verdict_content(name: str, answer: SolverAnswer | None) -> Content:
+def verdict_content(name: str, answer: SolverAnswer | None, experiment: Experiment) -> Content:
     """The verdict, with the present value of the quantity of the challenge."""
-    verdict = verdict_of(name, answer)
+    verdict = verdict_of(name, answer, experiment)
     if verdict is None:
         return page.html("verdict", "")
     word = "Right!" if verdict.met else "Not yet."
     words = f"<b>{word}</b> {escape(verdict.reason)}"
     if answer and answer.solution and (verdict.met or not verdict.reason):  # no obstacle
-        words += f"<br>Now: {escape(lesson(name).measured(answer.solution))}."
+        now = lesson(name).measured(answer.solution, experiment.pull_at)
+        words += f"<br>Now: {escape(now)}."
     text = f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
     return page.html("verdict", text)
 

@@ -91,7 +91,8 @@ def started(state: State) -> State:
     """From rest, with the response to the force in the scene, and its line in the chart."""
     per_rev = tuple(sorted({*state.per_rev, state.force_per_rev}))
     state = state.changed("all_modes", False)
-    return replace(state, per_rev=per_rev, forced_response=True, run_speed=0.0)
+    state = replace(state, per_rev=per_rev, forced_response=True, in_motion=False)
+    return replace(state, run_speed=0.0)
 
 
 def next_speed(run: RunUp, speed: float, elapsed: float) -> float | None:

@@ -23,12 +23,16 @@ from urllib.parse import parse_qsl, urlencode
 from beamviz.beam import NUMBERS
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
+from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
+from beamviz.explorer.experiment import RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
+from beamviz.explorer.features.motion import JOB as MOTION
+from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
@@ -45,6 +49,7 @@ from beamviz.explorer.state import (
 )
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
+from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
@@ -125,6 +130,9 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
     "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
     "response": ("forced_response", partial(check_bool, "response")),
+    "motion": ("experiment", Experiment.of),
+    "moving": ("in_motion", partial(check_bool, "moving")),
+    "moment": ("moment", lambda time: check_float("moment", time, 0.0, RANGES["until"].limits[1])),
     "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTION_NAMES))),
     "draft": ("draft", check_draft),
     "film": ("film_length", lambda one: check_choice("film", one, tuple(FILM_LENGTHS))),
@@ -292,7 +300,7 @@ def extra_pairs(state: State) -> dict[str, Any]:
     usual = {name: getattr(State, name) for name, _ in KEYS.values()}
     if state.lesson:
         first = begun(state, lesson(state.lesson))
-        usual |= {"rate": first.rate, "tab": first.tab}
+        usual |= {name: getattr(first, name) for name in ("rate", "tab", "experiment", "in_motion")}
     values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
     values = {key: one for key, one in values.items() if one != usual[KEYS[key][0]]}
     for key in {"step", "guess"} & values.keys():
@@ -303,11 +311,14 @@ def extra_pairs(state: State) -> dict[str, Any]:
         values["tab"] = values["tab"] or next(iter(tabs()))
     if "ends" in values:
         values["ends"] = json.dumps(state.map_ends)
+    if "motion" in values:
+        values["motion"] = state.experiment.text
     if "draft" in values:
         values["draft"] = text_of_draft(state.draft) if state.draft else ""
     if "before" in values:
         values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
-    return {key: "true" if one is True else one for key, one in values.items()}
+    words = {True: "true", False: "false"}
+    return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
 
 
 def is_same(one: Any, other: Any) -> bool:
@@ -342,11 +353,13 @@ KINDS = {
 
 @dataclass(eq=False)
 class File:
-    """A scene to be written as a file; film: keywords of `animate`, None for other files."""
+    """A scene, or a motion in time, to be written as a file; film: keywords of `animate`, None for
+    other files."""
 
     scene: Scene
     name: str
     film: dict[str, Any] | None
+    motion: Motion | None = None
 
 
 JOB = "file"
@@ -365,6 +378,7 @@ class Files(Feature):
         self.page.on("save", lambda _: self.save())
         self.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
         self.page.on("export", self.start)
+        self.page.on("export_motion", self.start_motion)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
@@ -392,14 +406,25 @@ class Files(Feature):
         """Export the scene, in place of the visitor's running export."""
         if suffix not in tuple(KINDS):
             return
-        size = {"width": 480, "height": 270} if suffix == ".gif" else {}  # the largest files
+        size = film_size(suffix)
         periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
-            file = File(self.visitor.to_scene(), f"beam{suffix}", film)
-            self.job.withdraw()
-            self.job.request(file)
-            self.visitor.wake()
+            self.begin(File(self.visitor.to_scene(), f"beam{suffix}", film))
+
+    def start_motion(self, suffix: Any) -> None:
+        """Export the motion in time, in place of the visitor's running export."""
+        computed = self.visitor.jobs[MOTION].status.result
+        if suffix in MOTION_KINDS and computed:
+            film = film_size(suffix) if suffix in FORMATS else None
+            scene = Scene(computed.beam)
+            self.begin(File(scene, f"motion{suffix}", film, computed.motion))
+
+    def begin(self, file: File) -> None:
+        """Write a file, in place of the one that is being written."""
+        self.job.withdraw()
+        self.job.request(file)
+        self.visitor.wake()
 
     def write(self, file: File) -> bytes:
         """The content of a file, written after those before it."""
@@ -412,10 +437,14 @@ class Files(Feature):
             self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                if file.film is None:
+                frames = partial(self.frames, file)
+                if file.motion and file.film is not None:
+                    animate_motion(path, file.motion, progress=frames, workers=1, **file.film)
+                elif file.motion:
+                    export_motion(path, file.motion)
+                elif file.film is None:
                     export(path, file.scene)
                 else:  # one thread, so that pages stay responsive
-                    frames = partial(self.frames, file)
                     animate(path, file.scene, progress=frames, workers=1, **file.film)
                 return path.read_bytes()
         finally:
@@ -454,6 +483,11 @@ class Files(Feature):
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
+def film_size(suffix: str) -> dict[str, int]:
+    """The size of a film, where it is not the usual one: the files of some formats are large."""
+    return {"width": 480, "height": 270} if suffix == ".gif" else {}
+
+
 def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
     """The progress of the file that is being written."""
     job: JobStatus = snapshot.jobs[JOB]
@@ -464,6 +498,8 @@ def progress_content(busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
+    content |= page.props("motion-file-work", hidden=not busy)
+    content |= page.html("motion-file-state", escape(note))
     return content | page.html("export-state", escape(note))
 
 

@@ -82,7 +82,9 @@ const beamviz = (() => {
     }
     if (update.open) showTab(update.open);
     for (const key of update.point ?? []) point(key);
-    if (update.point) byId("lesson").scrollIntoView({ block: "nearest" }); // it names the controls
+    if (update.point || update.props?.lesson?.hidden === false) { // it names the controls, or opens
+      byId("lesson").scrollIntoView({ block: "nearest" });
+    }
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) setAddress(update.address);
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));

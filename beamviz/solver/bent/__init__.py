@@ -147,6 +147,12 @@ def bent_states(solutions: Iterable[Solution]) -> list[State]:
 
 def _first_state(beam: Beam, problem: Problem) -> State:
     """A state without a neighbour to start from, on the first mesh."""
+    if beam.spin_up and beam.root == 0 and not (beam.gamma and beam.delta):
+        raise NoEquilibrium(
+            f"spin_up = {beam.spin_up:g}: nothing holds the beam, root = 0, against the Euler force"
+            f" at gamma = {beam.gamma:g}, delta = {beam.delta:g}",
+            math.nan,
+        )
     still = beam.replace(spin_up=0.0)
     if beam.delta >= 0:  # the straight state of an outward beam is the only one
         straight = solve_hp([still], replace(problem, state="straight"))[0]
@@ -239,8 +245,7 @@ def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
     theta = (bent.R @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = State(bent, state.q, state.iterations)  # without its matrices
-    breaks = tuple(bent.mesh.breaks.tolist())
-    loads = Loads(bent.beam, bent.problem.chordwise, breaks, partial(_curve, kept))
+    loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))
     turned = (abs(state.rotations @ modes.V) ** 2).sum(axis=0)

@@ -112,7 +112,7 @@ def solve_planar(beam: Beam, problem: Problem, converged: Solution) -> Solution:
     V[planar.free] = free / np.sqrt(abs((free.conj() * (planar.M @ free)).sum(axis=0)))
     fields = partial(_fields, nodes, q, V.reshape(len(nodes), 4, count))
     errors = abs(s**2 - converged.s[:count] ** 2) + converged.omega_squared_errors[:count]
-    breaks = tuple(np.union1d(nodes, ends_of_spans(beam)).tolist())
+    breaks = np.union1d(nodes, ends_of_spans(beam))
     loads = Loads(beam, problem.chordwise, breaks, partial(_curve, nodes, q))
     equilibrium = Equilibrium(modes.status, iterations, loads, converged.equilibrium.bent_state)
     stats = Stats(len(planar.free), problem.method, elements, 3)

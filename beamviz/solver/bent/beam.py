@@ -50,6 +50,45 @@ def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray
     return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
 
+class Sections(NamedTuple):
+    """Sections of a beam at which it may be weakest: the clamp, of a blade both sides of each
+    break."""
+
+    from_clamp: NDArray  # (k, n) integrates from the clamp to each section
+    nearest: NDArray  # (k,) number of the nearest mesh point
+    outboard: NDArray  # (k, m) 1 for the masses outboard of it, 0 for the others
+    bodies: NDArray  # (k, masses) 1 for the bodies outboard of it
+    EI: NDArray  # (k,)
+    EA: NDArray  # (k,)
+
+
+def weakest_sections(mesh: Mesh, beam: Beam, masses: NDArray, problem: Problem) -> Sections:
+    """The sections of a beam that has mass at the points `masses` (m,)."""
+    bodies = np.array([mass.beta for mass in beam.masses])
+    if beam.blade is None:
+        clamp, one = np.zeros((1, len(mesh.points))), np.ones(1)
+        ones = np.ones((1, len(masses))), np.ones((1, len(bodies)))
+        return Sections(clamp, np.zeros(1, int), *ones, one, one)
+    starts, stops = mesh.breaks[:-1], mesh.breaks[1:]
+    first = np.cumsum([0, *mesh.orders[:-1]])
+
+    def outboard(x: NDArray) -> NDArray:
+        return np.vstack((x > starts[:, None], x >= stops[:, None])).astype(float)
+
+    def both(name: str) -> NDArray:
+        assert beam.blade
+        return np.append(beam.blade.at(name, starts), beam.blade.at(name, stops, inboard=True))
+
+    return Sections(
+        from_clamp=mesh.grid.from_clamp(np.append(starts, stops)),
+        nearest=np.append(first, first + np.array(mesh.orders) - 1),
+        outboard=outboard(masses),
+        bodies=outboard(bodies),
+        EI=both("bending" if problem.chordwise else "flap"),
+        EA=both("axial"),
+    )
+
+
 class BentBeam:
     """A beam on a mesh whose breaks hold the bodies.
 
@@ -77,6 +116,8 @@ class BentBeam:
         if carried.any():
             self.R = np.vstack([self.J, properties.to_bodies[0][carried]])
             self.mass = np.append(self.mass, properties.alpha[0][carried])
+        masses = np.append(mesh.points, stack.beta[0][carried])
+        self.sections = weakest_sections(mesh, beam, masses, problem)
         self.hinged = stack.hinged
         self.to_angle = with_root(mesh.J) if stack.hinged else mesh.J  # (n, turning)
         # Of the bodies with inertia: (bodies, turning), and the moments of inertia (bodies,) about
@@ -206,37 +247,35 @@ class State:
 
     @cached_property
     def local_stiffness(self) -> NDArray:
-        """Stiffness (n + 1,) in f of deformations much shorter than the beam, the angle following:
-        the second derivative of the energy density less what kappa takes of it; at the points and,
-        by the force and the moment there, at the clamp."""
-        bent, f, p, law = self.beam, self.f, self.beam.power, self.beam.law
-        mu2, EI0 = bent.beam.mu**2, 1.0
-        if bent.beam.blade and not bent.problem.chordwise:
-            EI0 = float(bent.beam.blade.at("flap", 0.0))
-        moment, pull = self.root_moment, self.root_pull
-        moment2 = moment**2 / EI0
-        f0 = float(f[0])
+        """Stiffness (n + sections,) in f of deformations much shorter than the beam, the angle
+        following, over that of the section at rest: the second derivative of the energy density
+        less what kappa takes of it; at the points and, by the force and the moment there, at the
+        weakest sections."""
+        bent, p, law, at = self.beam, self.beam.power, self.beam.law, self.beam.sections
+        pull, moment = self.section_forces
+        mu2 = bent.beam.mu**2
+        n, bending = pull / (mu2 * at.EA), p / 2 * moment**2 / (mu2 * at.EA * at.EI)
+        f = self.f[at.nearest]
         for _ in range(SECTION_STEPS):
-            stiffness = mu2 * law.stiffness(f0) - p * (p + 1) / 2 * f0 ** (-p - 2) * moment2
-            excess = mu2 * law.force(f0) + p / 2 * f0 ** (-p - 1) * moment2 - pull
-            if stiffness <= 0 or abs(excess) <= 1e-9 * stiffness * f0:
+            stiffness = law.stiffness(f) - (p + 1) * f ** (-p - 2) * bending
+            excess = law.force(f) + f ** (-p - 1) * bending - n
+            moving = (stiffness > 0) & (abs(excess) > 1e-9 * stiffness * f)
+            if not moving.any():
                 break
-            f0 -= float(np.clip(excess / stiffness, -0.3 * f0, 0.3 * f0))
-        softening = p * (p + 1) / 2 * f ** (p - 2) * bent.EI * self.kappa**2
-        return np.append(mu2 * bent.EA * law.stiffness(f) - softening, stiffness)
+            f = f - np.where(moving, np.clip(excess / stiffness, -0.3 * f, 0.3 * f), 0.0)
+        softening = p * (p + 1) / 2 * self.f ** (p - 2) * bent.EI * self.kappa**2
+        return np.append(law.stiffness(self.f) - softening / (mu2 * bent.EA), stiffness)
 
     @property
-    def root_moment(self) -> float:
-        """The bending moment at the root."""
-        if self.beam.hinged:
-            return self.beam.beam.root * self.root_angle
-        return float(self.f @ self.loads[1] - self.body_moments.sum())
-
-    @property
-    def root_pull(self) -> float:
-        """The axial force at the root."""
-        x, y = (load.sum() for load in self.distributed_loads)
-        return float(x * np.cos(self.root_angle) + y * np.sin(self.root_angle))
+    def section_forces(self) -> tuple[NDArray, NDArray]:
+        """Axial force and bending moment (sections,) at the weakest sections."""
+        at, (x, y), (X, Y) = self.beam.sections, self.arms, self.distributed_loads
+        Px, Py = at.outboard @ X, at.outboard @ Y
+        here = at.from_clamp @ (self.f * self.direction).T
+        about_axis = at.outboard @ (x * Y - y * X) - at.bodies @ self.body_moments
+        moment = about_axis - (here[:, 0] + self.beam.beam.delta) * Py + here[:, 1] * Px
+        angle = at.from_clamp @ self.kappa + self.root_angle
+        return Px * np.cos(angle) + Py * np.sin(angle), moment
 
     @property
     def body_moments(self) -> NDArray:

@@ -30,7 +30,7 @@ from beamviz.solver.hp.properties import stack_of, unstretched_positions
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
-FEW_ELEMENTS, LOW_ORDER = 12, 5  # of a blade: on more elements the first order is lower
+FEW_ELEMENTS, LOW_ORDER = 30, 6  # of a blade: on more elements the first order is lower
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12

@@ -51,7 +51,7 @@ def solve(beam: Beam, problem: Problem) -> Solution:
         Fa, Fb, Kb = with_rotary_inertia(model, position, Fa, Fb, Kb, problem)
     modes = modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), (shapes, shapes))
     size, curve = (len(Ka) + len(Kb), len(nodes) - 1, 3), partial(_curve, nodes, position)
-    return build_solution(beam, problem, modes, size, curve, iterations, nodes.tolist())
+    return build_solution(beam, problem, modes, size, curve, iterations, nodes)
 
 
 def nodes_of(beam: Beam, elements: int) -> NDArray:

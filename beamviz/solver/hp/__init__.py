@@ -26,6 +26,8 @@ from beamviz.solver.solution import (
     straight,
 )
 
+MOST_CACHED = 1000  # points, more than a chart has: the matrices of integrals of loads are large
+
 
 def solve_hp(
     beams: Sequence[Beam], problem: Problem, extra_modes: int = 0
@@ -47,7 +49,7 @@ def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | Beamviz
             buckled = bool(modes.lowest_bending < beam.gamma**2)
         elif beam.delta < 0:
             buckled = is_buckled(beam, problem)
-    loads = Loads(beam, problem.chordwise, tuple(grid.breaks.tolist()), partial(_curve, modes))
+    loads = Loads(beam, problem.chordwise, grid.breaks, partial(_curve, modes))
     return Solution(
         beam=beam,
         problem=problem,
@@ -80,6 +82,8 @@ def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
 def _curve(modes: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of the equilibrium."""
     matrices = modes.grid.from_clamp, modes.grid.at
+    if len(x) > MOST_CACHED:
+        return straight(*(matrix(x) @ modes.f for matrix in matrices))
     return straight(*(_rows(matrix, x.tobytes()) @ modes.f for matrix in matrices))
 
 

@@ -107,8 +107,8 @@ class Properties(NamedTuple):
 def properties_on(mesh: Mesh, beams: BeamStack) -> Properties:
     """The properties of beams whose bodies sit on breaks of the mesh."""
     if len(beams.alpha) == 1:
-        row = beams.alpha[0].tolist(), beams.beta[0].tolist()
-        return shared_properties(mesh, *map(tuple, row), beams.blade)
+        alpha, beta = tuple(beams.alpha[0].tolist()), tuple(beams.beta[0].tolist())
+        return shared_properties(mesh, alpha, beta, beams.blade)
     return properties_of(mesh, beams.alpha, beams.beta, beams.blade)
 
 

@@ -186,9 +186,8 @@ def next_attempt(
 
 def check_unknowns(elements: Elements, beam: Beam) -> None:
     """NotConverged with a remedy for too many unknowns."""
-    unknowns = sum(elements.orders)
-    most = MAX_UNKNOWNS
-    if not beam.is_uniform:
+    unknowns, most = sum(elements.orders), MAX_UNKNOWNS
+    if unknowns > most and not beam.is_uniform:
         most = min(most + MORE_UNKNOWNS * len(ends_of_spans(beam)), MOST_UNKNOWNS)
     if unknowns <= most:
         return

@@ -1,0 +1,69 @@
+"""A computed motion, drawn with the shapes that the scene draws.
+
+The displacements from the unloaded beam are a sum of some principal shapes (by singular values).
+Each moves like a mode whose phase has its present size as its sine.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.drawing.modes import SampledModes, stations
+from beamviz.dynamics import Motion
+from beamviz.dynamics.linear import LinearMotion
+
+MAX_SHAPES = 12  # principal shapes that a motion is drawn with
+DRAWN = 2e-4  # [L] deviation of the drawn beam that is not seen
+SAMPLED = 200  # times that the shapes are computed from
+
+
+class MotionShapes:
+    """The principal shapes of a motion. sampled: as modes; amplitudes: of each (k,) [L]; parts:
+    their sizes over time (n, k) [L]."""
+
+    def __init__(self, motion: Motion | LinearMotion):
+        self.motion, beam = motion, motion.beam
+        x = stations(beam.beta if beam.alpha else 1.0)
+        positions = motion.position(motion.t, x)  # (n, stations, 2)
+        unloaded = np.stack([x, np.zeros_like(x)], axis=1)
+        moved = (positions - unloaded).reshape(len(positions), -1)
+        some = moved[:: math.ceil(len(moved) / SAMPLED)]
+        _, sizes, shapes = np.linalg.svd(some, full_matrices=False)
+        left = np.sqrt(np.append(np.cumsum(sizes[::-1] ** 2)[::-1], 0.0))
+        count = min(MAX_SHAPES, max(1, int((left > DRAWN * math.sqrt(some.size)).sum())))
+        largest = np.linalg.norm(shapes[:count].reshape(count, len(x), 2), axis=2).max(axis=1)
+        largest = np.where(largest > 0, largest, 1.0)
+        self.parts = moved @ shapes[:count].T * largest
+        self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
+        self.sampled = SampledModes(
+            *(beam.replace(gamma=0.0), "chordwise", x, unloaded, np.zeros(len(x) - 1)),
+            labels=tuple(f"{k + 1}" for k in range(count)),
+            frequencies=np.zeros(count),
+            modes=shapes[:count].reshape(count, len(x), 2) / largest[:, None, None],
+            limits=np.full(count, np.inf),
+        )
+
+    def phases(self, t: float) -> NDArray:
+        """The phases (k,) [rad] at a time, at most at the end of the motion."""
+        sizes = np.array([np.interp(t, self.motion.t, column) for column in self.parts.T])
+        return np.arcsin(np.clip(sizes / self.amplitudes, -1, 1))
+
+    @property
+    def until(self) -> float:
+        """The time at which it ends."""
+        return float(self.motion.t[-1])
+
+    def angle(self, t: float) -> float:
+        """The angle of the hub [rad] at a time."""
+        return float(np.interp(t, self.motion.t, self.motion.angle))
+
+    def gamma(self, t: float) -> float:
+        """The speed at a time."""
+        return float(np.interp(t, self.motion.t, self.motion.gamma))
+
+
+def dominant_frequency(motion: Motion) -> NDArray:
+    """The frequency [1/T*] of the largest vibration of the tip (1,)."""
+    frequency, amplitude = motion.spectrum()
+    return frequency[[amplitude[1:].argmax() + 1]]

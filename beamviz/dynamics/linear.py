@@ -1,0 +1,192 @@
+"""The motion by the classical linear theory, without stiffening, for comparison.
+
+Bending does not draw the tip inward, so that the centrifugal force only softens. With the modes at
+rest, u = sum a_j psi_j along and w = sum b_k phi_k across the beam, of unit modal mass,
+
+    b_k" + 2 zeta omega_k b_k' + (omega_k^2 - gamma^2) b_k
+        + sum_j G_kj (2 gamma a_j' + gamma' a_j) + gamma' int rho phi_k (x + delta) dx = F phi_k,
+    a_j" + 2 zeta omega_j a_j' + (omega_j^2 - gamma^2) a_j
+        - sum_k G_kj (2 gamma b_k' + gamma' b_k) = gamma^2 int rho psi_j (x + delta) dx,
+
+G_kj = int rho phi_k psi_j dx, rho = 1 + alpha Dirac(x - beta). From the lowest omega_k on, such a
+beam diverges (Kane, Ryan & Banerjee 1987).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from beamviz.beam import Beam
+from beamviz.dynamics.case import Case
+from beamviz.dynamics.drives import Hub, Ramp, Samples
+from beamviz.errors import InvalidInput, NotConverged
+from beamviz.solver import Solution, solve
+from beamviz.solver.fem.elements import gauss
+
+MODES, HIGHEST = 8, 250.0  # of the lowest, and their highest frequency: those above move a
+# plucked tip by less than 1e-4 L
+DIVERGED = 1.0  # [L] displacement of the tip at which a theory of small ones has failed
+QUADRATURE = 40  # Gauss points on each side of the mass
+RELATIVE = 1e-5  # tolerance of the integration; the absolute one is a part of that of the tip
+ABSOLUTE = 1e-2
+
+
+@dataclass(frozen=True, eq=False)
+class LinearMotion:
+    """A motion by the linear theory. t: (n,), until it ends or diverges; tip: (n, 2); gamma: (n,);
+    angle: of the hub (n,)."""
+
+    beam: Beam
+    t: NDArray
+    gamma: NDArray
+    angle: NDArray
+    tip: NDArray
+    parts: tuple["Part", ...] = field(repr=False)
+
+    def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
+        """Position (len(t), len(x), 2) of the points x at times t, from the clamp."""
+        t, x = np.atleast_1d(np.asarray(t, float)), np.asarray(x, float)
+        positions, before = np.zeros((len(t), len(x), 2)), -1.0
+        for part in self.parts:
+            inside = (before < t) & (t <= part.end)
+            if inside.any():
+                c = part.solution(t[inside])[: part.modes.count]
+                positions[inside] = np.einsum("kt,kxc->txc", c, part.modes.shapes(x))
+            before = part.end
+        positions[..., 0] += x
+        return positions
+
+
+class Part:
+    """The motion between two events. end: its last time; solution: a function of times (k,) that
+    returns amplitudes and their rates (2 modes, k)."""
+
+    def __init__(self, modes: "RestModes", end: float, solution: Any):
+        self.modes, self.end, self.solution = modes, end, solution
+
+
+class RestModes:
+    """The modes of a beam at rest, of unit modal mass. x, weights: of a quadrature (m,); values:
+    displacements there (k, m, 2); G: coupling of transverse and axial motion (k, k)."""
+
+    def __init__(self, beam: Beam, options: Mapping[str, Any]):
+        still = beam.replace(gamma=0.0)
+        self.beam = beam
+        self.solution: Solution = solve(still, modes=MODES, **options)
+        self.omega = self.solution.frequencies[self.solution.frequencies < HIGHEST]
+        self.count = len(self.omega)
+        points, weights = gauss(2 * QUADRATURE - 1)
+        ends = sorted({0.0, beam.beta, 1.0})
+        x = [a + (b - a) * points for a, b in pairwise(ends)]
+        self.weights = np.concatenate([(b - a) * weights for a, b in pairwise(ends)])
+        self.x = np.concatenate(x)
+        self.weights = np.append(self.weights, beam.alpha)
+        self.x = np.append(self.x, beam.beta)
+        self.scale = np.ones(self.count)
+        values = self.shapes(self.x)
+        self.scale = 1 / np.sqrt((values**2).sum(axis=2) @ self.weights)
+        self.values = self.shapes(self.x)
+        u, w = self.values[..., 0] * self.weights, self.values[..., 1]
+        self.G = w @ u.T  # (k, j): transverse of mode k, axial of mode j
+        arm = self.x + beam.delta
+        self.axial, self.transverse = u @ arm, (w * self.weights) @ arm
+
+    def shapes(self, x: NDArray) -> NDArray:
+        """Displacements (k, len(x), 2)."""
+        found = np.stack([self.solution.shape(k, x).real for k in range(self.count)])
+        return self.scale[:, None, None] * found
+
+    def rates(self, gamma: float, spin: float, damping: float, y: NDArray) -> NDArray:
+        """Derivatives of amplitudes and rates (2 k,)."""
+        c, v = np.split(y, 2)
+        force = -2 * damping * self.omega * v - (self.omega**2 - gamma**2) * c
+        moved = 2 * gamma * v + spin * c
+        force += self.G.T @ moved - self.G @ moved
+        return np.append(v, force + gamma**2 * self.axial - spin * self.transverse)
+
+    def held(self, gamma: float, force: float, at: float) -> NDArray:
+        """Amplitudes (k,) of the equilibrium under a force across the beam at a point."""
+        load = gamma**2 * self.axial + force * self.shapes(np.array([at]))[:, 0, 1]
+        return load / (self.omega**2 - gamma**2)
+
+    def taken_over(self, before: "RestModes", y: NDArray) -> NDArray:
+        """Amplitudes and rates (2 k,) after a body has docked at rest in the frame of the hub, or
+        was released: displacements and momentum are kept."""
+        c, v = np.split(y, 2)
+        caught = self.beam.alpha > before.beam.alpha
+        weights = self.weights.copy()
+        displacement = np.einsum("k,kxc->xc", c, before.shapes(self.x))
+        velocity = np.einsum("k,kxc->xc", v, before.shapes(self.x))
+        kept = np.einsum("kxc,xc,x->k", self.values, displacement, weights)
+        if caught:
+            weights[-1] = 0.0
+        return np.append(kept, np.einsum("kxc,xc,x->k", self.values, velocity, weights))
+
+
+def motion_without_stiffening(beam: Beam, until: float, **options: Any) -> LinearMotion:
+    """The motion of a beam by the classical linear theory; arguments as in `motion`, without a
+    start in modes, a hub of inertia, and choices of methods. It ends early, where the tip is
+    displaced by DIVERGED. Raises InvalidInput and NotConverged."""
+    case = Case.of(beam=beam, until=until, **options)
+    drive = case.drive
+    if case.start or isinstance(drive, Hub) or case.studied:
+        raise InvalidInput("the linear theory takes a prescribed speed, and no start in modes")
+    parts = tuple(integrated(case, drive))
+    end = parts[-1].end
+    t = np.append(case.times[case.times < end], end)
+    gamma, angle = drive(t)[0], drive.angle(t)
+    motion = LinearMotion(beam, t, gamma, angle, np.zeros((0, 2)), parts)
+    return LinearMotion(beam, t, gamma, angle, motion.position(t, [1.0])[:, 0], parts)
+
+
+def integrated(case: Case, drive: Ramp | Samples) -> list[Part]:
+    """The parts of a motion, until it diverges."""
+    from scipy.integrate import solve_ivp
+
+    parts: list[Part] = []
+    t, y = 0.0, np.zeros(0)
+    modes: RestModes | None = None
+    for part in case.parts:
+        beam = case.beam if part.with_mass else case.beam.replace(alpha=0.0)
+        before = modes
+        modes = RestModes(beam, {"strain": case.strain})
+        if before is None:
+            still = modes.held(case.first_speed, case.release, case.release_at)
+            y = np.append(still, np.zeros_like(still))
+        else:
+            y = modes.taken_over(before, y)
+        at_tip = modes.shapes(np.ones(1))[:, 0]  # (k, 2)
+
+        def rates(t: float, y: NDArray, modes: RestModes = modes) -> NDArray:
+            (gamma,), (spin,) = drive(np.array([t]))
+            case.report(t)
+            return modes.rates(gamma, spin, case.damping, y)
+
+        def left(t: float, y: NDArray, at_tip: NDArray = at_tip) -> float:
+            return DIVERGED - float(np.linalg.norm(y[: len(at_tip)] @ at_tip))
+
+        left.terminal = True  # type: ignore[attr-defined]
+        stops = [*(b for b in drive.breaks if t < b < part.end), part.end]
+        for stop in stops:
+            if stop <= t:
+                continue
+            if left(t, y) <= 0:
+                return parts or [Part(modes, 0.0, lambda t, y=y: np.tile(y[:, None], len(t)))]
+            found = solve_ivp(
+                *(rates, (t, stop), y, "DOP853"),
+                dense_output=True,
+                events=left,
+                rtol=RELATIVE,
+                atol=ABSOLUTE * case.tolerance,
+            )
+            if not found.success:
+                raise NotConverged(f"t = {found.t[-1]:.4g}: the linear theory: {found.message}")
+            t, y = float(found.t[-1]), found.y[:, -1]
+            parts.append(Part(modes, t, found.sol))
+            if found.status == 1:
+                return parts
+    return parts

@@ -1,0 +1,123 @@
+"""The beam in the scene, which the visitor pulls aside and lets go, while the tab Motion is open or
+a motion is played."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import trimesh
+from viser import BatchedMeshHandle, SceneNodeDragEvent
+
+from beamviz.drawing import BeamView
+from beamviz.drawing.beam_mesh import NORMALS, segments
+from beamviz.drawing.objects import add_instances
+from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.explorer.experiment import RANGES
+from beamviz.explorer.features.motion import PULL_JOB, PullRequest, begun
+from beamviz.explorer.mass_drag import nearest
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import Hold, Ray, State
+from beamviz.explorer.visitor import Visitor
+
+LEAST_PLACE = 0.1  # of the beam, at which it can be pulled
+TIP = 0.93  # from which on it is pulled at its tip
+LARGEST = 0.6  # [L] deflection
+FLAT = 0.03  # sine of the angle between view and plane of rotation below which no point is defined
+DIGITS = 3  # of a place or a force
+PIECES = 12  # of the sleeve
+SLEEVE = 0.1  # [L] its width, wide enough for a finger
+
+
+class BeamPull:
+    """Holds the beam under the pointer. What is known of it is the `hold` of the state.
+
+    sleeve: invisible boxes around the beam, always as many, that take the pointer: a drag of the
+    beam itself would end whenever it is drawn in another number of pieces.
+    """
+
+    def __init__(
+        self,
+        visitor: Visitor,
+        scene: DrawnScene,
+        view: BeamView,
+        line_of_sight: Callable[[np.ndarray], Ray],
+    ):
+        self.visitor, self.scene, self.view = visitor, scene, view
+        self.line_of_sight, self.offered = line_of_sight, False
+        name = "/scene/rotor/sleeve"
+        self.sleeve = add_instances(scene, name, trimesh.creation.box(), PIECES, opacity=0.0)
+        self.sleeve.visible = False
+
+    def move(self) -> None:
+        """Put the sleeve around the beam as it was drawn last."""
+        if not self.offered:
+            return
+        x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
+        line = np.column_stack([np.interp(x, self.view.shapes.x, one) for one in self.view.line.T])
+        centres, wxyz, sizes = segments(line, NORMALS["chordwise"], (SLEEVE, SLEEVE))
+        placed = {"batched_positions": centres, "batched_wxyzs": wxyz, "batched_scales": sizes}
+        self.scene.set_properties(self.sleeve, **placed)
+
+    async def dragged(self, event: SceneNodeDragEvent[BatchedMeshHandle]) -> None:
+        """Handle a step of a drag, on the event loop, so that steps are handled in order."""
+        visitor, hold = self.visitor, self.visitor.state.hold
+        if event.phase == "end":
+            if hold:
+                visitor.set_state(replace(visitor.state, hold=hold._replace(held=False)))
+            return
+        sight = self.line_of_sight(np.asarray(event.end_position, float))
+        deflection = in_plane(sight)
+        if hold is None or not hold.held:
+            x = nearest(self.view.line, self.view.shapes.x, *sight)
+            if x is None:
+                return
+            x = 1.0 if x > TIP else max(round(x, DIGITS - 1), LEAST_PLACE)
+            hold = Hold(x, 0.0)
+        if deflection is not None:
+            visitor.set_state(replace(visitor.state, hold=hold._replace(deflection=deflection)))
+
+    def react(self, snapshot: Snapshot) -> None:
+        """Offer the beam to be pulled where a motion is chosen; let go of it after a drag."""
+        self.offer(offered=snapshot.state.in_motion or snapshot.state.tab == "motion")
+        visitor, hold = self.visitor, snapshot.state.hold
+        if hold is None or hold.held or visitor.state is not snapshot.state:
+            return
+        answer = snapshot.job_answer(PULL_JOB)
+        if answer is None or answer.request != PullRequest.of(snapshot.state):
+            return
+        if answer.result is None:
+            visitor.page.say(answer.message, error=True)
+            visitor.set_state(replace(visitor.state, hold=None))
+            return
+        force = answer.result.force
+        visitor.change(lambda state: let_go(state, hold, force))
+
+    def offer(self, *, offered: bool) -> None:
+        """Take drags of the beam, or leave them to the view of the scene."""
+        if offered == self.offered:
+            return
+        self.offered = offered
+        self.sleeve.visible = offered
+        if offered:
+            self.sleeve.on_drag(self.dragged)
+        else:
+            self.sleeve.remove_drag_callback(self.dragged)
+
+
+def let_go(state: State, hold: Hold, force: float) -> State:
+    """With the motion that begins where the beam was held by a force."""
+    low, high = RANGES["pull"].limits
+    force = float(f"{min(max(force, low), high):.{DIGITS}g}")
+    state = replace(state, hold=None)
+    return begun(state, replace(state.experiment, pull=force, pull_at=hold.at))
+
+
+def in_plane(sight: Ray) -> float | None:
+    """The deflection of the point of the plane of rotation on a line of sight; None where the plane
+    is seen edge on."""
+    eye, at = sight
+    along = at - eye
+    if not abs(along[2]) > FLAT * np.linalg.norm(along):
+        return None
+    y = float((eye - eye[2] / along[2] * along)[1])
+    return round(min(max(y, -LARGEST), LARGEST), DIGITS)

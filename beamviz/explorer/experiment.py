@@ -1,0 +1,149 @@
+"""The motion in time that a visitor has chosen: what holds the beam, turns the hub and happens to
+the mass."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple, Self
+
+from beamviz.beam import Beam
+from beamviz.checks import check_choice, check_float
+from beamviz.dynamics.drives import Ramp
+from beamviz.errors import InvalidInput
+from beamviz.input_files import check_keys
+from beamviz.lessons.model import Lesson
+from beamviz.scene import check_bool
+
+STOP = 0.1  # [T*] in which a hub stops dead
+
+
+class Range(NamedTuple):
+    """Limits of a number, and the ends and the step of its slider."""
+
+    limits: tuple[float, float]
+    slider: tuple[float, float, float]
+
+
+RANGES = {
+    "pull": Range((-50.0, 50.0), (-5.0, 5.0, 0.05)),
+    "pull_at": Range((0.0, 1.0), (0.0, 1.0, 0.001)),
+    "within": Range((0.1, 60.0), (0.5, 30.0, 0.5)),
+    "body_at": Range((0.05, 60.0), (0.5, 30.0, 0.5)),
+    "damping": Range((0.0, 0.2), (0.0, 0.05, 0.001)),
+    "until": Range((0.5, 60.0), (2.0, 40.0, 1.0)),
+}
+CHOICES = {
+    "hub": {
+        "constant": "turns at the speed γ",
+        "smooth": "speeds up to γ, smoothly",
+        "linear": "speeds up to γ, evenly",
+        "stop": "turns at γ and stops dead",
+    },
+    "body": {
+        "stays": "stays on the beam",
+        "caught": "is caught",
+        "dropped": "is dropped",
+    },
+}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A motion to compute, but for the beam.
+
+    pull: force across the beam that holds it until t = 0 [E I / L^2]; pull_at: its place; hub: how
+    the hub turns; within: the time [T*] in which it speeds up; body: what happens to the mass, and
+    body_at: when [T*]; damping: ratio of all modes; until: the end [T*]; unstiffened: the theory
+    without stiffening beside it. Raises InvalidInput.
+    """
+
+    pull: float = 1.0
+    pull_at: float = 1.0
+    hub: str = "constant"
+    within: float = 10.0
+    body: str = "stays"
+    body_at: float = 5.0
+    damping: float = 0.005
+    until: float = 20.0
+    unstiffened: bool = False
+
+    def __post_init__(self) -> None:
+        for name, own in RANGES.items():
+            object.__setattr__(self, name, check_float(name, getattr(self, name), *own.limits))
+        for name, choices in CHOICES.items():
+            check_choice(name, getattr(self, name), choices)
+        check_bool("unstiffened", self.unstiffened)
+
+    @classmethod
+    def of(cls, values: Any) -> Self:
+        """That of a table of a link. Raises InvalidInput."""
+        values = values if isinstance(values, Mapping) else {"": values}
+        check_keys(values, tuple(cls.__dataclass_fields__), "motion")
+        return cls(**values)
+
+    @property
+    def text(self) -> str:
+        """What is not as usual, as an inline table of TOML."""
+        usual = asdict(PULLED)
+        own = {name: one for name, one in asdict(self).items() if one != usual[name]}
+        return f"{{{', '.join(f'{name} = {json.dumps(one)}' for name, one in own.items())}}}"
+
+    def changed(self, name: str, value: Any) -> Self:
+        """With one value as a browser sent it: numbers are clamped, an invalid one is ignored."""
+        if name in RANGES and isinstance(value, int | float) and not isinstance(value, bool):
+            low, high = RANGES[name].limits
+            value = min(max(float(value), low), high)
+        try:
+            return replace(self, **{name: value})
+        except InvalidInput:
+            return self
+
+    @property
+    def ramps(self) -> bool:
+        """Whether the hub speeds up."""
+        return self.hub in ("smooth", "linear")
+
+    def speed(self, gamma: float) -> Ramp | None:
+        """The argument `speed` of `motion`; None for a constant one."""
+        if self.hub == "constant":
+            return None
+        if self.hub == "stop":
+            return Ramp(to=0.0, within=STOP, shape="linear", start=gamma)
+        return Ramp(to=gamma, within=self.within, shape=self.hub)
+
+    @property
+    def event(self) -> float:
+        """The time after which nothing changes but by vibration."""
+        ends = {"constant": 0.0, "stop": STOP}
+        last = ends.get(self.hub, self.within)
+        return last if self.body == "stays" else max(last, self.body_at)
+
+    def last_beam(self, beam: Beam) -> Beam:
+        """The beam as it is at the end."""
+        gamma = 0.0 if self.hub == "stop" else beam.gamma
+        return beam.replace(gamma=gamma, alpha=0.0 if self.body == "dropped" else beam.alpha)
+
+    def has_body(self, t: float) -> bool:
+        """Whether the mass is on the beam at a time."""
+        return {"stays": True, "caught": t >= self.body_at, "dropped": t < self.body_at}[self.body]
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """The keywords of `motion` besides beam, speed and model."""
+        moment = {"caught": "catch", "dropped": "drop"}.get(self.body)
+        return {
+            "until": self.until,
+            "release": self.pull,
+            "release_at": self.pull_at,
+            "damping": self.damping,
+            **({moment: self.body_at} if moment else {}),
+        }
+
+
+def motion_of(lesson: Lesson) -> dict[str, Any]:
+    """The values of the state, by field, with which a lesson begins."""
+    in_motion, experiment = bool(lesson.motion), Experiment(**lesson.motion)
+    return {"experiment": experiment, "in_motion": in_motion, "moment": 0.0}
+
+
+PULLED = Experiment()  # as usual: pulled at the tip and let go

@@ -1,0 +1,109 @@
+"""A computed motion in the scene: which moment of it, and the beam drawn then."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from beamviz.beam import Beam, Units
+from beamviz.drawing.beam_mesh import DrawnBeam
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import Measure
+from beamviz.scene import ViewOptions
+
+PAUSE = 1.5  # [s] on the screen at the end, before it begins again
+
+
+class PlayedShapes(Protocol):
+    """What is played: shapes as modes, with their amplitudes, and what they do in time."""
+
+    sampled: SampledModes
+    amplitudes: np.ndarray
+
+    @property
+    def until(self) -> float: ...
+    def phases(self, t: float) -> np.ndarray: ...
+    def angle(self, t: float) -> float | None: ...
+    def gamma(self, t: float) -> float: ...
+
+
+class HeldShapes:
+    """A beam at rest in the frame of the hub, in which it has these positions (n, 2) at its
+    stations x (n,)."""
+
+    until = 0.0
+
+    def __init__(self, beam: Beam, x: np.ndarray, positions: np.ndarray):
+        self.beam = beam
+        unloaded = np.stack([x, np.zeros_like(x)], axis=1)
+        moved = positions - unloaded
+        size = max(float(np.linalg.norm(moved, axis=1).max()), 1e-12)
+        self.amplitudes = np.array([size])
+        self.sampled = SampledModes(
+            *(beam, "chordwise", x, unloaded, np.zeros(len(x) - 1)),
+            labels=("held",),
+            frequencies=np.zeros(1),
+            modes=moved[None] / size,
+            limits=np.full(1, np.inf),
+        )
+
+    def phases(self, t: float) -> np.ndarray:
+        return np.full(1, np.pi / 2)
+
+    def angle(self, t: float) -> None:
+        """The hub stays where it is."""
+
+    def gamma(self, t: float) -> float:
+        return self.beam.gamma
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """A motion to play. beam: its numbers; shapes: of the motion; second: of the one without
+    stiffening, drawn beside it; rate: the time [T*] per second on the screen that suits it;
+    has_body: whether the mass is on the beam at a time."""
+
+    beam: Beam
+    shapes: PlayedShapes
+    second: PlayedShapes | None
+    rate: float
+    has_body: Callable[[float], bool]
+
+    @property
+    def until(self) -> float:
+        """The time [T*] at which it ends."""
+        return self.shapes.until
+
+    @property
+    def diverged(self) -> float | None:
+        """The time at which the motion without stiffening has diverged; None where it does not."""
+        end = self.second.until if self.second else self.until
+        return end if end < self.until else None
+
+    def advanced(self, moment: float, time: float) -> float:
+        """The moment after a time [T*]; after the end it begins again."""
+        moment += time
+        return moment if moment < self.until + PAUSE * self.rate else 0.0
+
+
+def time_text(time: float | None, units: Units | None) -> str:
+    """A time [T*] as the chart shows it; "" for none."""
+    return "" if time is None else times(units).text(time, 3)
+
+
+def times(units: Units | None) -> Measure:
+    """The display of times."""
+    if units is None:
+        return Measure("time t [T*]", "t")
+    return Measure("time [s]", "t", "s", units.time)
+
+
+def drawn(
+    shapes: PlayedShapes, beam: Beam, view: ViewOptions, scale: float, title: str = ""
+) -> DrawnBeam:
+    """A motion as a beam to draw: displacements as they are, without nodes of modes."""
+    view = view.changed("colouring", "displacement").changed("all_modes", False)
+    view = view.changed("nodes", False)
+    sampled = replace(shapes.sampled, beam=beam)
+    return DrawnBeam(sampled, view, scale, shapes.amplitudes, title=title)

@@ -1,0 +1,293 @@
+"""The tab Motion: what the scene, the charts and the address show of a motion in time."""
+
+import base64
+import contextlib
+from dataclasses import replace
+from urllib.parse import parse_qsl
+
+import numpy as np
+import pytest
+from live.browser import NODES, READY, by_id, page
+from live.server import wait_until
+from live.visitor import TIMEOUT, Visitor, final_text, visitor
+
+from beamviz.beam import Beam
+from beamviz.dynamics import motion
+from beamviz.errors import InvalidInput
+from beamviz.explorer import explorer
+from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.features.motion import PRESETS, TOLERANCE
+from beamviz.explorer.features.sharing import parse_link
+from beamviz.explorer.session import Session
+from beamviz.explorer.state import Case, State
+from beamviz.scene import Scene
+from beamviz.solver import solve
+
+FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=3))
+SHORT = "?alpha=1&beta=0.5&gamma=3&tab=motion&moving=true&motion={until=4.0}"
+CHART, SPECTRUM = "motion-chart", "motion-spectrum"
+
+
+def has_chart(guest: Visitor, end: float) -> bool:
+    """Whether the chart shows a motion until a time."""
+    axis = guest.charts[CHART].get("x")
+    return bool(axis) and axis["range"][1] == end and "hidden" in guest.props[CHART]
+
+
+@pytest.fixture
+def pulled(guest) -> Visitor:
+    """A visitor who has pulled the beam and let go, with reduced motion: paused at the start."""
+    guest.do("preferences", "still")
+    guest.do("link", SHORT)
+    guest.wait(lambda _: has_chart(guest, 4.0) and guest.charts[CHART].get("cursor"))
+    return guest
+
+
+def tip_drawn(session: Session) -> np.ndarray:
+    """Position (2,) of the tip from the clamp, as it was drawn last."""
+    return session.view.beam.line[-1, :2] - [session.snapshot.beam.delta, 0]
+
+
+def test_chart_and_scene_show_the_computed_motion(pulled, session):
+    """To the tolerance of the page, twice as the other motion is converged too; the drawn beam is a
+    sum of shapes, to 1e-3 L."""
+    found = motion(FIRST.beam, 4.0, release=PULLED.pull, damping=PULLED.damping, tolerance=1e-5)
+    chart = pulled.charts[CHART]
+    shown = np.interp(found.t, chart["at"], chart["lines"][0]["y"])
+    assert np.abs(shown - found.tip[:, 1]).max() < 2 * TOLERANCE
+    for moment in (0.0, 0.6, 2.35, 4.0):
+        pulled.do("moment", moment, until=lambda _, at=moment: pulled.values["moment"] == at)
+        wait_until(lambda at=moment: session.visitor.clock.moment == at)
+        final_text(pulled, 0.2)
+        (tip,) = found.position([moment], [1.0])[:, 0]
+        assert tip_drawn(session) == pytest.approx(tip, abs=TOLERANCE + 1e-3)
+
+
+def test_the_motion_is_played_and_paused(pulled, session):
+    """The line of the chart moves with it, at one rate; paused, the address has the moment, and a
+    fresh page on it shows the same."""
+    pulled.choose("playing", True)
+    pulled.wait(lambda _: 0.1 < pulled.charts[CHART]["cursor"]["x"] < 3)
+    pulled.choose("playing", False)
+    final_text(pulled, 0.3)
+    shown = pulled.charts[CHART]["cursor"]["x"]
+    assert shown == pytest.approx(session.visitor.clock.moment)
+    address = dict(parse_qsl(pulled.parts["address"]))
+    assert float(address["moment"]) == pytest.approx(shown)
+    assert shown > 0.1
+
+
+def test_a_link_holds_the_motion(pulled, url):
+    """Its experiment, the moment, and that the scene shows it; undo goes back."""
+    pulled.do("motion.pull", -2.0)
+    pulled.do("moment", 1.5)
+    pulled.wait(lambda _: "moment=1.5" in pulled.parts["address"])
+    scene, values, *_ = parse_link(pulled.parts["address"])
+    own = replace(PULLED, until=4.0, pull=-2.0)
+    assert values["experiment"] == own
+    assert (values["moment"], values["in_motion"], scene.beam) == (1.5, True, FIRST.beam)
+    with visitor(url) as fresh:
+        fresh.do("preferences", "still")
+        fresh.do("link", f"?{pulled.parts['address']}")
+        fresh.wait(lambda _: has_chart(fresh, 4.0) and fresh.values.get("moment") == 1.5)
+        lowest = min(fresh.charts[CHART]["lines"][0]["y"])
+        assert fresh.charts[CHART]["lines"][0]["y"][0] == pytest.approx(lowest, rel=0.05)
+    pulled.do("undo", until=lambda _: pulled.values["motion.pull"] == PULLED.pull)
+
+
+@pytest.mark.parametrize("text", ["{pull=99.0}", "{hub='fast'}", "{colour=1}", "3"])
+def test_a_link_with_another_motion_is_refused(text):
+    """With the name of what is wrong."""
+    with pytest.raises(InvalidInput, match=r"pull|hub|colour|motion|unknown"):
+        parse_link(f"motion={text}")
+
+
+def test_the_modes_are_seen_in_the_spectrum(pulled):
+    """Peaks at B1 and B2 of the mode table with Coriolis forces, to the resolution 2 pi / T of the
+    spectrum, and lines at the frequencies, labelled."""
+    chart = pulled.charts[SPECTRUM]
+    lines = {line["label"]: line["at"][0] for line in chart["lines"] if line["label"]}
+    solution = solve(FIRST.beam, coriolis=True)
+    assert list(lines) == list(solution.labels)
+    assert list(lines.values()) == pytest.approx(solution.frequencies.tolist(), rel=1e-5)
+    spectrum = next(line for line in chart["lines"] if not line["label"])
+    at, height = np.array(chart["at"]), np.array(spectrum["y"])
+    width = 2 * np.pi / 4.0
+    for label in ("B1", "B2"):
+        near = abs(at - lines[label]) <= 3 * width
+        assert at[near][height[near].argmax()] == pytest.approx(lines[label], abs=width)
+
+
+@pytest.mark.parametrize("name", list(PRESETS))
+def test_every_experiment_has_a_motion(guest, name):
+    """Within some seconds, which is said in words; the controls without effect are hidden."""
+    guest.do("tab", "motion")
+    guest.do("gamma", 2.0)
+    own = PRESETS[name][1]
+    guest.do("experiment", name)
+    guest.wait(lambda _: guest.values.get("experiment") == name and has_chart(guest, own.until))
+    assert 'class="note"' not in guest.texts["motion-list"] or own.unstiffened
+    assert bool(guest.props["motion.within-row"]["hidden"]) is not own.ramps
+    assert "γ = 2" in guest.texts["motion-words"]
+
+
+def test_without_stiffening_it_diverges_and_the_scene_says_so(guest, session):
+    """When it does, not before; the beam itself goes on. The part of the chart after that is
+    marked."""
+    guest.do("preferences", "still")
+    guest.do("link", "?gamma=6&moving=true&motion={pull=0.0,hub='smooth',until=14.0}&tab=motion")
+    guest.wait(lambda _: has_chart(guest, 14.0))
+    assert guest.charts[CHART]["gaps"] == []
+    guest.do("motion.unstiffened", True)
+    guest.wait(lambda _: guest.charts[CHART]["gaps"])
+    (start, end, text) = guest.charts[CHART]["gaps"][0]
+    assert (end, "diverged" in text) == (14.0, True)
+
+    def captions() -> str:
+        return " ".join(one["text"] for one in guest.parts["captions"])
+
+    guest.do("moment", start - 0.5, until=lambda _: "without stiffening" in captions())
+    final_text(guest, 0.2)
+    assert "diverged" not in captions()
+    guest.do("moment", start + 0.5, until=lambda _: "diverged at t = " in captions())
+    last = session.view.others[False].line[-1, 1]
+    assert abs(last) == pytest.approx(1.0, abs=0.01)
+    assert abs(tip_drawn(session)[1]) < 0.3
+
+
+def test_the_mass_is_there_while_it_is_on_the_beam(guest, session):
+    """Caught and dropped at the time chosen; a beam without a mass gets its last one back."""
+    guest.do("preferences", "still")
+    guest.do("alpha", 0.0)
+    guest.do("tab", "motion")
+    for name, before in (("catch", False), ("drop", True)):
+        guest.do("experiment", name)
+        guest.wait(lambda _, own=PRESETS[name][1]: session.visitor.state.experiment == own)
+        guest.wait(lambda _: has_chart(guest, 20.0) and session.snapshot.film)
+        wait_until(lambda: not session.is_busy)
+        for moment, there in ((4.9, before), (5.1, not before)):
+            guest.do("moment", moment, until=lambda _, at=moment: guest.values["moment"] == at)
+            final_text(guest, 0.2)
+            assert bool(session.view.beam.mass.visible) is there
+    assert session.visitor.state.case.numbers["alpha"] == 1.0
+
+
+def test_a_failure_is_told_in_its_kind(guest):
+    """What a motion has not, a beam without equilibrium, a number out of range; then a motion
+    again."""
+    guest.do("tab", "motion")
+    guest.do("motion.until", 2.0)
+    for name, value, words in (
+        ("plane", "flapwise", "in the plane of rotation"),
+        ("stiffening", False, "has all effects"),
+        ("spin_up", 5.0, "Put the spin-up"),
+        ("gamma", 60.0, "no equilibrium"),
+    ):
+        if name == "gamma":
+            guest.do("strain", "hencky")
+        guest.do(name, value, until=lambda _, w=words: w in guest.texts["motion-list"].lower() + w)
+        guest.wait(lambda _, w=words: w.lower() in guest.texts["motion-list"].lower())
+        assert guest.props[CHART]["hidden"] is True
+        guest.do("undo")
+        if name == "gamma":
+            guest.do("strain", "green")
+        guest.wait(lambda _: has_chart(guest, 2.0) and not guest.props[CHART]["hidden"])
+
+
+def test_a_long_motion_is_cancelled(guest):
+    """And computed again on request."""
+    guest.do("tab", "motion")
+    guest.do("gamma", 20.0)
+    guest.do("motion.until", 60.0)
+    guest.do("motion.pull", 30.0, until="computing: motion")
+    guest.do("cancel_jobs", until="cancelled: motion")
+    guest.do("motion.pull", 0.5)
+    guest.do("motion.until", 2.0)
+    guest.wait(lambda _: has_chart(guest, 2.0) and not guest.props[CHART]["hidden"])
+
+
+def test_a_mode_ends_the_motion_in_the_scene(pulled, session):
+    """It is drawn then; the motion stays in the tab."""
+    assert session.snapshot.film
+    pulled.do("only", 0)
+    pulled.wait(lambda _: session.snapshot.film is None)
+    assert session.snapshot.picture.shown == [0]
+    pulled.do("moment", 1.0)
+    pulled.wait(lambda _: session.snapshot.film is not None)
+
+
+def test_times_and_forces_have_the_units_of_a_real_beam(guest):
+    """Seconds, newtons, millimetres."""
+    guest.do("real.preset", "steel beam")
+    guest.do("tab", "motion")
+    guest.wait(lambda _: guest.charts[CHART].get("x", {}).get("unit") == "s")
+    assert guest.texts["motion.pull-label"].endswith("[N]")
+    assert guest.charts[CHART]["y"]["unit"] == "mm"
+
+
+def test_the_values_of_an_experiment_are_checked():
+    """Clamped by a control, refused by a link; caught and dropped are events."""
+    assert PULLED.changed("pull", 1e9).pull == 50
+    assert PULLED.changed("pull", "much") == PULLED
+    assert PULLED.changed("hub", "fast") == PULLED
+    assert PULLED.changed("unstiffened", 1) == PULLED
+    assert Experiment.of({"body": "caught", "body_at": 2.0}).arguments["catch"] == 2.0
+    state = State.of(Scene()).with_experiment(PRESETS["catch"][1])
+    assert (state.in_motion, state.case) == (True, Case.of(Scene()).changed("alpha", 1.0))
+
+
+@pytest.mark.parametrize("kind", [".csv", ".npz", ".svg"])
+def test_the_motion_is_downloaded(pulled, kind):
+    """As a file named after it."""
+    pulled.do("export_motion", kind)
+    pulled.wait(lambda _: f"motion{kind}: done" in str(pulled.said), TIMEOUT)
+
+
+@pytest.mark.slow
+def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
+    """Held where the pointer is, to 0.02 L; then the motion begins with the force that held it."""
+    with explorer(FIRST) as url, page(f"{url}/{SHORT}", 1440, 900) as shown:
+        shown.wait(READY)
+        (session,) = frame_loops[-1].sessions.values()
+        shown.send("playing", False)
+        shown.send("moment", 0.4)
+        wait_until(lambda: session.snapshot.film and session.visitor.clock.moment == 0.4)
+
+        def place(x: float, y: float) -> list[float]:
+            return shown.evaluate(f"""(() => {{
+              const {{ camera, canvas }} = window.__viserMutable, wheel = {NODES}['/scene/rotor'];
+              const place = wheel.position.clone().set({x}, {y}, 0);
+              const at = wheel.localToWorld(place).project(camera);
+              const r = canvas.getBoundingClientRect();
+              return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
+            }})()""")
+
+        for _ in range(4):  # a busy machine may see the pointer go by
+            x, y = tip_drawn(session)
+            shown.drag(place(x - 0.02, y), place(0.93, -0.3))
+            with contextlib.suppress(TimeoutError):
+                wait_until(lambda: session.visitor.state.experiment.pull < 0, 10)
+                break
+        own = session.visitor.state.experiment
+        held = motion(FIRST.beam, 0.1, release=own.pull, release_at=own.pull_at)
+        assert own.pull_at == 1.0
+        assert held.tip[0, 1] == pytest.approx(-0.3, abs=0.02)
+        assert session.visitor.state.view.playing
+        shown.wait(f"{by_id('motion.pull-field')}.value === '{own.pull:g}'")
+
+
+@pytest.mark.slow
+def test_the_keyboard_moves_through_the_motion(frame_loops):
+    """Arrow keys on the line of the chart, and on the slider of the force."""
+    with explorer(FIRST) as url, page(f"{url}/{SHORT}", 1440, 900) as shown:
+        shown.wait(f"{READY} && !!document.querySelector('#{CHART} .operating:not([hidden])')")
+        shown.send("playing", False)
+        line = f"document.querySelector('#{CHART} .operating')"
+        before = float(shown.evaluate(f"{line}.ariaValueNow"))
+        shown.evaluate(f"{line}.focus()")
+        shown.key("ArrowRight", until=f"+{line}.ariaValueNow > {before}")
+        slider = by_id("motion.pull-slider")
+        shown.evaluate(f"{slider}.focus()")
+        shown.key("ArrowRight", until="location.search.includes('pull')")
+        assert shown.problems == []
+        assert base64.b64decode(shown.call("Page.captureScreenshot")["data"])[:4] == b"\x89PNG"
