@@ -2,11 +2,13 @@
 
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import replace
+from importlib.resources import files
 from typing import Any
 
 import pytest
-from live.browser import by_id, page, says
+from live.browser import Page, by_id, page, says
 from live.visitor import Visitor, visitor
 
 from beamviz.beam import Beam
@@ -36,6 +38,12 @@ SI: dict[str, Any] = {
 FLAP = {"flap_stiffness": [150.0, 90.0, 20.0]}
 HUB: dict[str, Any] = {"hub_radius": 0.1, "rotation_rpm": 200.0}
 TABLE = "0\t1.2\t300\t3e7\t150\n0.4\t1\t200\t2.5e7\t90\n1\t0.5\t50\t1e7\t20"
+
+
+AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
+RUN_AXE = """axe.run('%s', {resultTypes: ['violations']}).then(found =>
+  found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
+    `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
 
 
 def rows(guest: Visitor, name: str = "stations") -> list[list[str]]:
@@ -351,3 +359,54 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
         assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
         assert opened.problems == []
+
+
+@pytest.fixture(scope="module")
+def blade_page(url) -> Iterator[Page]:
+    """A page with a blade that spins up, a body and a spring at the root, and axe-core."""
+    with page(url, 1440, 900) as opened:
+        opened.wait(says("Real beam"))
+        for action, value in (
+            ("playing", False),
+            ("blade.preset", "tapered-steel-blade"),
+            ("blade.masses.add", None),
+            ("blade.root", "spring"),
+            ("spin_up", 20.0),
+        ):
+            opened.send(action, value)
+        opened.wait(f"!!{by_id('blade-spring')}")
+        opened.evaluate(AXE)
+        yield opened
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
+def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, size, scheme):
+    """With a wrong cell; letters of 14 px, targets of 24 px, of 44 px on a phone; nothing is wider
+    than a phone."""
+    blade_page.resize(*size)
+    blade_page.send("dark", scheme == "dark")
+    blade_page.wait(f"document.documentElement.dataset.theme === '{scheme}'")
+    blade_page.evaluate(
+        "document.querySelectorAll('#controls details').forEach(e => e.open = true)"
+    )
+    cell = f"{CELLS}[1]"
+    blade_page.evaluate(
+        f"{cell}.value = 'x'; {cell}.dispatchEvent(new Event('change', {{bubbles: true}}))"
+    )
+    blade_page.wait(f"{cell}.ariaInvalid === 'true' && !!{by_id('blade-reasons')}.innerText")
+    blade_page.open_tab("loads")
+    blade_page.wait(f"!{by_id('loads-moment')}.hidden")
+    for part in ("#blade", "#tab-loads"):
+        assert blade_page.evaluate(RUN_AXE % part) == []
+        seen = f"[...document.querySelectorAll('{part} *')].filter(e => e.checkVisibility())"
+        small = "parseFloat(getComputedStyle(e).fontSize) < 13.99 && e.innerText"
+        assert blade_page.evaluate(f"{seen}.filter(e => {small}).map(e => e.outerHTML)") == []
+        least = 44 if size[0] < 500 else 24
+        box = "(r => Math.min(r.width, r.height))(e.getBoundingClientRect())"
+        narrow = f"e.matches('button, select, input, textarea, summary') && {box} < {least - 0.5}"
+        wanted = f"{seen}.filter(e => !e.matches('.hidden') && {narrow}).map(e => e.outerHTML)"
+        assert blade_page.evaluate(wanted) == []
+    assert blade_page.evaluate("document.documentElement.scrollWidth") <= size[0]
+    blade_page.send("undo")
+    blade_page.wait(f"{cell}.value !== 'x'")

@@ -37,7 +37,8 @@ LOADS = {
 }
 CHARTS = {name: f"loads-{name}" for name in LOADS}
 SKELETON = (
-    '<div class="loads-tab"><div id="loads-text"></div><div class="loads-charts">'
+    '<div class="loads-tab"><div id="loads-text" tabindex="0" role="group" aria-label="Loads"></div>'
+    '<div class="loads-charts">'
     + "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS.values())
     + "</div></div>"
 )
