@@ -77,9 +77,9 @@ def test_the_root_of_a_beam_that_spins_up_holds_its_inertia():
     ("beam", "words"),
     [
         (Beam(), "at rest"),
-        (Beam(gamma=5), "largest value at the root"),
+        (Beam(gamma=5), "grows from the tip to the root"),
         (Beam(gamma=1, delta=-1), "compression"),
-        (Beam(gamma=2, spin_up=3), "bending moment, which curves"),
+        (Beam(gamma=2, spin_up=3), "and turns (the bending moment)"),
     ],
 )
 def test_a_sentence_says_what_loads_the_beam(beam, words):
@@ -100,10 +100,10 @@ def test_the_tab_follows_the_beam(guest):
     equilibrium none, with the reason. Units are those of the beam."""
     guest.do("tab", "loads", until="reaction at the root")
     assert hidden(guest) == ["shear", "moment"]
-    assert "Shear force and bending moment are 0" in guest.texts["loads-text"]
-    guest.do("spin_up", 2000.0, until="which curves the beam")
+    assert "no shear force and no bending moment" in guest.texts["loads-text"]
+    guest.do("spin_up", 2000.0, until="and turns (the bending")
     guest.wait(lambda _: hidden(guest) == [])
-    guest.do("spin_up", 0.0, until="as the beam is straight")
+    guest.do("spin_up", 0.0, until="A straight beam has no shear")
     guest.do("blade.preset", "nrel-5mw-blade")
     guest.wait(lambda _: guest.charts["loads-axial"]["y"]["unit"] == "kN")
     assert guest.charts["loads-axial"]["x"]["range"] == pytest.approx([0, 61.5])

@@ -133,18 +133,18 @@ def chart_data(name: str, x: np.ndarray, values: np.ndarray, units: Units | None
 # The text
 
 PULLED = (
-    "The mass outside of each point pulls at it as it is swung around: the axial force grows from 0"
-    " at the free end to its largest value at the root, with a step at each mass."
+    "Each point holds the pull of all the mass outside of it, swung around: the axial force grows"
+    " from the tip to the root, with a step at each mass."
 )
 PRESSED = (
-    "The beam points inward, and the mass farther from the axis than a point presses on it: the"
-    " force is below 0, compression, where the beam may buckle."
+    "The beam points inward, and the mass beyond each point presses on it: an axial force below 0"
+    " is compression, where the beam may buckle."
 )
 BENT = (
-    " As the beam is not straight, the part outside of a point also pushes it sideways, the shear"
-    " force, and turns it, the bending moment, which curves the beam."
+    " As the beam is bent, that mass also pushes sideways (the shear force) and turns (the bending"
+    " moment)."
 )
-STRAIGHT = " Shear force and bending moment are 0, as the beam is straight."
+STRAIGHT = " A straight beam has no shear force and no bending moment."
 AT_REST = "The beam is at rest: nothing loads it."
 
 
@@ -166,7 +166,7 @@ def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
             measure = load_measure(name, units, values)
             unit = measure.label.partition("[")[2].removesuffix("]")
             rows.append((LOADS[name].name, value_text(measure, values, unit)))
-    caption = "At the root: the hub reacts with the opposite"
+    caption = "At the root; the hub reacts with the opposite"
     table = page.table("reaction at the root", ("load", "at the root"), rows, caption)
     sentences = stretch_text(solution), sentence(equilibrium, loads)
     return (table if rows else "") + "".join(f"<p>{escape(one)}</p>" for one in sentences)
