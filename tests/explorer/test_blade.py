@@ -340,7 +340,11 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         opened.evaluate(PASTE.format(cell=f"{CELLS}[3]", text=json.dumps(TABLE)))
         opened.wait(f"{CELLS}.length === 15 && {CELLS}[7].value === '200'")
         opened.evaluate(f"{CELLS}[7].focus(); {CELLS}[7].select()")
-        for letter in "pdh":
+        choices = (
+            "document.documentElement.dataset.theme + document.getElementById('play').ariaPressed"
+        )
+        before = opened.evaluate(choices)
+        for letter in "pd":
             opened.key(letter)
         opened.call("Input.insertText", text="stiff")
         opened.key("Tab", until=says("station 2, EI [N m²] = "))
@@ -348,6 +352,7 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         opened.wait("location.search.includes('draft=')")
         typed = opened.evaluate(f"{CELLS}[7].value")
         assert typed.endswith("stiff")
+        assert opened.evaluate(choices) == before
         opened.call("Page.reload")
         opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 15")
         opened.wait(f"{CELLS}[7].value === {json.dumps(typed)}")
@@ -358,6 +363,11 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
         opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
         assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
+        opened.send("blade.preset", "nrel-5mw-blade")
+        opened.wait(f"{CELLS}.length === 5 * 49 && location.search.includes('61.5')")
+        opened.wait("location.search.length > 2000")
+        opened.call("Page.reload")
+        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49")
         assert opened.problems == []
 
 
