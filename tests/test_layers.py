@@ -17,6 +17,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("si",),
     ("plausibility",),
     ("beam",),
+    ("presets",),
     ("protocols",),
     ("tables", "datasets", "plotting"),  # of columns and records, for the methods of results
     ("solver",),

@@ -15,6 +15,7 @@ import typer
 from beamviz.beam import NUMBERS, Beam
 from beamviz.checks import check_float, check_int, full_text
 from beamviz.errors import InvalidInput
+from beamviz.presets import PRESETS
 from beamviz.solver.problem import OPTIONS
 from beamviz.units import BY_NAME, Units, parse_over
 
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 MAX_POINTS = 10_000  # of a sweep
 ASCII = str.maketrans({"ρ": "rho", "Ω": "Omega", "√": "sqrt", "²": "^2"})
 FILE_HELP = (
-    "The beam in SI units: a TOML file, in place of these numbers; or a CSV file of stations along"
-    " it, which gives --mu."
+    "The beam in SI units: a TOML file, in place of these numbers; a CSV file of stations along it,"
+    f" which gives --mu; or the name of a preset: {', '.join(PRESETS)}."
 )
 OVER_HELP = (
     "The parameter to vary. For a beam in SI also in a unit, which --start and --stop then have:"
@@ -116,13 +117,14 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     given = {name: values[name] for name in NUMBERS if values[name] is not None}
     if si is None:
         return Beam(**given), options
-    is_csv = si.suffix.lower() == ".csv"
+    file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
+    is_csv = file.suffix.lower() == ".csv"
     for name, value in given.items():
         if name == "mu" or not is_csv:
             option = f"--{name} {value}".replace("_", "-")
             gives = "mu" if is_csv else "all numbers"
             raise InvalidInput(f"{option} and --si {si} exclude each other: the file gives {gives}")
-    beam = Beam.from_csv(si) if is_csv else Beam.from_toml(si)
+    beam = Beam.from_csv(file) if is_csv else Beam.from_toml(file)
     return beam.replace(**given), options
 
 

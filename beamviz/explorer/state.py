@@ -17,6 +17,7 @@ import numpy as np
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam, Units
 from beamviz.blade import Blade, Mass
 from beamviz.errors import InvalidInput
+from beamviz.explorer.blade_table import Draft
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver.problem import CHOICES, OPTIONS
@@ -161,13 +162,14 @@ class State:
     run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
     which an edit ends it; rate: time [T*] that passes in a second on the screen, locked, None if it
     follows the motion; time_methods: the tab Methods times all methods; film_length: of exported
-    films; section: the sizes that the panel of a real beam shows; lesson, step: the open one, ""
-    for none, and its step (from 0); guess: the answer chosen at its first step; met: the lessons
-    whose challenge is met; last_alpha: of the last beam that had a mass; grip: the mass while it is
-    dragged; hold: the beam while it is pulled; refused: the entry that was refused last; following:
-    a presenter is followed; presented_tab: the tab that they had open last, while the visitor may
-    open another; still: the visitor's system prefers reduced motion; reserved: parameters of the
-    address with other readers, None until the page has sent its address.
+    films; section: the sizes that the panel of a real beam shows; draft: its tables as typed, while
+    they describe no beam; lesson, step: the open one, "" for none, and its step (from 0); guess:
+    the answer chosen at its first step; met: the lessons whose challenge is met; last_alpha: of the
+    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
+    pulled; refused: the entry that was refused last; following: a presenter is followed;
+    presented_tab: the tab that they had open last, while the visitor may open another; still: the
+    visitor's system prefers reduced motion; reserved: parameters of the address with other readers,
+    None until the page has sent its address.
     """
 
     opened: Scene
@@ -195,6 +197,7 @@ class State:
     time_methods: bool = False
     film_length: str = "shortest loop"
     section: str = "rectangle"
+    draft: Draft | None = None
     lesson: str = ""
     step: int = 0
     guess: int | None = None
@@ -221,7 +224,7 @@ class State:
         state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
         state = state.with_viewpoint(scene.camera)
         state = replace(state, per_rev=scene.per_rev, rate=None, guess=None, refused=None)
-        state = replace(state, map_ends=None)
+        state = replace(state, map_ends=None, draft=None)
         state = replace(state.without_run_up(), in_motion=False, moment=0.0)
         return state.changed("over", scene.over).with_mass_kept()
 

@@ -22,6 +22,7 @@ from beamviz.explorer.features.real_beam import PRESETS
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import COMPARISONS
 from beamviz.lessons import NAMES
+from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import START
 
 LINKS = (
@@ -42,6 +43,7 @@ INSIDE = {
     "map-": "map",
     "veering-": "veering",
     "comparison": "compare",
+    "loads-": "loads",
     "run-up-": "run-up",
     "motion-": "motion",
     "motion.": "motion",
@@ -92,6 +94,12 @@ def edit(chance: random.Random) -> tuple[str, Any]:
         (chance.choice(("real.length", "real.thickness", "real.mass")), chance.uniform(0, 900)),
         ("real.section", chance.choice(("rectangle", "tube", "own"))),
         ("dimensionless", None),
+        ("blade.preset", chance.choice(list(BLADES))),
+        (f"blade.{chance.choice(('stations', 'masses'))}.remove", chance.randrange(4)),
+        (chance.choice(("blade.stations.add", "blade.masses.add", "blade.begin")), None),
+        ("blade.root", chance.choice(("clamped", "hinged", "spring", "glued"))),
+        ("blade.paste", chance.choice(("0 9 1e3 1e6\n1 8 9e2 1e6", "0,1\n1,x", "words"))),
+        ("blade.uniform", None),
         ("damping", chance.uniform(0, 30)),
         ("link", chance.choice(LINKS)),
         *([(chance.choice(("undo", "redo")), None)] * 4),

@@ -17,6 +17,7 @@ from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.page import Content
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
+from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import Scene
 from beamviz.si import SI_REQUIRED, PhysicalBeam
 
@@ -89,7 +90,13 @@ FIELDS = {  # their labels, and the SI values of their units
     "area": ("area A [mm²]", 1e-6),
     "second_moment": ("second moment I [mm⁴]", 1e-12),
 }
-SECTION_NAMES = {"rectangle": "rectangle b × h", "tube": "tube", "own": "own A and I"}
+ALONG = "along"  # the section varies along the span: see blade.py
+SECTION_NAMES = {
+    "rectangle": "rectangle b × h",
+    "tube": "tube",
+    "own": "own A and I",
+    ALONG: "varies along the span",
+}
 
 # Materials and presets
 
@@ -271,27 +278,34 @@ class RealBeamPanel(Feature):
             self.load(key, lambda beam: with_material(beam, name))
 
     def choose_section(self, kind: Any) -> None:
-        if kind in SECTIONS:
+        if kind == ALONG:
+            self.visitor.change(lambda state: replace(state, section=ALONG))
+        elif kind in SECTIONS:
             self.load("real.section", lambda beam: with_section(beam, kind), section=kind)
 
     def load(self, key: str, edit: Callable[[Beam], Beam], entry: Any = "", **values: Any) -> None:
-        """Show another beam, with other values of the state by field name; or refuse the entry of
-        the field with this key."""
-        visitor = self.visitor
-        try:
-            scene = visitor.to_scene()
-        except InvalidInput:  # a number is out of range
-            scene = Scene()
-        try:
-            beam = edit(scene.beam)
-        except InvalidInput as error:
-            refused = Refused(key, str(entry), str(error))
-            visitor.change(lambda state: replace(state, refused=refused))
-            return
-        if beam == scene.beam:
-            visitor.change(lambda state: replace(state, **values))
-        else:
-            visitor.load(replace(scene, beam=beam, camera=None), **values)
+        load(self.visitor, key, edit, entry, **values)
+
+
+def load(
+    visitor: Visitor, key: str, edit: Callable[[Beam], Beam], entry: Any = "", **values: Any
+) -> None:
+    """Show another beam, with other values of the state by field name; or refuse the entry of the
+    field with this key."""
+    try:
+        scene = visitor.to_scene()
+    except InvalidInput:  # a number is out of range
+        scene = Scene()
+    try:
+        beam = edit(scene.beam)
+    except InvalidInput as error:
+        refused = Refused(key, str(entry), str(error))
+        visitor.change(lambda state: replace(state, refused=refused))
+        return
+    if beam == scene.beam:
+        visitor.change(lambda state: replace(state, **values))
+    else:
+        visitor.load(replace(scene, beam=beam, camera=None), **values)
 
 
 def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
@@ -300,6 +314,8 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
         beam = case.beam()
     except InvalidInput:
         return {}
+    if beam.physical and (section == ALONG or not beam.is_uniform):
+        return page.html("real-beam", "")  # it has a panel of its own
     if not entries(beam):
         return page.html("real-beam", INVITATION)
     content = page.html("real-beam", panel(section, beam, refused))
@@ -317,11 +333,15 @@ CHOSEN = ("", "real.section", "real.material")  # that are no fields
 BUTTONS = "".join(
     page.button(name, data_do="real.preset", data_value=name, title=real.source)
     for name, real in PRESETS.items()
+) + "".join(
+    page.button(name.replace("-", " "), data_do="blade.preset", data_value=name, title=one.source)
+    for name, one in BLADES.items()
 )
 INVITATION = (
     '<details class="real"><summary>Real beam (m, kg, rpm, Hz)</summary>'
     "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
-    f'<div class="choices">{BUTTONS}</div></details>'
+    f'<div class="choices">{BUTTONS}{page.button("your blade", data_do="blade.begin")}</div>'
+    "</details>"
 )
 
 

@@ -26,13 +26,15 @@ from beamviz.drawing.text import error_summary
 from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
+from beamviz.explorer.blade_table import Draft, Rows
 from beamviz.explorer.experiment import RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
+from beamviz.explorer.features.blade import TABLES
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
 from beamviz.explorer.features.motion import JOB as MOTION
 from beamviz.explorer.features.motion import MOTION_KINDS
-from beamviz.explorer.features.real_beam import SECTIONS
+from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -52,7 +54,16 @@ from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
-from beamviz.scene import MODES, PER_REV, Camera, Scene, check_bool, check_choice, parse_query
+from beamviz.scene import (
+    MAX_LINK,
+    MODES,
+    PER_REV,
+    Camera,
+    Scene,
+    check_bool,
+    check_choice,
+    parse_query,
+)
 from beamviz.server.access import KEY_PARAMETER
 from beamviz.si import SIZE_KEYS
 from beamviz.solver import interruption
@@ -61,6 +72,7 @@ from beamviz.solver import interruption
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
 ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
+LONGEST_LINK = MAX_LINK + 1000  # [characters] as a page sends it, with the keys of other readers
 FOLLOWS = "auto"  # the rate of a clock that is not locked
 
 
@@ -97,6 +109,30 @@ def check_before(values: Any) -> dict[str, Any]:
     return values
 
 
+def check_draft(tables: Any) -> Draft:
+    """The tables of a blade as typed. Raises InvalidInput."""
+    if not isinstance(tables, list) or len(tables) != 3 or not isinstance(tables[2], str):
+        raise InvalidInput("draft: must be the tables of stations and masses, and the root")
+    stations, masses = (
+        check_rows(name, rows, len(columns))
+        for (name, columns), rows in zip(TABLES.items(), tables[:2], strict=True)
+    )
+    if not stations:
+        raise InvalidInput("draft: must have stations")
+    return Draft(stations, masses, tables[2])
+
+
+def check_rows(name: str, rows: Any, columns: int) -> Rows:
+    """The cells of a table, each a text. Raises InvalidInput."""
+    is_table = isinstance(rows, list) and all(
+        isinstance(row, list) and len(row) == columns and all(isinstance(one, str) for one in row)
+        for row in rows
+    )
+    if not is_table:
+        raise InvalidInput(f"draft: {name} must be rows of {columns} texts")
+    return tuple(map(tuple, rows))
+
+
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "lesson": ("lesson", lambda name: lesson(str(name)).name),
@@ -114,7 +150,8 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "motion": ("experiment", Experiment.of),
     "moving": ("in_motion", partial(check_bool, "moving")),
     "moment": ("moment", lambda time: check_float("moment", time, 0.0, RANGES["until"].limits[1])),
-    "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTIONS))),
+    "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTION_NAMES))),
+    "draft": ("draft", check_draft),
     "film": ("film_length", lambda one: check_choice("film", one, tuple(FILM_LENGTHS))),
     "methods": ("time_methods", partial(check_bool, "methods")),
     "rate": ("rate", check_rate),
@@ -208,7 +245,7 @@ class Links(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.start = replace(visitor.state, met=frozenset())
-        visitor.page.on("link", self.open)
+        visitor.page.on("link", self.open, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
         """Show the scene of the address, which the page sends when it starts, when there is nothing
@@ -268,6 +305,8 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
         return ""
     base = lesson(state.lesson).scene if state.lesson else Scene()
     found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
+    if len(found) > MAX_LINK:
+        raise InvalidInput(f"a link of {len(found)} characters")
     return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
@@ -289,6 +328,8 @@ def extra_pairs(state: State) -> dict[str, Any]:
         values["ends"] = json.dumps(state.map_ends)
     if "motion" in values:
         values["motion"] = state.experiment.text
+    if "draft" in values:
+        values["draft"] = json.dumps(state.draft)
     if "before" in values:
         values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
     words = {True: "true", False: "false"}

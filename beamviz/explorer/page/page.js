@@ -4,6 +4,7 @@
 const beamviz = (() => {
   const PERIOD = 33; // [ms] between two messages of the same action
   const PAUSE = 500; // [ms] between two changes of the address
+  const LONGEST = 7900; // [characters] of an address that the server takes
   const REST = 300; // [ms] after an edit in which a control keeps the visitor's value
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
@@ -15,7 +16,7 @@ const beamviz = (() => {
   /** @type {(id: string) => any} */
   const byId = (id) => document.getElementById(id);
   const media = (query) => matchMedia(`(${query})`);
-  const isTyped = (e) => e.matches?.("input.number, select");
+  const isTyped = (e) => e.matches?.("input[type=text], textarea, select");
 
   // To the server
 
@@ -77,7 +78,7 @@ const beamviz = (() => {
     if (update.ready) {
       sendPreferences();
       send("met", localStorage.getItem("beamviz-met") ?? "");
-      send("link", location.search.slice(0, 900));
+      send("link", location.search.slice(0, LONGEST));
     }
     if (update.open) showTab(update.open);
     for (const key of update.point ?? []) point(key);
@@ -119,6 +120,7 @@ const beamviz = (() => {
   /* A control in use keeps the visitor's value; it gets the server's when it is at rest. */
   function showValue(e, value) {
     if (e === held) return;
+    if (e.matches("table")) return showCells(e, value);
     if (isNumber(e) && e.hasAttribute("aria-invalid") && e === document.activeElement) return;
     const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
     if (left > 0 && e.matches("input") && e === document.activeElement) {
@@ -131,6 +133,29 @@ const beamviz = (() => {
     else if (e.type === "checkbox") e.checked = Boolean(value);
     else if (e.value !== String(value ?? "")) e.value = value ?? "";
     if (e.type === "range") paint(e);
+  }
+
+  // Tables of fields: one text with all of their cells, tabs between them, a line for each row
+
+  const cellsOf = (table) => all("tbody tr", table).map((row) => all("input.cell", row));
+  const textOf = (table) => cellsOf(table).map((row) => row.map((e) => e.value.replace(/[\t\n]/g, " ")).join("\t")).join("\n");
+
+  /* The cell in use keeps what is typed in it. */
+  function showCells(table, text) {
+    const rows = text ? text.split("\n").map((line) => line.split("\t")) : [];
+    cellsOf(table).forEach((row, i) => row.forEach((e, k) => {
+      const value = rows[i]?.[k] ?? "";
+      if (e !== document.activeElement && e.value !== value) e.value = value;
+    }));
+  }
+
+  /* Several cells of a spreadsheet, pasted into one, replace the table. */
+  function onPaste(event) {
+    const table = event.target.closest?.("[data-paste]"), text = event.clipboardData?.getData("text") ?? "";
+    if (!table || !event.target.matches(".cell") || !/[\t\n]/.test(text.trim())) return;
+    event.preventDefault();
+    event.target.blur();
+    send(table.dataset.paste, text);
   }
 
   function setProps(e, changes) {
@@ -299,6 +324,8 @@ const beamviz = (() => {
   function onInput(event) {
     const e = event.target, key = e.dataset?.set;
     if (e.type === "file" && event.type === "change") load(e);
+    const table = e.matches?.(".cell") && e.closest("table");
+    if (table && event.type === "change") send(table.dataset.set, textOf(table));
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
@@ -326,7 +353,7 @@ const beamviz = (() => {
   /* Sends a scene file as its name and its text, up to just above the limit of the server. */
   async function load(e) {
     const [file] = e.files;
-    if (file) send("load", `${file.name}\n${await file.slice(0, 64001).text()}`);
+    if (file) send(e.dataset.do ?? "load", `${file.name}\n${await file.slice(0, 64001).text()}`);
     e.value = "";
   }
 
@@ -414,7 +441,7 @@ const beamviz = (() => {
     keepAddress();
     setInterval(watchViser, 1000);
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
-    addEventListener("popstate", () => send("link", location.search.slice(0, 900)));
+    addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));
     byId("skip").onclick = (event) => {
       event.preventDefault();
       const first = byId("alpha-slider");
@@ -433,6 +460,7 @@ const beamviz = (() => {
       else if (dialog) byId(dialog.dataset.dialog).showModal();
       else if (acting && !event.target.closest("input, select, label")) press(acting);
     });
+    document.addEventListener("paste", onPaste);
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
     document.addEventListener("pointerdown", (event) => (held = event.target.closest(ALL)), true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);

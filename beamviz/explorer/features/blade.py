@@ -1,0 +1,464 @@
+"""The panel of a blade: tables of its stations and bodies, its root, and its properties as a
+chart."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import partial
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from beamviz.beam import Beam
+from beamviz.blade import Blade, Mass
+from beamviz.drawing.text import Measure, significant
+from beamviz.errors import InvalidInput
+from beamviz.explorer import page
+from beamviz.explorer.blade_table import (
+    MASSES,
+    STATIONS,
+    Column,
+    Draft,
+    Rows,
+    Wrong,
+    beam_of,
+    draft_of,
+    parse_table,
+    sorted_rows,
+    text_of,
+    with_mass,
+    with_station,
+    without,
+    wrong_entries,
+)
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.real_beam import ALONG, BUTTONS, MATERIALS, STEEL_BEAM, load
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import Case, Refused, State
+from beamviz.explorer.visitor import Visitor
+from beamviz.input_files import MAX_TOML_BYTES
+from beamviz.presets import PRESETS, Preset
+from beamviz.si import PhysicalBeam
+from beamviz.units import Units
+
+TABLES = {"stations": STATIONS, "masses": MASSES}
+PASTE, FILE = "blade.paste", "blade.file"
+ROOTS = {"clamped": "clamped", "hinged": "hinged", "spring": "spring"}
+MOST = 3  # reasons shown
+POINTS = 17  # of a line in a segment of the blade
+
+
+class BladePanel(Feature):
+    """The panel, in place of that of a uniform beam, where properties vary, there are more bodies,
+    or the root is not clamped; or where the state's `section` is ALONG."""
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        on = partial(self.page.on, max_text=2 * MAX_TOML_BYTES)
+        for name in TABLES:
+            on(f"blade.{name}", partial(self.type, name))
+            on(f"blade.{name}.remove", partial(self.remove, name))
+        on(
+            "blade.stations.add",
+            lambda _: self.edit(
+                lambda draft, _: draft._replace(stations=with_station(draft.stations))
+            ),
+        )
+        on(
+            "blade.masses.add",
+            lambda _: self.edit(
+                lambda draft, beam: draft._replace(masses=with_mass(draft.masses, beam))
+            ),
+        )
+        on("blade.root", self.choose_root)
+        on(
+            "blade.spring",
+            lambda value: self.edit(lambda draft, _: draft._replace(root=str(value))),
+        )
+        on(PASTE, lambda text: self.paste(PASTE, str(text)))
+        on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]))
+        on("blade.preset", self.choose)
+        on("blade.begin", self.begin)
+        on("blade.uniform", lambda _: load(visitor, "", uniform, section="own"))
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(tables_read, tables_content),
+            Part(lambda s: (is_shown(s.state), s.state.case), numbers_content),
+            Part(reasons_read, reasons_content),
+            Part(chart_read, chart_content),
+        )
+
+    # Edits
+
+    def edit(self, change: Callable[[Draft, PhysicalBeam], Draft]) -> None:
+        """Show the beam of changed tables; or keep them as they are typed, with the reasons."""
+        visitor = self.visitor
+        with visitor.lock:
+            state = visitor.state
+            physical = physical_of(state)
+            if physical is None:
+                return
+            try:
+                draft = change(state.draft or draft_of(physical), physical)
+            except InvalidInput as error:
+                refused = Refused("blade", "", str(error))
+                visitor.change(lambda state: replace(state, refused=refused))
+                return
+            draft = draft._replace(stations=sorted_rows(draft.stations))
+            try:
+                beam = None if wrong_entries(draft) else beam_of(draft, physical)
+            except InvalidInput:
+                beam = None
+            if beam is None:
+                visitor.change(lambda state: replace(state, draft=draft, section=ALONG))
+                return
+            load(visitor, "", lambda _: beam, draft=None, section=ALONG)
+
+    def type(self, name: str, text: Any) -> None:
+        """Take a table as the page sends it: the texts of all its cells."""
+        columns = len(TABLES[name])
+        rows = [line.split("\t") for line in str(text).split("\n")]
+        if all(len(row) == columns for row in rows):
+            self.edit(lambda draft, _: draft._replace(**{name: tuple(map(tuple, rows))}))
+
+    def remove(self, name: str, k: Any) -> None:
+        self.edit(lambda draft, _: draft._replace(**{name: removed(name, getattr(draft, name), k)}))
+
+    def choose_root(self, kind: Any) -> None:
+        """Clamp or hinge the root, or hold it by a spring, at first as stiff as E I / L."""
+
+        def change(draft: Draft, beam: PhysicalBeam) -> Draft:
+            if kind == root_kind(draft.root) or kind not in ROOTS:
+                return draft
+            spring = text_of(beam.bending_stiffness[0] / beam.length)
+            return draft._replace(root={"clamped": "", "hinged": "0", "spring": spring}[kind])
+
+        self.edit(change)
+
+    def paste(self, key: str, text: str) -> None:
+        """Take a table from elsewhere; where it is none, say why, and keep its text."""
+        try:
+            rows = parse_table(text, STATIONS)
+        except InvalidInput as error:
+            refused = Refused(key, text if key == PASTE else "", str(error))
+            self.visitor.change(lambda state: replace(state, refused=refused))
+            return
+        self.edit(lambda draft, _: draft._replace(stations=rows))
+
+    def choose(self, name: Any) -> None:
+        """Show a preset; an unknown one changes nothing."""
+        if name in tuple(PRESETS):
+            load(self.visitor, "", lambda _: PRESETS[name].beam, section=ALONG)
+
+    def begin(self, _: Any) -> None:
+        """Show the table of the beam, of the steel beam where its size is not known."""
+        beam = STEEL_BEAM.beam
+        load(self.visitor, "", lambda old: old if old.physical else beam, section=ALONG)
+
+
+def removed(name: str, rows: Rows, k: Any) -> Rows:
+    """Without row k; a blade keeps two stations."""
+    if name == "stations" and len(rows) <= 2:
+        raise InvalidInput("a blade has at least two stations, at its root and its tip")
+    return without(rows, k)
+
+
+def uniform(beam: Beam) -> Beam:
+    """The uniform clamped beam with the section at the root and no more than one concentrated mass.
+    Its material is that of the nearest speed of sound, which its stiffnesses do not tell."""
+    physical = beam.physical
+    if physical is None:
+        return beam
+    m, EI, EA = (
+        row[0]
+        for row in (physical.mass_per_length, physical.bending_stiffness, physical.axial_stiffness)
+    )
+
+    def distance(material: dict[str, float]) -> float:
+        return abs(math.log(material["youngs_modulus"] / material["density"] / (EA / m)))
+
+    E = min(MATERIALS.values(), key=distance)["youngs_modulus"]
+    ends = (0.0, physical.length)
+    return Beam.of_physical(
+        replace(
+            physical,
+            stations=ends,
+            mass_per_length=(m, m),
+            bending_stiffness=(EI, EI),
+            axial_stiffness=(EA, EA),
+            flap_stiffness=None,
+            degree=1,
+            density=m * E / EA,
+            youngs_modulus=E,
+            masses=(),
+            root_stiffness=math.inf,
+        )
+    )
+
+
+# Readings
+
+
+def physical_of(state: State) -> PhysicalBeam | None:
+    """The beam in SI; None where a number is out of range or its size is not known."""
+    try:
+        return state.case.beam().physical
+    except InvalidInput:
+        return None
+
+
+def is_shown(state: State) -> bool:
+    """Whether the panel is that of a blade."""
+    case = state.case
+    is_blade = bool(case.blade or case.masses or case.root != math.inf)
+    return bool(case.units and case.units.mass) and (is_blade or state.section == ALONG)
+
+
+# The panel: its tables do not depend on the speed, which a slider moves
+
+
+def tables_read(snapshot: Snapshot) -> tuple[Any, ...]:
+    state = snapshot.state
+    case = state.case
+    values = case.numbers["mu"], case.units, case.blade, case.masses, case.root
+    return is_shown(state), state.draft, *values
+
+
+def tables_content(
+    shown: bool,
+    draft: Draft | None,
+    mu: Any,
+    units: Units,
+    blade: Blade | None,
+    masses: tuple[Mass, ...],
+    root: float,
+) -> Content:
+    """The tables, as they are typed while they describe no beam."""
+    if not shown:
+        return page.html("blade", "")
+    try:
+        physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
+    except InvalidInput:
+        return {}
+    assert physical
+    tables = draft or draft_of(physical)
+    wrong = wrong_entries(tables) if draft else []
+    content = page.html("blade", panel(physical, tables, wrong))
+    for name in TABLES:
+        content |= page.value(f"blade.{name}", sent_text(getattr(tables, name)))
+    content |= page.value("blade.root", root_kind(tables.root))
+    return content | page.value("blade.spring", tables.root)
+
+
+def sent_text(rows: Rows) -> str:
+    """The cells of a table as the page takes and sends them."""
+    return "\n".join("\t".join(row) for row in rows)
+
+
+def root_kind(root: str) -> str:
+    """The key in ROOTS of a root."""
+    if not root:
+        return "clamped"
+    return "hinged" if root == "0" else "spring"
+
+
+def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
+    """The tables, the root, and buttons."""
+    preset = next((one for one in PRESETS.values() if is_made_from(one, physical)), None)
+    about = [text for text in (preset.source, preset.left_out) if text] if preset else []
+    between = "Linear between stations; a station named twice is a jump."
+    if physical.degree > 1:
+        between = f"Between stations: polynomials of degree {physical.degree}."
+    whole = np.trapezoid(physical.mass_per_length, physical.stations)
+    spring = ""
+    if root_kind(tables.root) == "spring":
+        box = page.number_box("blade-spring", "blade.spring")
+        label = '<label for="blade-spring">stiffness [N m/rad]</label>'
+        spring = f'<div class="field">{label}{box}</div>'
+    plane = page.button("in plane", data_set="plane", data_value="chordwise")
+    plane += page.button("out of plane", data_set="plane", data_value="flapwise")
+    masses = table("masses", tables.masses, wrong) if tables.masses else ""
+    return (
+        '<details class="real" open><summary>Blade</summary>'
+        f"{''.join(f'<p>{escape(text)}</p>' for text in about)}"
+        '<div id="blade-chart" class="chart" data-chart></div>'
+        f"{table('stations', tables.stations, wrong)}"
+        '<div id="blade-reasons" role="status"></div>'
+        f"<p>{between} Mass of the blade: {significant(float(whole), 4)} kg.</p>"
+        f'<div class="choices">{page.button("add a station", data_do="blade.stations.add")}'
+        '<label class="button" for="blade-file">open a CSV file</label>'
+        '<input type="file" id="blade-file" class="hidden" data-do="blade.file"'
+        f' accept=".csv,.tsv,.txt"></div>{PASTE_BOX}{masses}'
+        f'<div class="choices">{page.button("add a mass", data_do="blade.masses.add")}</div>'
+        f"{page.select('blade.root', 'root', ROOTS)}{spring}"
+        f"{page.group('Vibration', '<span>Vibration</span>', plane)}"
+        '<div id="blade-numbers"></div>'
+        f'<div class="choices">{page.button("uniform, as at the root", data_do="blade.uniform")}'
+        f"{BUTTONS}{page.button('dimensionless', data_do='dimensionless')}</div></details>"
+    )
+
+
+def is_made_from(preset: Preset, physical: PhysicalBeam) -> bool:
+    """Whether the stations of a beam are those of a preset, to the digits shown."""
+    of_preset = preset.beam.physical
+    return bool(of_preset) and draft_of(of_preset).stations == draft_of(physical).stations
+
+
+def numbers_content(shown: bool, case: Case) -> Content:
+    """The dimensionless numbers, and values that are likely in another unit."""
+    if not shown:
+        return {}
+    try:
+        beam = case.beam()
+    except InvalidInput:
+        return {}
+    assert beam.units
+    text = f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * beam.units.time:.4g} ms</p>"
+    return page.html("blade-numbers", "".join(map(page.note, beam.doubts)) + text)
+
+
+def reasons_read(snapshot: Snapshot) -> tuple[Any, ...]:
+    """The draft, with the beam while there is one, and what was refused."""
+    state = snapshot.state
+    return is_shown(state), state.draft, state.case if state.draft else None, state.refused
+
+
+def reasons_content(
+    shown: bool, draft: Draft | None, case: Case | None, refused: Refused | None
+) -> Content:
+    """Why the tables describe no beam, and why the last entry was refused."""
+    if not shown:
+        return {}
+    reasons = reasons_of(draft, case) if draft and case else []
+    entry = ""
+    if refused and refused.key.startswith("blade"):
+        reasons.append(refused.reason)
+        entry = refused.entry
+    more = len(reasons) - MOST
+    reasons = [*reasons[:MOST], *([f"and {more} more"] if more > 0 else [])]
+    text = "".join(map(page.note, reasons))
+    text += "<p>Until then the scene shows the beam before.</p>" if draft else ""
+    return page.html("blade-reasons", text) | page.value(PASTE, entry)
+
+
+def reasons_of(draft: Draft, case: Case) -> list[str]:
+    """What is wrong in each cell, or with the beam as a whole."""
+    reasons = [one.reason for one in wrong_entries(draft)]
+    try:
+        physical = case.beam().physical
+        if physical and not reasons:
+            beam_of(draft, physical)
+    except InvalidInput as error:
+        reasons = [str(error)]
+    return reasons
+
+
+HEADS = ", ".join(column.head for column in STATIONS)
+PASTE_BOX = (
+    "<details><summary>Paste a table</summary>"
+    f'<label for="blade-paste">Columns: {HEADS}; the last one, out of the plane of rotation, may be'
+    " left out. With a line of names, as EI or mass_per_length, in any order.</label>"
+    f'<textarea id="blade-paste" data-set="{PASTE}" rows="4" spellcheck="false"></textarea>'
+    "</details>"
+)
+
+
+def table(name: str, rows: Rows, wrong: list[Wrong]) -> str:
+    """A table of fields; the page fills them, and sends all of them when one changes."""
+    columns = TABLES[name]
+    at = {(one.row, one.column) for one in wrong if one.table == name}
+    heads = "".join(f'<th scope="col">{head_html(column)}</th>' for column in columns)
+    body = "".join(
+        f"<tr><td>{remove_button(name, i)}</td>"
+        f"{''.join(cell(name, i, k, (i, k) in at) for k in range(len(columns)))}</tr>"
+        for i in range(len(rows))
+    )
+    own = page.attributes(aria_label=name, data_set=f"blade.{name}", data_paste=PASTE)
+    return (
+        f'<div class="cells"><table{own}><thead><tr><td></td>{heads}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def head_html(column: Column) -> str:
+    return f"{escape(column.label)}<br>[{column.unit}]"
+
+
+def cell(name: str, row: int, k: int, is_wrong: bool) -> str:
+    column, title = TABLES[name][k], "station" if name == "stations" else "mass"
+    own = page.attributes(
+        type="text",
+        class_="cell",
+        inputmode="decimal",
+        autocomplete="off",
+        aria_label=f"{column.head} of {title} {row + 1}",
+        aria_invalid=True if is_wrong else None,
+        aria_describedby="blade-reasons" if is_wrong else None,
+    )
+    return f"<td><input{own}></td>"
+
+
+def remove_button(name: str, row: int) -> str:
+    title = "station" if name == "stations" else "mass"
+    own = {"data_do": f"blade.{name}.remove", "data_value": row, "class_": "quiet"}
+    return page.button("×", aria_label=f"remove {title} {row + 1}", **own)
+
+
+# The chart
+
+
+class Line(NamedTuple):
+    """The label, style and name of a property."""
+
+    label: str
+    style: str
+    name: str
+
+
+LINES = {
+    "mass": Line("m", "mixed", "mass"),
+    "bending": Line("EI", "bending", "EI"),
+    "flap": Line("flap", "method-4", "flap EI"),
+    "axial": Line("EA", "stretching", "EA"),
+}
+UNIFORM = Blade((0.0, 1.0), (1.0, 1.0), (1.0, 1.0), (1.0, 1.0))
+
+
+def chart_read(snapshot: Snapshot) -> tuple[Any, ...]:
+    case = snapshot.state.case
+    return is_shown(snapshot.state), case.blade, case.units
+
+
+def chart_content(shown: bool, blade: Blade | None, units: Units | None) -> Content:
+    """The properties along the span, each over its value at the root."""
+    if not shown or units is None:
+        return {}
+    return page.chart("blade-chart", properties_data(blade or UNIFORM, units.length))
+
+
+def properties_data(blade: Blade, length: float) -> page.Data:
+    """The chart of the properties along a span of some length [m]."""
+    place = np.linspace(0, 1, 2 if blade.degree == 1 else POINTS)
+    x = np.concatenate([part.start + (part.stop - part.start) * place for part in blade.segments])
+    at, lines = page.sent(length * x), []
+    names = [name for name in LINES if name != "flap" or blade.flap]
+    for name in names:
+        y = np.concatenate([part.polynomials[name](place) for part in blade.segments])
+        run = [0, len(x) - 1, LINES[name].style, ""]
+        lines.append(
+            {"label": LINES[name].label, "at": at, "y": page.sent(y / y[0]), "runs": [run]}
+        )
+    top = max(value for line in lines for value in line["y"])
+    return {
+        "name": "Properties along the span, over those at the root",
+        "x": page.axis_data(Measure("position [m]", "x", "m"), (0.0, length)),
+        "y": page.axis_data(Measure("over the root", ""), (0.0, 1.08 * top)),
+        "at": at,
+        "lines": lines,
+        "marks": [],
+        "keys": [{"style": f"line {LINES[n].style}", "text": LINES[n].name} for n in names],
+    }

@@ -1,0 +1,185 @@
+"""The tab Loads: axial force, shear force and bending moment along the beam at its equilibrium, and
+what the hub has to hold."""
+
+from collections.abc import Iterable
+from html import escape
+from typing import NamedTuple
+
+import numpy as np
+
+from beamviz.drawing.text import Measure, significant
+from beamviz.explorer import page
+from beamviz.explorer.feature import Feature, Part, Tab
+from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.page import Content
+from beamviz.solver.solution import Equilibrium, Solution
+from beamviz.units import Units
+
+POINTS = 201  # along the beam
+NONE = 1e-12  # of the largest force, times the length: what rounding leaves of no load
+PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
+
+
+class Load(NamedTuple):
+    """A load along the beam: its name, symbol and style in the chart; is_moment: whether its unit
+    is E I / L, else E I / L^2."""
+
+    name: str
+    symbol: str
+    style: str
+    is_moment: bool = False
+
+
+LOADS = {
+    "axial": Load("axial force", "N", "stretching"),
+    "shear": Load("shear force", "V", "mixed"),
+    "moment": Load("bending moment", "M", "bending", is_moment=True),
+}
+CHARTS = {name: f"loads-{name}" for name in LOADS}
+SKELETON = (
+    '<div class="loads-tab"><div id="loads-text"></div><div class="loads-charts">'
+    + "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS.values())
+    + "</div></div>"
+)
+
+
+class LoadsTab(Feature):
+    """The loads on the beam of the answer."""
+
+    tab = Tab("Loads", 5, SKELETON)
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (Part(lambda s: (s.state.tab == self.tab.key, s.answer), loads_content),)
+
+
+def loads_content(is_open: bool, answer: SolverAnswer | None) -> Content:
+    """The loads, or the reason why there are none."""
+    if not is_open or answer is None:
+        return {}
+    content: Content = {}
+    solution = answer.solution
+    if solution is None:
+        for id in CHARTS.values():
+            content |= page.props(id, hidden=True)
+        return content | page.html("loads-text", page.note(answer.message))
+    x, loads = loads_along(solution)
+    for name, values in loads.items():
+        shown = has_load(values, loads)
+        content |= page.props(CHARTS[name], hidden=not shown)
+        if shown:
+            content |= page.chart(CHARTS[name], chart_data(name, x, values, solution.beam.units))
+    return content | page.html("loads-text", text(solution, loads))
+
+
+def loads_along(solution: Solution) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Points along the beam, two at each body, where forces have a step; and the loads there."""
+    bodies = np.array([body.beta for body in solution.beam.bodies if body.beta < 1])
+    x = np.union1d(np.linspace(0, 1, POINTS), [*bodies, *np.nextafter(bodies, 1)])
+    equilibrium = solution.equilibrium
+    return x, {
+        "axial": equilibrium.force(x),
+        "shear": equilibrium.shear(x),
+        "moment": equilibrium.moment(x),
+    }
+
+
+def has_load(values: np.ndarray, loads: dict[str, np.ndarray]) -> bool:
+    """Whether a load is more than rounding."""
+    largest = max(float(np.abs(one).max()) for one in loads.values())
+    return float(np.abs(values).max()) > NONE * largest
+
+
+def load_measure(name: str, units: Units | None, largest: float) -> Measure:
+    """The display of a load, whose unit has a prefix for the largest value."""
+    load = LOADS[name]
+    one = units and (units.newton_metres(1.0) if load.is_moment else units.newtons(1.0))
+    if one is None:
+        unit = "EI/L" if load.is_moment else "EI/L²"
+        return Measure(f"{load.name} {load.symbol} [{unit}]", load.symbol)
+    size = abs(one * largest)
+    power, prefix = next((pair for pair in PREFIXES if size >= pair[0]), (1.0, ""))
+    unit = f"{prefix}N{' m' if load.is_moment else ''}"
+    return Measure(f"{load.name} {load.symbol} [{unit}]", load.symbol, unit, one / power)
+
+
+def position_measure(units: Units | None) -> Measure:
+    if units is None:
+        return Measure("position x / L", "x / L")
+    return Measure("position [m]", "x", "m", units.length)
+
+
+def chart_data(name: str, x: np.ndarray, values: np.ndarray, units: Units | None) -> page.Data:
+    """The chart of a load along the beam."""
+    load, along = LOADS[name], position_measure(units)
+    across = load_measure(name, units, float(np.abs(values).max()))
+    low, high = min(float(values.min()), 0.0), max(float(values.max()), 0.0)
+    margin = 0.06 * (high - low)
+    ends = (low - margin if low else 0.0, high + margin if high else 0.0)
+    runs = [[0, len(x) - 1, load.style, load.name]]
+    return {
+        "name": f"{load.name.capitalize()} along the beam",
+        "x": page.axis_data(along, (0.0, 1.0)),
+        "y": page.axis_data(across, ends),
+        "at": page.sent(along.factor * x),
+        "lines": [{"label": load.symbol, "y": page.sent(across.factor * values), "runs": runs}],
+        "keys": [],
+    }
+
+
+# The text
+
+PULLED = (
+    "The mass outside of each point pulls at it as it is swung around: the axial force grows from 0"
+    " at the free end to its largest value at the root, with a step at each mass."
+)
+PRESSED = (
+    "The beam points inward, and the mass farther from the axis than a point presses on it: the"
+    " force is below 0, compression, where the beam may buckle."
+)
+BENT = (
+    " As the beam is not straight, the part outside of a point also pushes it sideways, the shear"
+    " force, and turns it, the bending moment, which curves the beam."
+)
+STRAIGHT = " Shear force and bending moment are 0, as the beam is straight."
+AT_REST = "The beam is at rest: nothing loads it."
+
+
+def sentence(equilibrium: Equilibrium, loads: dict[str, np.ndarray]) -> str:
+    """What loads the beam."""
+    axial = loads["axial"]
+    if not any(np.abs(values).max() > 0 for values in loads.values()):
+        return AT_REST
+    pressed = axial.min() < -axial.max()
+    return (PRESSED if pressed else PULLED) + (BENT if equilibrium.shape == "bent" else STRAIGHT)
+
+
+def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
+    """The sentence, the reaction at the root, and the greatest stretch."""
+    equilibrium, units = solution.equilibrium, solution.beam.units
+    rows = []
+    for name, values in zip(LOADS, equilibrium.root, strict=True):
+        if has_load(loads[name], loads):
+            measure = load_measure(name, units, values)
+            unit = measure.label.partition("[")[2].removesuffix("]")
+            rows.append((LOADS[name].name, value_text(measure, values, unit)))
+    caption = "At the root: the hub reacts with the opposite"
+    table = page.table("reaction at the root", ("load", "at the root"), rows, caption)
+    sentences = stretch_text(solution), sentence(equilibrium, loads)
+    return (table if rows else "") + "".join(f"<p>{escape(one)}</p>" for one in sentences)
+
+
+def value_text(measure: Measure, value: float, unit: str) -> str:
+    number = significant(measure.factor * value, 4).replace("-", "\u2212")
+    return escape(f"{number} {unit}")
+
+
+def stretch_text(solution: Solution) -> str:
+    """The greatest stretch, and where it is."""
+    x, along = np.linspace(0, 1, POINTS), position_measure(solution.beam.units)
+    strain = solution.equilibrium.stretch(x) - 1
+    k = int(np.argmax(np.abs(strain)))
+    if not strain[k]:
+        return "No part of it is stretched."
+    kind = "stretch" if strain[k] > 0 else "compression"
+    return f"Greatest {kind}: {100 * abs(strain[k]):.3g} % at {along.text(x[k], 3)}."

@@ -1,0 +1,339 @@
+"""The panel of a blade: its tables by typing, paste and file; presets; a blade in links."""
+
+import json
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from live.browser import by_id, page, says
+from live.visitor import Visitor, visitor
+
+from beamviz.beam import Beam
+from beamviz.errors import InvalidInput
+from beamviz.explorer.blade_table import (
+    STATIONS,
+    Draft,
+    beam_of,
+    draft_of,
+    parse_table,
+    wrong_entries,
+)
+from beamviz.explorer.features import real_beam
+from beamviz.presets import PRESETS
+from beamviz.scene import MAX_LINK, Scene
+
+FIRST = Scene(real_beam.STEEL_BEAM.beam)
+NREL, STEEL = PRESETS["nrel-5mw-blade"].beam, PRESETS["tapered-steel-blade"].beam
+SI: dict[str, Any] = {
+    "stations": [0.0, 0.4, 1.0],
+    "mass_per_length": [1.2, 1.0, 0.5],
+    "bending_stiffness": [300.0, 200.0, 50.0],
+    "axial_stiffness": [3e7, 2.5e7, 1e7],
+}
+FLAP = {"flap_stiffness": [150.0, 90.0, 20.0]}
+HUB: dict[str, Any] = {"hub_radius": 0.1, "rotation_rpm": 200.0}
+TABLE = "0\t1.2\t300\t3e7\t150\n0.4\t1\t200\t2.5e7\t90\n1\t0.5\t50\t1e7\t20"
+
+
+def rows(guest: Visitor, name: str = "stations") -> list[list[str]]:
+    """The cells of a table as the page shows them."""
+    return [line.split("\t") for line in guest.values[f"blade.{name}"].split("\n")]
+
+
+def type_in(guest: Visitor, row: int, column: int, text: str, name: str = "stations") -> None:
+    """Type into a cell, as the page sends it: with all other cells."""
+    table = rows(guest, name)
+    table[row][column] = text
+    guest.do(f"blade.{name}", "\n".join("\t".join(one) for one in table))
+
+
+def shown(guest: Visitor, name: str) -> None:
+    """Show a preset, with its table."""
+    guest.do("blade.preset", name)
+    guest.shows(PRESETS[name].beam)
+    guest.wait(lambda _: "blade.stations" in guest.values)
+
+
+# Text to values
+
+
+@pytest.mark.parametrize(
+    ("text", "cells"),
+    [
+        (TABLE, TABLE),
+        (TABLE.replace("\t", ","), TABLE),
+        (TABLE.replace("\t", "  "), TABLE),
+        (TABLE.replace("\t", ";").replace(".", ","), TABLE.replace(".", ",")),
+        ("# a comment\n\n" + TABLE + "\r\n\n", TABLE),
+        (
+            "EI [N m^2]\tposition [m]\tEA (N)\tmass [kg/m]\n300\t0\t3e7\t1.2\n50\t1\t1e7\t.5",
+            "0\t1.2\t300\t3e7\t\n1\t.5\t50\t1e7\t",
+        ),
+        (
+            "station,mass_per_length,bending_stiffness,axial_stiffness\n0,1,2,3\n1,1,2,3",
+            "0\t1\t2\t3\t\n1\t1\t2\t3\t",
+        ),
+    ],
+)
+def test_a_table_is_taken_as_people_have_it(text, cells):
+    """By tabs, commas, semicolons or blanks; with comments; with names in another order."""
+    assert "\n".join("\t".join(row) for row in parse_table(text, STATIONS)) == cells
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "the table is empty"),
+        ("EI\tEA", "has a line of names only"),
+        ("x\tcolour\n0\t1", r"column 'colour': must be one of position \[m\], mass \[kg/m\]"),
+        ("x\tEI [GN m²]\n0\t1", r"EI \[GN m²\]: must be in N m²"),
+        ("0\t1\t2\t3\t4\t5", r"row 1 has 6 cells, more than 5"),
+    ],
+)
+def test_what_is_no_table_is_refused_with_the_remedy(text, words):
+    with pytest.raises(InvalidInput, match=words):
+        parse_table(text, STATIONS)
+
+
+@pytest.mark.parametrize(
+    ("cell", "text", "words"),
+    [
+        ((1, 1), "many", r"station 2, mass \[kg/m\] = many: must be a number, as 320"),
+        ((1, 1), "", r"station 2, mass \[kg/m\] = nothing: must be a number"),
+        ((2, 2), "0", r"station 3, EI \[N m²\] = 0: must be above 0"),
+        ((0, 3), "-3e7", r"station 1, EA \[N\] = -3e7: must be above 0"),
+        ((1, 3), "2,500", r"station 2, EA \[N\] = 2,500: write 2500, or 2\.500"),
+        ((1, 3), "inf", r"must be a number"),
+        (
+            (1, 4),
+            "",
+            r"station 2, flap EI \[N m²\] = nothing: give it at every station, or at none",
+        ),
+        ((0, 0), "0.1", r"station 1, position \[m\] = 0\.1: must be 0, at the root"),
+    ],
+)
+def test_a_wrong_cell_is_told_with_its_value_unit_and_remedy(cell, text, words):
+    """And only that cell."""
+    table = [list(row) for row in parse_table(TABLE, STATIONS)]
+    assert wrong_entries(Draft(tuple(map(tuple, table)))) == []
+    table[cell[0]][cell[1]] = text
+    (wrong,) = wrong_entries(Draft(tuple(map(tuple, table))))
+    assert re.search(words, wrong.reason)
+    assert (wrong.table, wrong.row, wrong.column) == ("stations", *cell)
+
+
+@pytest.mark.parametrize("beam", [NREL, STEEL, Beam.from_si(**SI, **FLAP, **HUB)])
+def test_the_tables_of_a_beam_are_that_beam(beam):
+    """With all digits, though the tables show six; numbers with a point or an exponent."""
+    before = beam.physical
+    again = beam_of(draft_of(before), before)
+    for name in ("mass", "bending", "axial", "flap"):
+        pair = (getattr(one.blade, name) for one in (again, beam))
+        assert next(pair) == pytest.approx(next(pair), rel=1e-14), name
+    assert again.numbers == pytest.approx(beam.numbers, rel=1e-14)
+    assert again.blade.degree == beam.blade.degree
+
+
+# The page
+
+
+def test_a_preset_shows_its_source_its_table_and_its_properties(guest):
+    """What the model leaves out is said while the stations are those of the preset."""
+    shown(guest, "nrel-5mw-blade")
+    assert len(rows(guest)) == 49
+    assert rows(guest)[1] == ["0.2", "709.731", "1.81136e10", "9.72948e9", "1.811e10"]
+    assert "NREL/TP-500-38060" in guest.texts["blade"]
+    assert "leaves out the twist" in guest.texts["blade"]
+    chart = guest.charts["blade-chart"]
+    assert [line["label"] for line in chart["lines"]] == ["m", "EI", "flap", "EA"]
+    stiffness = dict(zip(chart["lines"][1]["at"], chart["lines"][1]["y"], strict=True))
+    assert stiffness[61.5] == pytest.approx(5.01e6 / 18113.6e6, rel=1e-4)
+    guest.do("blade.stations.remove", 3, until=lambda _: len(rows(guest)) == 48)
+    guest.wait(lambda _: "leaves out the twist" not in guest.texts["blade"])
+    shown(guest, "tapered-steel-blade")
+    assert guest.says("polynomials of degree 4")
+
+
+def test_cells_are_edited_and_a_wrong_one_is_kept_as_typed(guest, session, url):
+    """The beam changes with each valid table, in the cell that was typed only. A wrong cell is told
+    and marked, the scene keeps the beam; a reload keeps what is typed; corrected, it counts."""
+    shown(guest, "nrel-5mw-blade")
+    physical = NREL.physical
+    type_in(guest, 2, 1, "900")
+    masses = list(physical.mass_per_length)
+    masses[2] = 900.0
+    heavier = Beam.of_physical(replace(physical, mass_per_length=tuple(masses)))
+    guest.shows(heavier)
+    found = session.visitor.state.case.beam().physical
+    assert found.mass_per_length == pytest.approx(masses, rel=1e-13)
+    assert found.bending_stiffness == pytest.approx(physical.bending_stiffness, rel=1e-13)
+    assert found.rotation_speed == pytest.approx(physical.rotation_speed)
+    type_in(guest, 4, 2, "stiff")
+    assert guest.says("station 5, EI [N m²] = stiff: must be a number, as 320 or 1.8e10")
+    guest.wait(lambda _: rows(guest)[4][2] == "stiff")
+    assert guest.texts["blade"].count('aria-invalid="true"') == 1
+    assert session.visitor.state.case.beam().physical == found
+    guest.wait(lambda _: "draft=" in guest.parts["address"])
+    with visitor(url) as new:
+        new.do("link", f"?{guest.parts['address']}", until="EI [N m²] = stiff")
+        new.wait(lambda _: rows(new)[4][2] == "stiff")
+    type_in(guest, 4, 2, "1.9e10")
+    guest.wait(lambda _: "= stiff" not in guest.texts["blade-reasons"])
+    guest.wait(lambda _: "draft=" not in guest.parts["address"])
+    stiffness = [*physical.bending_stiffness[:4], 1.9e10, *physical.bending_stiffness[5:]]
+    now = session.visitor.state.case.beam().physical
+    assert now.bending_stiffness == pytest.approx(stiffness, rel=1e-13)
+    guest.do("undo")
+    guest.wait(lambda _: rows(guest)[4][2] == "stiff")
+    guest.do("undo")
+    guest.do("undo")
+    guest.shows(NREL)
+
+
+def test_a_pasted_table_becomes_the_blade(guest):
+    """From a spreadsheet, or a file. What is no table stays in the field, with the reason; a table
+    with a wrong cell becomes the table, with that cell. Hub, speed and mass are kept."""
+    start = FIRST.beam.physical
+    guest.do("real.section", real_beam.ALONG, until="Paste a table")
+    guest.do("blade.paste", "no table at all, as words", until="must be one of position [m]")
+    guest.wait(lambda _: guest.values["blade.paste"] == "no table at all, as words")
+    guest.do("blade.paste", TABLE)
+    kept = {"hub_radius": start.hub_radius, "rotation_speed": start.rotation_speed}
+    guest.shows(Beam.from_si(**SI, **FLAP, **kept))
+    guest.wait(lambda _: guest.values["blade.paste"] == "")
+    guest.do("blade.file", "mine.csv\n" + TABLE.replace("2.5e7", "a lot").replace("\t", ";"))
+    assert guest.says("station 2, EA [N] = a lot: must be a number")
+    assert rows(guest)[1][3] == "a lot"
+    without_flap = "\n".join(line.rpartition("\t")[0] for line in TABLE.split("\n"))
+    guest.do("blade.file", "mine.csv\n" + without_flap.replace("\t", ","))
+    guest.shows(Beam.from_si(**SI, **kept))
+    guest.do("blade.paste", TABLE.replace("0.4", "9e9"))
+    assert guest.says("must lie in")  # a beam too slender; and the table is kept
+    guest.wait(lambda _: "9e9" in guest.values["blade.stations"])
+
+
+def test_stations_masses_and_the_root_are_added_and_removed(guest):
+    """A station in the middle of the longest interval, on the line between its neighbours, changes
+    nothing; a mass and a spring do. An unsorted position is sorted. Two stations stay."""
+    guest.do("blade.begin", until="Paste a table")
+    guest.do("blade.paste", TABLE)
+    start = FIRST.beam.physical
+    kept = {"hub_radius": start.hub_radius, "rotation_speed": start.rotation_speed}
+    guest.shows(blade := Beam.from_si(**SI, **FLAP, **kept))
+    guest.do("blade.stations.add")
+    guest.wait(lambda _: rows(guest)[2] == ["0.7", "0.75", "125", "1.75e7", "55"])
+    guest.shows(blade)
+    guest.do("blade.masses.add", until="remove mass 1")
+    whole = (1.2 + 1.0) / 2 * 0.4 + (1.0 + 0.5) / 2 * 0.6
+    assert rows(guest, "masses") == [[f"{whole / 10:.2g}", "1", "0", "0", "0"]]
+    for column, text in enumerate(("0.3", "0.5", "0", "0.01", "0.02")):
+        type_in(guest, 0, column, text, "masses")
+        guest.wait(lambda _, k=column, t=text: rows(guest, "masses")[0][k] == t)
+    body = {"mass": 0.3, "position": 0.5, "inertia": (0.0, 0.01, 0.02)}
+    guest.shows(Beam.from_si(**SI, **FLAP, **kept, masses=[body]))
+    guest.do("blade.root", "spring", until="stiffness [N m/rad]")
+    guest.do("blade.spring", 500)
+    guest.shows(Beam.from_si(**SI, **FLAP, **kept, masses=[body], root_stiffness=500))
+    guest.do("blade.spring", -1, until="stiffness of the root [N m/rad] = -1: must be 0 or more")
+    guest.do("blade.root", "hinged")
+    guest.shows(Beam.from_si(**SI, **FLAP, **kept, masses=[body], root_stiffness=0))
+    type_in(guest, 0, 1, "2", "masses")
+    assert guest.says("position = 2: must lie in 0 .. 1")
+    guest.do("blade.masses.remove", 0)
+    guest.do("blade.root", "clamped")
+    guest.shows(blade)
+    type_in(guest, 1, 0, "0.8")
+    guest.wait(lambda _: [row[0] for row in rows(guest)] == ["0", "0.7", "0.8", "1"])
+    for count in (3, 2):
+        guest.do("blade.stations.remove", 1, until=lambda _, n=count: len(rows(guest)) == n)
+    guest.do("blade.stations.remove", 1, until="a blade has at least two stations")
+    assert len(rows(guest)) == 2
+
+
+def test_a_blade_becomes_uniform_and_returns(guest):
+    """By one button the beam is the uniform clamped one with the section at the root, which has the
+    panel of a uniform beam; undo restores the blade, and so does its link."""
+    shown(guest, "nrel-5mw-blade")
+    guest.do("blade.masses.add", until="remove mass 1")
+    guest.wait(lambda _: "masses=" in guest.parts["address"])
+    address = guest.parts["address"]
+    assert len(address) < MAX_LINK
+    guest.do("blade.uniform")
+    at_root = {"mass_per_length": 678.935 * 1.04536, "bending_stiffness": 18113.6e6}
+    si = {**at_root, "axial_stiffness": 9729.48e6, "length": 61.5, "hub_radius": 1.5}
+    uniform = Beam.from_si(**si, rotation_rpm=12.1)
+    guest.shows(uniform)
+    guest.wait(lambda _: guest.texts["blade"] == "" and "real.area" in guest.values)
+    E, A = 1e9 * guest.values["real.youngs_modulus"], 1e-6 * guest.values["real.area"]
+    assert pytest.approx(9729.48e6, rel=1e-6) == E * A
+    assert guest.values["real.density"] * A == pytest.approx(at_root["mass_per_length"], rel=1e-5)
+    guest.do("undo", until="remove mass 1")
+    physical = NREL.physical
+    mass = float(rows(guest, "masses")[0][0])
+    body = {"mass": mass, "position": 61.5}
+    loaded = Beam.from_si(**NREL.si, masses=[body])
+    guest.shows(loaded)
+    guest.do("dimensionless", until=lambda _: guest.texts["blade"] == "")
+    guest.do("link", f"?{address}", until="remove mass 1")
+    guest.shows(loaded)
+    assert physical.masses == ()
+
+
+def test_a_doubtful_value_gets_a_note(guest):
+    """EI in kN m^2 is possible, and said to be unusual."""
+    guest.do("blade.begin", until="Paste a table")
+    thin = "\n".join(f"{x}\t1.2\t0.0003\t3e7" for x in (0, 1))
+    guest.do("blade.paste", thin)
+    assert guest.says("must lie in 10 .. 10000")
+    guest.do("blade.paste", thin.replace("0.0003", "0.31"))
+    assert guest.says("the bending stiffness in kN m^2?")
+
+
+def test_a_beam_of_another_size_is_not_lost_by_an_impossible_table(guest, session):
+    """A number that is out of range, as the mass of a slider, keeps the panel as it is."""
+    shown(guest, "nrel-5mw-blade")
+    guest.do("alpha", 1e9)
+    guest.do("blade.stations.add")
+    guest.edit(alpha=0.5)
+    assert len(rows(guest)) == 49
+    assert session.visitor.state.case.blade == NREL.blade
+
+
+# In a browser
+
+CELLS = "[...document.querySelectorAll('#blade table')[0].querySelectorAll('input.cell')]"
+PASTE = """(text => {{ const data = new DataTransfer(); data.setData('text', text);
+  const cell = {cell}; cell.focus(); cell.dispatchEvent(new ClipboardEvent('paste',
+  {{clipboardData: data, bubbles: true, cancelable: true}})) }})({text})"""
+
+
+def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
+    """By keyboard, letters of which are no shortcuts; several cells by paste; a CSV file. Another
+    cell keeps what is typed in it, and a reload all of it."""
+    with page(url, 1440, 900) as opened:
+        opened.wait(says("real beam".capitalize()))
+        opened.send("blade.begin", None)
+        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}[0].value === '0'")
+        opened.evaluate(PASTE.format(cell=f"{CELLS}[3]", text=json.dumps(TABLE)))
+        opened.wait(f"{CELLS}.length === 15 && {CELLS}[7].value === '200'")
+        opened.evaluate(f"{CELLS}[7].focus(); {CELLS}[7].select()")
+        for letter in "pdh":
+            opened.key(letter)
+        opened.call("Input.insertText", text="stiff")
+        opened.key("Tab", until=says("station 2, EI [N m²] = "))
+        assert opened.evaluate("document.activeElement === " + f"{CELLS}[8]")
+        opened.wait("location.search.includes('draft=')")
+        typed = opened.evaluate(f"{CELLS}[7].value")
+        assert typed.endswith("stiff")
+        opened.call("Page.reload")
+        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 15")
+        opened.wait(f"{CELLS}[7].value === {json.dumps(typed)}")
+        file = tmp_path / "blade.csv"
+        file.write_text(TABLE.replace("\t", ",").replace("200", "250"))
+        node = opened.call("DOM.getDocument")["root"]["nodeId"]
+        box = opened.call("DOM.querySelector", nodeId=node, selector="#blade-file")["nodeId"]
+        opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
+        opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
+        assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
+        assert opened.problems == []
