@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -205,3 +206,16 @@ def test_pieces_end_at_bodies_and_jumps():
         assert (np.diff(pieces.x) > 0).all()
         for body in masses:
             assert np.abs(pieces.x - body.beta).min() == 0
+
+
+def test_no_piece_is_open_beside_a_narrower_one():
+    """Through its end one would see what is behind the beam. Of a uniform beam the two ends are
+    closed."""
+    assert show(Beam()).capped[1:] == [len(show(Beam()).shapes.strain) - 1]
+    for blade in (JUMP, Blade((0, 0.5, 1), (1, 1, 1), (1, 4, 1), (1, 1, 1))):
+        drawn = show(Beam(blade=blade))
+        sizes = drawn.beam.batched_scales[:, 1:]
+        closed = set(drawn.capped)
+        for k, (one, next_one) in enumerate(pairwise(sizes)):
+            assert k in closed or (one <= next_one + 1e-12).all()
+            assert k + 1 in closed or (next_one <= one + 1e-12).all()
