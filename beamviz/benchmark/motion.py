@@ -274,7 +274,7 @@ def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
             state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
             if not np.abs(state[0]).max() < 10:
                 raise NoEquilibrium(f"t = {t:.3g}: the positions grow without bound", np.nan)
-        equation.check(float(t), MAP_GAMMA, state[0])
+        equation.check(float(t), *state)
     positions, velocities = np.array(states).swapaxes(0, 1)
     tip = equation.unknowns.positions(positions, 1.0)[:, 0]
     energy = equation.energy(np.full(len(tip), MAP_GAMMA), positions, velocities)

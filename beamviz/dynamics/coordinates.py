@@ -82,6 +82,10 @@ class StretchAndAngle:
         """theta and f (k, m) at the Gauss points."""
         return q[:, : self.bends] @ self.S.T, 1 + q[:, self.bends :] @ self.Z.T
 
+    def gauss_stretch(self, q: NDArray) -> NDArray:
+        """f (m,) at the Gauss points of q (n,)."""
+        return 1 + self.Z @ q[self.bends :]
+
     def strain_energy(self, q: NDArray) -> NDArray:
         """U (k,)."""
         _, f = self.angle_and_stretch(q)

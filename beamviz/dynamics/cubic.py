@@ -74,6 +74,10 @@ class CubicPositions:
         """f (k, len(x)) at points of the beam."""
         return abs(q @ self.complex_rows(np.atleast_1d(x), 1).T)
 
+    def gauss_stretch(self, q: NDArray) -> NDArray:
+        """f (m,) at the Gauss points of q (n,)."""
+        return self.strain_state(q[None])[1][0]
+
     def strain_energy(self, q: NDArray) -> NDArray:
         """U (k,)."""
         s, f = self.strain_state(q)

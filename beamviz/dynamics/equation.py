@@ -162,22 +162,19 @@ class Equation:
         centrifugal = gamma**2 / 2 * (abs(state.r + self.delta) ** 2 @ self.rho)
         return kinetic + self.unknowns.strain_energy(q) - centrifugal
 
-    def check(self, t: float, gamma: float, q: NDArray) -> None:
-        """Raises NoEquilibrium where the stretch of a position (n,) is out of the range of the
-        strain law."""
-        law, f = self.model.law, self.stretch(q)
+    def check(self, t: float, q: NDArray, v: NDArray) -> None:
+        """Raises NoEquilibrium where the stretch of positions q (n,), with velocities v, is out of
+        the range of the strain law."""
+        law, f = self.model.law, self.unknowns.gauss_stretch(q[: self.size])
         for value, beyond in ((f.min(), law.min_stretch), (f.max(), law.max_stretch)):
             if (value <= beyond) == (beyond < 1):
+                gamma = float(self.gamma(np.array([t]), v[None])[0])
                 raise NoEquilibrium(
                     f"t = {t:.4g}, gamma = {gamma:.4g}: the stretch {value:.4g} leaves the range of"
                     f" {law.name} strain, {law.min_stretch:.4g} .. {law.max_stretch:.4g}, in which"
                     " the axial force grows with the stretch",
                     gamma,
                 )
-
-    def stretch(self, q: NDArray) -> NDArray:
-        """f (m,) of a position (n,) at the Gauss points."""
-        return self.unknowns.state(q[None], q[None], q[None]).f[0]
 
 
 class HubEquation(Equation):

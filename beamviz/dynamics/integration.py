@@ -272,7 +272,7 @@ def integrate(
             record.add(stop if parts == 1 else t + h, q, v, step)
             t, q, v, a = record.t[-1], step.q, step.v, step.accelerations[-1]
             guess = np.broadcast_to(step.rates[0], guess.shape)
-            equation.check(t, float(equation.gamma(np.array([t]), v[None])[0]), q[: equation.size])
+            equation.check(t, q, v)
             control.count(t)
             length = h if 1 <= factor < GROWS else h * factor
             most *= RECOVERY

@@ -70,7 +70,7 @@ def balanced(equation: Equation, q: NDArray, gamma: float) -> NDArray | None:
         if not math.isfinite(size) or size > 1:
             return None
         if size < CONVERGED or (size < 1e-7 and size > last / 2):
-            f = equation.stretch(q)
+            f = equation.unknowns.gauss_stretch(q)
             law = equation.model.law
             inside = law.min_stretch < f.min() and f.max() < law.max_stretch
             return q if inside else None

@@ -467,7 +467,7 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
 def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float | None) -> Content:
     """The line of the moment in the chart, and its slider."""
     if answer is None or answer.result is None:
-        return {}
+        return page.value("moment", 0.0)
     found = answer.result
     shown = times(found.units).factor * min(moment or 0.0, found.film.until)
     content = page.chart(CHARTS[0], {"cursor": {"action": "moment", "x": float(shown)}})
