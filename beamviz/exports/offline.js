@@ -70,11 +70,11 @@ package on the data of html_page.py. */
       send("SetPositionMessage", name, { position: above.map((x, j) => x + points[station][j]) });
     const ring = (i, share, size) =>
       ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
-    const [along, larger] = beam.ring;
+    const [length, larger] = beam.ring;
     const rings = pieces.flatMap((_, i) => { // where the mode changes its sign
       const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
       const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
-      const size = [along, ...beam.sections[i].map((x) => larger * x)];
+      const size = [length, ...beam.sections[i].map((x) => larger * x)];
       return node ? [ring(i, u / (u - v), size)] : [];
     });
     update(`${root}/rotor/nodes`, rings.length ? rings : [ring(0, 0, [0, 0, 0])]);
