@@ -134,7 +134,7 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
 
     def is_moving(_: Any = None) -> bool:
         second = session.view.others.get(False)
-        return second is not None and abs(second.mass.batched_positions[0, 1]) > 1e-6
+        return second is not None and abs(second.bodies.places()[0][0, 1]) > 1e-6
 
     guest.choose("comparison", "coriolis", until=is_moving)
     guest.do("run_up", until=lambda _: "Forced response" in guest.texts["scene-caption"])
