@@ -54,7 +54,7 @@ class BeamView:
         pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
         # In one piece: the edges of translucent ones would be seen.
         self.body = add_mesh(scene, f"{root}/rotor/body", **pale) if overlay else None
-        self.beam = add_instances(scene, f"{root}/rotor/beam", tube)
+        self.beam = add_instances(scene, f"{root}/rotor/beam", tube, hollow=True)
         self.ends = add_instances(scene, f"{root}/rotor/ends", trimesh.creation.box())
         self.bodies = Bodies(scene, root, OPACITY if overlay else None)
         self.joint = None if overlay else RootJoint(scene, root)
@@ -140,13 +140,11 @@ class BeamView:
 
 
 def capped(section: np.ndarray) -> list[int]:
-    """The pieces (0-based) of which an end is seen: the first, the last, and those that are wider
-    than a neighbour, since pieces are open."""
-    sizes = section.mean(axis=1)
-    ahead = (sizes[:-1] > sizes[1:]).any(axis=1)
-    behind = (sizes[1:] > sizes[:-1]).any(axis=1)
-    seen = np.append(True, behind) | np.append(ahead, True)
-    return np.flatnonzero(seen).tolist()
+    """The pieces (0-based) with a section that another does not continue: the first, the last, and
+    those where it jumps. Through the end of an open piece one sees its inside, which between
+    others has the same shade as its outside."""
+    jumps = (section[:-1, 1] != section[1:, 0]).any(axis=1)
+    return np.flatnonzero(np.append(True, jumps) | np.append(jumps, True)).tolist()
 
 
 def stacked_heights(count: int) -> list[float]:
