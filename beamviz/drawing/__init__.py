@@ -19,7 +19,7 @@ from beamviz.drawing.objects import (
 )
 from beamviz.drawing.root_joint import RootJoint
 from beamviz.drawing.scene_graph import DrawnScene
-from beamviz.drawing.sizes import jumps, largest_reach, sections
+from beamviz.drawing.sizes import largest_reach, sections
 from beamviz.drawing.surroundings import Surroundings, add_lights, axis_rotation
 from beamviz.drawing.text import Measure, frequencies
 
@@ -38,7 +38,7 @@ class BeamView:
     surroundings; height: [beam lengths] of its middle; fixed: its frame stays when its shape
     changes, as in a drag of the mass; line: points (n, 3) of the beam as drawn last, in the frame
     of the hub, at the stations of `shapes`; section: of its pieces (n - 1, 2, 2), see `sections`;
-    capped: the pieces with an end that is seen, as at the tip and where the section jumps.
+    capped: the pieces with an end that is seen, see `capped`.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class BeamView:
         pale: Any = {"color": colours.BEFORE, "opacity": OPACITY}
         # In one piece: the edges of translucent ones would be seen.
         self.body = add_mesh(scene, f"{root}/rotor/body", **pale) if overlay else None
-        self.beam = add_instances(scene, f"{root}/rotor/beam", tube)
+        self.beam = add_instances(scene, f"{root}/rotor/beam", tube, hollow=True)
         self.ends = add_instances(scene, f"{root}/rotor/ends", trimesh.creation.box())
         self.bodies = Bodies(scene, root, OPACITY if overlay else None)
         self.joint = None if overlay else RootJoint(scene, root)
@@ -69,8 +69,7 @@ class BeamView:
         self.shapes = shapes = subdivide(drawn, one_colour=self.overlay)
         inset = INSET if self.overlay else 1.0
         self.section = inset * sections(beam, shapes.plane, shapes.x, view.thicken)
-        steps = [shapes.station(place) for place in jumps(beam)]
-        self.capped = [0, *(k + side for k in steps for side in (-1, 0)), len(shapes.strain) - 1]
+        self.capped = capped(self.section)
         self.choose_frame(float(view.rotating_frame))
         if self.surroundings:
             self.surroundings.show(beam, rotating_frame=view.rotating_frame, dark=view.dark)
@@ -138,6 +137,14 @@ class BeamView:
         if self.surroundings:
             self.surroundings.rotate(angle, self.share)
         self.scene.set_pose(self.rotor, wxyz=axis_rotation((1 - self.share) * angle))
+
+
+def capped(section: np.ndarray) -> list[int]:
+    """The pieces (0-based) with a section that another does not continue: the first, the last, and
+    those where it jumps. Through the end of an open piece one sees its inside, which between
+    others has the same shade as its outside."""
+    jumps = (section[:-1, 1] != section[1:, 0]).any(axis=1)
+    return np.flatnonzero(np.append(True, jumps) | np.append(jumps, True)).tolist()
 
 
 def stacked_heights(count: int) -> list[float]:

@@ -40,13 +40,16 @@ def add_instances(
     mesh: trimesh.Trimesh,
     count: int = 1,
     opacity: float | None = None,
+    *,
+    hollow: bool = False,
 ) -> Node:
     """Add a node of instances of a mesh, each with position, orientation, size and colour; all four
     set in one message change their number. Browsers draw such nodes one frame late: all objects
-    that move with the beam are of this kind."""
+    that move with the beam are of this kind. hollow: their inside is seen."""
     wxyz, zeros = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)), np.zeros((count, 3))
     sizes: Any = {"batched_scales": zeros, "batched_colors": zeros.astype(np.uint8)}
-    look: Any = {"side": "double", "lod": "off", "flat_shading": True, "receive_shadow": False}
+    side = "front" if opacity is None and not hollow else "double"
+    look: Any = {"side": side, "lod": "off", "flat_shading": True, "receive_shadow": False}
     look |= {"opacity": opacity, "cast_shadow": opacity is None}
     return scene.add_batched_meshes_simple(
         name, mesh.vertices, mesh.faces, wxyz, zeros, **sizes, **look

@@ -3,6 +3,9 @@
 A blade gives stiffnesses, not dimensions. It is drawn as a solid rectangular section that has them:
 
     height ~ sqrt(bending / axial),    breadth ~ sqrt(flap / axial), or axial / height without flap
+
+With flap, a section with thin walls has another area than that, axial. Its sizes are then the
+geometric mean of those and of such as have its area.
 """
 
 import math
@@ -51,6 +54,7 @@ def relative_sections(blade: Blade, plane: str, x: NDArray, inboard: bool = Fals
     thickness = np.sqrt(moving / axial)
     breadth = axial / thickness if blade.flap is None else np.sqrt(other / axial)
     sizes = np.stack([thickness, breadth], 1)
+    sizes *= (axial / (thickness * breadth))[:, None] ** 0.25  # 1 without flap
     return np.clip(sizes[1:] / sizes[0], *RELATIVE_SIZES)
 
 

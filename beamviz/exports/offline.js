@@ -55,9 +55,9 @@ package on the data of html_page.py. */
       const share = Math.min(Math.max(value / (2 * beam.largest), 0), 1);
       const colour = 3 * Math.round(share * (data.palette.length / 3 - 1));
       const wedges = (beam.thicknesses[i] / 2) * (wedge[i] + (wedge[i + 1] ?? 0));
-      const size = [Math.hypot(...step) + wedges, ...beam.sections[i]];
+      const scales = [Math.hypot(...step) + wedges, ...beam.sections[i]];
       const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
-      return { ...on(i, 0.5), batched_scales: size, ...colours };
+      return { ...on(i, 0.5), batched_scales: scales, ...colours };
     });
     update(`${root}/rotor/beam`, pieces);
     update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));
@@ -70,12 +70,12 @@ package on the data of html_page.py. */
       send("SetPositionMessage", name, { position: above.map((x, j) => x + points[station][j]) });
     const ring = (i, share, size) =>
       ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
-    const [along, larger] = beam.ring;
+    const [length, larger] = beam.ring;
     const rings = pieces.flatMap((_, i) => { // where the mode changes its sign
       const [u, v] = [i, i + 1].map((n) => state[size + 4 * n + beam.component]);
       const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
-      const size = [along, ...beam.sections[i].map((x) => larger * x)];
-      return node ? [ring(i, u / (u - v), size)] : [];
+      const whole = [length, ...beam.sections[i].map((x) => larger * x)];
+      return node ? [ring(i, u / (u - v), whole)] : [];
     });
     update(`${root}/rotor/nodes`, rings.length ? rings : [ring(0, 0, [0, 0, 0])]);
     const turn = (data.turning[1] * angle) / 2, wxyz = [Math.cos(turn), 0, 0, Math.sin(turn)];

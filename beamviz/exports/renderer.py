@@ -74,6 +74,9 @@ class Geometry:
                 continue
             if node.kind == "instances":
                 corners, colour = instances(node)
+                if node.side == "double":
+                    corners = np.concatenate([corners, corners[:, ::-1]])
+                    colour = np.concatenate([colour, colour])
             elif node.kind == "mesh":
                 corners, colour = node.vertices[node.faces], linear(node.color)
                 if node.side == "double":

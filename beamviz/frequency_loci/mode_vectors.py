@@ -111,8 +111,8 @@ def _fields_of_blades(
     solutions: Sequence[Solution], count: int, beside: Sequence[Beam] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
     """`_fields` of beams that differ in their numbers, not in blade, masses and root. beside: see
-    `mass_weighted`; then rotations of bodies are left out, and bodies without mass at the tip are
-    added, up to their number on any of the beams."""
+    `mass_weighted`; then bodies without mass at the tip are added, up to their number on any of the
+    beams, and rotations of bodies are left out if not as many on each have an inertia."""
     first = solutions[0].beam
     every = (first, *beside)
     breaks = {place for beam in every if beam.blade for place in beam.blade.breaks}
@@ -126,8 +126,9 @@ def _fields_of_blades(
     n, (alpha, beta) = len(solutions), np.moveaxis(carried, 2, 0)
     fields = displacements(solutions, np.column_stack((np.tile(x, (n, 1)), beta))).swapaxes(1, 3)
     masses = np.column_stack((np.tile(w, (n, 1)), alpha))
-    turning = [] if beside else [mass for mass in first.masses if any(mass.inertia)]
-    if turning:
+    turning = [mass for mass in first.masses if any(mass.inertia)]
+    with_inertia = {sum(any(mass.inertia) for mass in beam.masses) for beam in every}
+    if turning and len(with_inertia) == 1:
         axis = 2 if solutions[0].problem.chordwise else 1
         rotations = np.zeros((*fields.shape[:3], len(turning)), fields.dtype)
         for k, body in enumerate(turning):

@@ -205,3 +205,11 @@ def test_pieces_end_at_bodies_and_jumps():
         assert (np.diff(pieces.x) > 0).all()
         for body in masses:
             assert np.abs(pieces.x - body.beta).min() == 0
+
+
+def test_pieces_are_closed_at_the_ends_and_where_the_section_jumps():
+    """There one would look into them."""
+    for blade in (None, TAPER.blade, JUMP):
+        drawn = show(Beam(blade=blade))
+        last, k = len(drawn.shapes.strain) - 1, drawn.shapes.station(0.4)
+        assert drawn.capped == ([0, k - 1, k, last] if blade is JUMP else [0, last])

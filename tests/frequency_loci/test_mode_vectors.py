@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,13 @@ from hypothesis import given
 from strategies import beams
 
 from beamviz import Beam, loci, solve
-from beamviz.frequency_loci.identity import ModeIdentity, identify_modes, names_of_branches
+from beamviz.blade import Blade, Mass
+from beamviz.frequency_loci.identity import (
+    ModeIdentity,
+    identify_modes,
+    match_modes,
+    names_of_branches,
+)
 from beamviz.frequency_loci.mode_vectors import (
     GAUSS_POINTS,
     gauss_points,
@@ -41,6 +48,29 @@ def test_the_finest_of_all_shapes_are_told_apart():
     points = mode_points(np.array([0.2, 0.3]), solutions, gauss_points(solutions))
     products = points.shapes[0] @ points.duals[1].T
     assert abs(products) == pytest.approx(np.eye(7), abs=1e-2)
+
+
+def test_modes_of_another_blade_or_with_other_bodies_are_matched():
+    """A body that moves a little, one more that is light, and a blade that hardly tapers leave
+    every mode what it is; the correlation is the same both ways."""
+    bodies = (Mass(0.3, 0.5, (0.001, 0.004, 0.004)), Mass(0.1, 1.0))
+    blade = Beam(blade=Blade.tapered(0.3, 0.2), masses=bodies, gamma=3)
+    here = solve(blade)
+    others = [
+        blade.replace(masses=(replace(bodies[0], beta=0.51), bodies[1])),
+        blade.replace(masses=(*bodies, Mass(1e-3, 0.3))),
+        blade.replace(blade=Blade.tapered(0.35, 0.2)),
+        blade.replace(blade=Blade((0, 0.2, 1), (1, 1, 0.6), (1, 1, 0.4), (1, 1, 0.6))),
+    ]
+    for other in map(solve, others):
+        there, back = match_modes(here, other), match_modes(other, here)
+        assert there.partner.tolist() == list(range(5))
+        assert there.mac == pytest.approx(np.eye(5), abs=0.05)
+        assert there.mac == pytest.approx(back.mac.T)
+        assert there.mac.max() <= 1 + 1e-12
+        assert here.labels == other.labels
+    uniform = match_modes(here, solve(Beam(gamma=3)))
+    assert uniform.mac.shape == (5, 5)
 
 
 @pytest.mark.parametrize("growth", [40.0, 2.5e3, 2.5e4])

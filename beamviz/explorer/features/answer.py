@@ -61,7 +61,8 @@ class AnswerPanel(Feature):
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
         shown = HELD if state.hold else shown
-        return shown or picture_note(snapshot), first, bool(alpha)
+        has_mass = bool(alpha) or bool(state.case.masses)
+        return shown or picture_note(snapshot), first, has_mass
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
