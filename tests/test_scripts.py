@@ -228,7 +228,7 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
 
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
-    scripts = {"load", "fuzz", "measure_error_bars"}
+    scripts = {"load", "fuzz", "measure_error_bars", "measure_motion_error_bars"}
     assert {name for name, _ in COUNTS} == scripts
     text = "".join(file.read_text() for file in SCRIPTS.glob("*.py"))
     assert set(re.findall(r'"--(\w+)", type=int', text)) <= {"seed"}

@@ -86,6 +86,36 @@ def rows_of(values: Iterable[Iterable[float | None]]) -> Rows:
     return tuple(tuple("" if x is None else text_of(x) for x in row) for row in values)
 
 
+# As one text, for links: a line for each row, the first cell of which names its table
+
+HEADING = "blade"
+
+
+def text_of_draft(draft: Draft) -> str:
+    rows: list[Cells] = [("root", draft.root)]
+    rows += [("m", *row) for row in draft.masses]
+    rows += [("s", *row) for row in draft.stations]
+    return "\n".join([HEADING, *("\t".join(row) for row in rows)])
+
+
+def draft_of_text(text: str) -> Draft | None:
+    """The tables of `text_of_draft`; None for another text."""
+    heading, *lines = text.split("\n")
+    tables: dict[str, list[Cells]] = {"root": [], "m": [], "s": []}
+    for line in lines:
+        name, *cells = line.split("\t")
+        if name not in tables:
+            return None
+        tables[name].append(tuple(cells))
+    stations, masses, root = tables["s"], tables["m"], tables["root"]
+    counts = {len(row) for row in stations}, {len(row) for row in masses}, {len(x) for x in root}
+    if heading != HEADING or counts[0] != {len(STATIONS)} or len(root) != 1:
+        return None
+    if not counts[1] <= {len(MASSES)} or counts[2] != {1} or len(stations) < 2:
+        return None
+    return Draft(tuple(stations), tuple(masses), root[0][0])
+
+
 # From text
 
 GROUPED = re.compile(r"-?\d{1,3}(,\d{3})+")  # 1,500: thousands, or a decimal comma?
@@ -123,7 +153,7 @@ def parse_table(text: str, columns: Sequence[Column]) -> Rows:
     if not lines:
         raise InvalidInput("the table is empty")
     mark = next((mark for mark in "\t;," if mark in lines[0]), None)
-    rows = [[cell.strip().strip('"') for cell in line.split(mark)] for line in lines]
+    rows = [[" ".join(cell.strip(' "').split()) for cell in line.split(mark)] for line in lines]
     order = list(range(len(rows[0])))
     if all(re.search("[A-Za-z]", cell) and not is_number(cell) for cell in rows[0]):
         order = [column_of(cell, columns) for cell in rows.pop(0)]

@@ -7,6 +7,7 @@ import pytest
 from helpers import strict
 
 from beamviz import Beam, export, loci, solve
+from beamviz.presets import preset
 from beamviz.scene import Scene
 from beamviz.sweeps import open_line, sweep
 
@@ -84,3 +85,15 @@ def test_a_sweep_of_a_blade_is_resumed_and_read(blade, tmp_path):
     assert values == pytest.approx([0, beam.gamma], rel=1e-12)
     found = made["frequency"].sel(alpha=0.0).values[1]
     assert found == pytest.approx(solve(beam, **options).frequencies, rel=1e-5)
+
+
+def test_a_preset_is_named_in_place_of_a_file(run, blade, tmp_path, monkeypatch):
+    """Unless there is a file of that name; other numbers beside it are refused by its name."""
+    data = strict(run("modes", "--si", "nrel-5mw-blade", "--format", "json")[1])
+    assert data["modes"][0]["hertz"] == solve(preset("nrel-5mw-blade").beam).columns["hertz"][0]
+    code, _, err = run("modes", "--si", "nrel-5mw-blade", "--gamma", "0")
+    assert code == 2
+    assert "--si nrel-5mw-blade exclude each other" in err
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "nrel-5mw-blade").write_text(FILE)
+    assert "a blade of 4 stations" in run("modes", "--si", "nrel-5mw-blade")[1]

@@ -123,10 +123,10 @@ class BladePanel(Feature):
         columns = len(TABLES[name])
         rows = [line.split("\t") for line in str(text).split("\n")]
         if all(len(row) == columns for row in rows):
-            self.edit(lambda draft, _: draft._replace(**{name: tuple(map(tuple, rows))}))
+            self.edit(lambda draft, _: with_rows(draft, name, tuple(map(tuple, rows))))
 
     def remove(self, name: str, k: Any) -> None:
-        self.edit(lambda draft, _: draft._replace(**{name: removed(name, getattr(draft, name), k)}))
+        self.edit(lambda draft, _: with_rows(draft, name, removed(name, getattr(draft, name), k)))
 
     def choose_root(self, kind: Any) -> None:
         """Clamp or hinge the root, or hold it by a spring, at first as stiff as E I / L."""
@@ -158,6 +158,11 @@ class BladePanel(Feature):
         """Show the table of the beam, of the steel beam where its size is not known."""
         beam = STEEL_BEAM.beam
         load(self.visitor, "", lambda old: old if old.physical else beam, section=ALONG)
+
+
+def with_rows(draft: Draft, name: str, rows: Rows) -> Draft:
+    """With other rows in the table "stations" or "masses"."""
+    return draft._replace(stations=rows) if name == "stations" else draft._replace(masses=rows)
 
 
 def removed(name: str, rows: Rows, k: Any) -> Rows:
@@ -305,7 +310,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
 def is_made_from(preset: Preset, physical: PhysicalBeam) -> bool:
     """Whether the stations of a beam are those of a preset, to the digits shown."""
     of_preset = preset.beam.physical
-    return bool(of_preset) and draft_of(of_preset).stations == draft_of(physical).stations
+    return of_preset is not None and draft_of(of_preset).stations == draft_of(physical).stations
 
 
 def numbers_content(shown: bool, case: Case) -> Content:
@@ -444,15 +449,14 @@ def properties_data(blade: Blade, length: float) -> page.Data:
     """The chart of the properties along a span of some length [m]."""
     place = np.linspace(0, 1, 2 if blade.degree == 1 else POINTS)
     x = np.concatenate([part.start + (part.stop - part.start) * place for part in blade.segments])
-    at, lines = page.sent(length * x), []
+    at, lines, top = page.sent(length * x), [], 1.0
     names = [name for name in LINES if name != "flap" or blade.flap]
     for name in names:
         y = np.concatenate([part.polynomials[name](place) for part in blade.segments])
+        y = y / y[0]
+        top = max(top, float(y.max()))
         run = [0, len(x) - 1, LINES[name].style, ""]
-        lines.append(
-            {"label": LINES[name].label, "at": at, "y": page.sent(y / y[0]), "runs": [run]}
-        )
-    top = max(value for line in lines for value in line["y"])
+        lines.append({"label": LINES[name].label, "at": at, "y": page.sent(y), "runs": [run]})
     return {
         "name": "Properties along the span, over those at the root",
         "x": page.axis_data(Measure("position [m]", "x", "m"), (0.0, length)),

@@ -9,13 +9,15 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab
-from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.jobs import Answer, Job, SolverAnswer
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.visitor import Visitor
 from beamviz.solver.solution import Equilibrium, Solution
 from beamviz.units import Units
 
-POINTS = 201  # along the beam
+POINTS = 101  # along the beam
 NONE = 1e-12  # of the largest force, times the length: what rounding leaves of no load
 PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
@@ -36,34 +38,56 @@ LOADS = {
     "moment": Load("bending moment", "M", "bending", is_moment=True),
 }
 CHARTS = {name: f"loads-{name}" for name in LOADS}
+TEXT = '<div id="loads-text" tabindex="0" role="group" aria-label="Loads"></div>'
 SKELETON = (
-    '<div class="loads-tab"><div id="loads-text"></div><div class="loads-charts">'
+    f'<div class="loads-tab">{TEXT}<div class="loads-charts">'
     + "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS.values())
     + "</div></div>"
 )
+JOB = "loads"
+
+Diagrams = tuple[np.ndarray, dict[str, np.ndarray]]  # points (n,) and the loads there (n,)
 
 
 class LoadsTab(Feature):
-    """The loads on the beam of the answer."""
+    """The loads on the beam of the answer, computed in the background while the tab is open: those
+    of a blade take as long as its modes."""
 
     tab = Tab("Loads", 5, SKELETON)
 
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.job: Job[SolverAnswer, Diagrams | None] = visitor.job(JOB, diagrams_of)
+
+    def request(self, snapshot: Snapshot) -> None:
+        """Request the loads of the answer while the tab is open."""
+        if snapshot.answer and snapshot.state.tab == self.tab.key:
+            self.job.request(snapshot.answer)
+
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(lambda s: (s.state.tab == self.tab.key, s.answer), loads_content),)
+        return (
+            Part(lambda s: (s.job_answer(JOB),), loads_content),
+            fading(JOB, "loads-text", *CHARTS.values()),
+        )
 
 
-def loads_content(is_open: bool, answer: SolverAnswer | None) -> Content:
+def diagrams_of(answer: SolverAnswer) -> Diagrams | None:
+    return loads_along(answer.solution) if answer.solution else None
+
+
+def loads_content(answer: Answer[SolverAnswer, Diagrams | None] | None) -> Content:
     """The loads, or the reason why there are none."""
-    if not is_open or answer is None:
+    if answer is None:
         return {}
     content: Content = {}
-    solution = answer.solution
-    if solution is None:
+    solution = answer.request.solution
+    if solution is None or answer.result is None:
         for id in CHARTS.values():
             content |= page.props(id, hidden=True)
-        return content | page.html("loads-text", page.note(answer.message))
-    x, loads = loads_along(solution)
+        reason = answer.message or answer.request.message
+        return content | page.html("loads-text", page.note(reason))
+    x, loads = answer.result
     for name, values in loads.items():
         shown = has_load(values, loads)
         content |= page.props(CHARTS[name], hidden=not shown)
@@ -72,16 +96,11 @@ def loads_content(is_open: bool, answer: SolverAnswer | None) -> Content:
     return content | page.html("loads-text", text(solution, loads))
 
 
-def loads_along(solution: Solution) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def loads_along(solution: Solution) -> Diagrams:
     """Points along the beam, two at each body, where forces have a step; and the loads there."""
     bodies = np.array([body.beta for body in solution.beam.bodies if body.beta < 1])
     x = np.union1d(np.linspace(0, 1, POINTS), [*bodies, *np.nextafter(bodies, 1)])
-    equilibrium = solution.equilibrium
-    return x, {
-        "axial": equilibrium.force(x),
-        "shear": equilibrium.shear(x),
-        "moment": equilibrium.moment(x),
-    }
+    return x, solution.equilibrium.loads.at(x)._asdict()
 
 
 def has_load(values: np.ndarray, loads: dict[str, np.ndarray]) -> bool:
@@ -93,7 +112,9 @@ def has_load(values: np.ndarray, loads: dict[str, np.ndarray]) -> bool:
 def load_measure(name: str, units: Units | None, largest: float) -> Measure:
     """The display of a load, whose unit has a prefix for the largest value."""
     load = LOADS[name]
-    one = units and (units.newton_metres(1.0) if load.is_moment else units.newtons(1.0))
+    one = None
+    if units:
+        one = units.newton_metres(1.0) if load.is_moment else units.newtons(1.0)
     if one is None:
         unit = "EI/L" if load.is_moment else "EI/L²"
         return Measure(f"{load.name} {load.symbol} [{unit}]", load.symbol)
@@ -130,18 +151,18 @@ def chart_data(name: str, x: np.ndarray, values: np.ndarray, units: Units | None
 # The text
 
 PULLED = (
-    "The mass outside of each point pulls at it as it is swung around: the axial force grows from 0"
-    " at the free end to its largest value at the root, with a step at each mass."
+    "Each point holds the pull of all the mass outside of it, swung around: the axial force grows"
+    " from the tip to the root, with a step at each mass."
 )
 PRESSED = (
-    "The beam points inward, and the mass farther from the axis than a point presses on it: the"
-    " force is below 0, compression, where the beam may buckle."
+    "The beam points inward, and the mass beyond each point presses on it: an axial force below 0"
+    " is compression, where the beam may buckle."
 )
 BENT = (
-    " As the beam is not straight, the part outside of a point also pushes it sideways, the shear"
-    " force, and turns it, the bending moment, which curves the beam."
+    " As the beam is bent, that mass also pushes sideways (the shear force) and turns (the bending"
+    " moment)."
 )
-STRAIGHT = " Shear force and bending moment are 0, as the beam is straight."
+STRAIGHT = " A straight beam has no shear force and no bending moment."
 AT_REST = "The beam is at rest: nothing loads it."
 
 
@@ -158,12 +179,12 @@ def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
     """The sentence, the reaction at the root, and the greatest stretch."""
     equilibrium, units = solution.equilibrium, solution.beam.units
     rows = []
-    for name, values in zip(LOADS, equilibrium.root, strict=True):
-        if has_load(loads[name], loads):
-            measure = load_measure(name, units, values)
+    for name, values in loads.items():
+        if has_load(values, loads):
+            measure = load_measure(name, units, values[0])
             unit = measure.label.partition("[")[2].removesuffix("]")
-            rows.append((LOADS[name].name, value_text(measure, values, unit)))
-    caption = "At the root: the hub reacts with the opposite"
+            rows.append((LOADS[name].name, value_text(measure, values[0], unit)))
+    caption = "At the root; the hub reacts with the opposite"
     table = page.table("reaction at the root", ("load", "at the root"), rows, caption)
     sentences = stretch_text(solution), sentence(equilibrium, loads)
     return (table if rows else "") + "".join(f"<p>{escape(one)}</p>" for one in sentences)

@@ -26,10 +26,9 @@ from beamviz.drawing.text import error_summary
 from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
-from beamviz.explorer.blade_table import Draft, Rows
+from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
 from beamviz.explorer.experiment import RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
-from beamviz.explorer.features.blade import TABLES
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
 from beamviz.explorer.features.motion import JOB as MOTION
@@ -109,28 +108,12 @@ def check_before(values: Any) -> dict[str, Any]:
     return values
 
 
-def check_draft(tables: Any) -> Draft:
+def check_draft(text: Any) -> Draft:
     """The tables of a blade as typed. Raises InvalidInput."""
-    if not isinstance(tables, list) or len(tables) != 3 or not isinstance(tables[2], str):
-        raise InvalidInput("draft: must be the tables of stations and masses, and the root")
-    stations, masses = (
-        check_rows(name, rows, len(columns))
-        for (name, columns), rows in zip(TABLES.items(), tables[:2], strict=True)
-    )
-    if not stations:
-        raise InvalidInput("draft: must have stations")
-    return Draft(stations, masses, tables[2])
-
-
-def check_rows(name: str, rows: Any, columns: int) -> Rows:
-    """The cells of a table, each a text. Raises InvalidInput."""
-    is_table = isinstance(rows, list) and all(
-        isinstance(row, list) and len(row) == columns and all(isinstance(one, str) for one in row)
-        for row in rows
-    )
-    if not is_table:
-        raise InvalidInput(f"draft: {name} must be rows of {columns} texts")
-    return tuple(map(tuple, rows))
+    draft = draft_of_text(text) if isinstance(text, str) else None
+    if draft is None:
+        raise InvalidInput("draft: must be the tables of a blade, as a page of beamviz writes them")
+    return draft
 
 
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
@@ -304,9 +287,11 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
     base = lesson(state.lesson).scene if state.lesson else Scene()
-    found = "&".join(filter(None, (urlencode(pairs), scene.to_query(base, without=OWN))))
-    if len(found) > MAX_LINK:
-        raise InvalidInput(f"a link of {len(found)} characters")
+    of_scene = scene.to_query(base, without=OWN)
+    found = "&".join(filter(None, (urlencode(pairs), of_scene)))
+    if len(found) > MAX_LINK:  # tables as typed have no room beside those of the beam
+        pairs.pop("draft", None)
+        found = "&".join(filter(None, (urlencode(pairs), of_scene)))
     return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
@@ -329,7 +314,7 @@ def extra_pairs(state: State) -> dict[str, Any]:
     if "motion" in values:
         values["motion"] = state.experiment.text
     if "draft" in values:
-        values["draft"] = json.dumps(state.draft)
+        values["draft"] = text_of_draft(state.draft) if state.draft else ""
     if "before" in values:
         values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
     words = {True: "true", False: "false"}

@@ -1,0 +1,129 @@
+"""The tab Loads: forces and moments along the beam at its equilibrium, against statics."""
+
+import re
+
+import numpy as np
+import pytest
+from live.visitor import Visitor
+
+from beamviz.beam import Beam
+from beamviz.explorer.features.loads import chart_data, loads_along, sentence, text
+from beamviz.explorer.features.real_beam import RULER
+from beamviz.presets import PRESETS
+from beamviz.scene import Scene
+from beamviz.solver import solve
+
+FIRST = Scene(RULER.beam)
+NREL = PRESETS["nrel-5mw-blade"].beam
+SPINNING_UP = RULER.beam.replace(spin_up=8.0)
+
+
+def line(data: dict) -> tuple[np.ndarray, np.ndarray]:
+    """x and y of the line of a chart."""
+    return np.array(data["at"], float), np.array(data["lines"][0]["y"], float)
+
+
+def test_the_axial_force_of_a_ruler_is_that_of_statics():
+    """Omega^2 (rho A (L^2 - x^2) / 2 + m L) [N], with its step to 0 beyond the clip at the tip;
+    1e-4: the beam is stretched by less."""
+    it, si = solve(RULER.beam), RULER.values
+    x, loads = loads_along(it)
+    data = chart_data("axial", x, loads["axial"], it.beam.units)
+    along, force = line(data)
+    rho_a, L, speed = si["density"] * si["area"], si["length"], si["rotation_speed"]
+    expected = speed**2 * (rho_a * (L**2 - along**2) / 2 + si["mass"] * L)
+    assert (data["x"]["unit"], data["y"]["unit"]) == ("m", "N")
+    assert force == pytest.approx(expected, rel=1e-4)
+    assert data["y"]["range"][0] == 0
+    assert data["y"]["range"][1] > force.max()
+    found = re.search(r"axial force</td><td>([\d.]+) N<", text(it, loads))
+    assert float(found[1]) == pytest.approx(expected[0], rel=1e-3)
+    assert "shear force</td>" not in text(it, loads)
+
+
+def test_a_mass_on_the_beam_is_a_step():
+    """Of m Omega^2 d, between two points of the line at the same place."""
+    it = solve(Beam(alpha=1, beta=0.5, gamma=2, mu=1000))
+    x, loads = loads_along(it)
+    (k,) = np.flatnonzero(np.diff(x) < 1e-9)
+    assert x[k] == 0.5
+    assert loads["axial"][k] - loads["axial"][k + 1] == pytest.approx(1 * 4 * 0.5, rel=1e-4)
+    data = chart_data("axial", x, loads["axial"], None)
+    assert data["x"]["label"] == "position x / L"
+    assert "EI/L²" in data["y"]["label"]
+
+
+def test_the_root_of_a_beam_that_spins_up_holds_its_inertia():
+    """The moment about the axis is the angular momentum's rate of change: lambda times the moment
+    of inertia, of the positions at equilibrium, by quadrature. 1e-3: of the trapezoid rule."""
+    it = solve(SPINNING_UP, state="stable")
+    beam, equilibrium = it.beam, it.equilibrium
+    _, loads = loads_along(it)
+    fine = np.linspace(0, 1, 2001)
+    r = equilibrium.position(fine) + [beam.delta, 0]
+    tip = equilibrium.tip + [beam.delta, 0]
+    inertia = np.trapezoid((r**2).sum(1), fine) + beam.alpha * (tip**2).sum()
+    torque = loads["moment"][0] + beam.delta * loads["shear"][0]
+    assert -torque == pytest.approx(beam.spin_up * inertia, rel=1e-3)
+    rows = dict(re.findall(r"<td>([a-z ]+)</td><td>−?([\d.]+ \w*N(?: m)?)</td>", text(it, loads)))
+    assert rows.keys() == {"axial force", "shear force", "bending moment"}
+    in_si = abs(beam.units.newton_metres(equilibrium.root_moment))
+    number, unit = rows["bending moment"].split(" ", 1)
+    scale = {"N m": 1.0, "mN m": 1e-3, "kN m": 1e3}[unit]
+    assert float(number) * scale == pytest.approx(in_si, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("beam", "words"),
+    [
+        (Beam(), "at rest"),
+        (Beam(gamma=5), "grows from the tip to the root"),
+        (Beam(gamma=1, delta=-1), "compression"),
+        (Beam(gamma=2, spin_up=3), "and turns (the bending moment)"),
+    ],
+)
+def test_a_sentence_says_what_loads_the_beam(beam, words):
+    it = solve(beam, state="stable")
+    assert words in sentence(it.equilibrium, loads_along(it)[1])
+
+
+# The page
+
+
+def hidden(guest: Visitor) -> list[str]:
+    """The charts that are not there."""
+    return [name for name in ("axial", "shear", "moment") if guest.props[f"loads-{name}"]["hidden"]]
+
+
+def test_the_tab_follows_the_beam(guest):
+    """A straight beam has an axial force only; one that spins up all three, and a beam without an
+    equilibrium none, with the reason. Units are those of the beam."""
+    guest.do("tab", "loads", until="reaction at the root")
+    assert hidden(guest) == ["shear", "moment"]
+    assert "no shear force and no bending moment" in guest.texts["loads-text"]
+    guest.do("spin_up", 2000.0, until="and turns (the bending")
+    guest.wait(lambda _: hidden(guest) == [])
+    guest.do("spin_up", 0.0, until="A straight beam has no shear")
+    guest.do("blade.preset", "nrel-5mw-blade")
+    guest.wait(lambda _: guest.charts["loads-axial"]["y"]["unit"] == "kN")
+    assert guest.charts["loads-axial"]["x"]["range"] == pytest.approx([0, 61.5])
+    force = solve(NREL).equilibrium.root_force
+    newtons = NREL.units.newtons(force)
+    assert guest.charts["loads-axial"]["lines"][0]["y"][0] == pytest.approx(newtons / 1e3, rel=1e-5)
+    guest.do("dimensionless")
+    guest.wait(lambda _: "EI/L²" in guest.charts["loads-axial"]["y"]["label"])
+    guest.do("strain", "biot")
+    guest.do("gamma", 180.0, until="No equilibrium")
+    guest.wait(lambda _: hidden(guest) == ["axial", "shear", "moment"])
+
+
+def test_a_closed_tab_is_not_computed(guest):
+    """It shows what it showed, and the present beam once it is open again."""
+    guest.do("tab", "loads", until="reaction at the root")
+    before = guest.texts["loads-text"]
+    guest.do("tab", "map")
+    guest.do("blade.preset", "nrel-5mw-blade")
+    guest.shows(NREL)
+    assert guest.texts["loads-text"] == before
+    guest.do("tab", "loads", until="kN")
+    guest.shows(NREL)
