@@ -215,6 +215,9 @@ def test_a_model_of_a_blade_is_in_metres(tmp_path):
     read = trimesh.load(tmp_path / "a.glb").geometry
     assert set(read) == {"hub", "beam", "mass 1", "mass 2", "fork", "pin", "spring"}
     assert read["beam"].is_volume
+    attributes = by_name(gltf.meshes, "beam").primitives[0].attributes
+    colours, corners = (values(gltf, k) for k in (attributes.COLOR_0, attributes.POSITION))
+    assert len(colours) == len(corners)
     x = np.linspace(0, 1, 2001)  # 0.4, where the section jumps, is one of them
     areas = sections(BLADE, "chordwise", x).prod(axis=2).mean(axis=1)
     stretched = solve(BLADE).equilibrium.stretch((x[1:] + x[:-1]) / 2)
