@@ -11,9 +11,10 @@ FOLDER = Path(__file__).parent
 
 
 class Preset(NamedTuple):
-    """A beam of published data. file: its SI values (TOML); source: where they are from; left_out:
-    what this model leaves out, "" for nothing."""
+    """A beam of published data. title: its name for readers; file: its SI values (TOML); source:
+    where they are from; left_out: what this model leaves out, "" for nothing."""
 
+    title: str
     file: Path
     source: str
     left_out: str = ""
@@ -31,11 +32,13 @@ def read(file: Path) -> Beam:
 
 PRESETS = {
     "tapered-steel-blade": Preset(
+        "tapered steel blade",
         FOLDER / "tapered_steel_blade.toml",
         "A bar of steel, 1 m long and 40 mm wide; its thickness falls from 12 mm at the root to"
         " 6 mm at the tip, the taper of Ozdemir Ozgumus & Kaya (J. Sound Vib. 289, 2006). 600 rpm.",
     ),
     "nrel-5mw-blade": Preset(
+        "NREL 5 MW blade",
         FOLDER / "nrel_5mw_blade.toml",
         "The blade of the NREL 5 MW reference wind turbine: mass and stiffnesses at 49 stations"
         " (Jonkman et al., NREL/TP-500-38060, 2009, table 2-1), at its rated 12.1 rpm.",

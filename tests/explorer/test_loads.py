@@ -127,3 +127,10 @@ def test_a_closed_tab_is_not_computed(guest):
     assert guest.texts["loads-text"] == before
     guest.do("tab", "loads", until="kN")
     guest.shows(NREL)
+
+
+def test_a_beam_at_rest_is_not_stretched():
+    """Rounding of the stretch is not shown as one."""
+    shown = text(it := solve(Beam()), loads_along(it)[1])
+    assert "No part of it is stretched" in shown
+    assert "nothing loads it" in shown

@@ -163,6 +163,7 @@ BENT = (
     " moment)."
 )
 STRAIGHT = " A straight beam has no shear force and no bending moment."
+ROUNDING = 1e-12  # of a stretch of 1
 AT_REST = "The beam is at rest: nothing loads it."
 
 
@@ -200,7 +201,7 @@ def stretch_text(solution: Solution) -> str:
     x, along = np.linspace(0, 1, POINTS), position_measure(solution.beam.units)
     strain = solution.equilibrium.stretch(x) - 1
     k = int(np.argmax(np.abs(strain)))
-    if not strain[k]:
+    if abs(strain[k]) < ROUNDING:
         return "No part of it is stretched."
     kind = "stretch" if strain[k] > 0 else "compression"
     return f"Greatest {kind}: {100 * abs(strain[k]):.3g} % at {along.text(x[k], 3)}."

@@ -334,7 +334,7 @@ BUTTONS = "".join(
     page.button(name, data_do="real.preset", data_value=name, title=real.source)
     for name, real in PRESETS.items()
 ) + "".join(
-    page.button(name.replace("-", " "), data_do="blade.preset", data_value=name, title=one.source)
+    page.button(one.title, data_do="blade.preset", data_value=name, title=one.source)
     for name, one in BLADES.items()
 )
 INVITATION = (
