@@ -14,7 +14,7 @@ OUT = typer.Argument(
     metavar="OUT.csv|npz|png|svg|pdf|gif|webp|mp4",
 )
 START_HELP = "Amplitude [L] of a mode to start from; repeat the option for more."
-RELEASE_HELP = "Transverse force at the tip [E I / L^2] that holds the beam until t = 0."
+RELEASE_HELP = "Transverse force [E I / L^2] that holds the beam until t = 0."
 UNUSED = {  # options of the model that other commands have, and their defaults here
     "plane": "chordwise",
     "terms": None,
@@ -44,6 +44,7 @@ def motion(
     within: Annotated[float | None, number("Time [T*] of the ramp.")] = None,
     ramp: Annotated[Literal["smooth", "linear"], option("Shape of the ramp.")] = "smooth",
     release: Annotated[float, number(RELEASE_HELP)] = 0.0,
+    release_at: Annotated[float, number("Its place, from 0 at the root to 1 at the tip.")] = 1.0,
     start: Annotated[
         list[Any] | None, option(START_HELP, parser=parse_start, metavar="MODE:AMPLITUDE")
     ] = None,
@@ -78,6 +79,7 @@ def motion(
         until,
         speed=speed,
         release=release,
+        release_at=release_at,
         start=dict(start or ()),
         damping=damping,
         points=points,

@@ -288,3 +288,10 @@ def test_as_a_module_the_exit_code_reaches_the_shell():
     assert (version.returncode, version.stdout) == (0, f"beamviz {__version__}\n")
     assert version.stderr == ""
     assert process("modes", "--alpha", "-1").returncode == 2
+
+
+def test_a_beam_is_held_where_it_is_pulled(run):
+    """A small force F at x = a deflects the tip of a beam at rest by F a^2 (3 - a) / 6."""
+    command = "motion --until 0.1 --points 2 --release 0.01 --release-at 0.5 --format json"
+    moved = strict(run(*command.split())[1])
+    assert moved["tip"][0][1] == pytest.approx(0.01 * 0.5**2 * 2.5 / 6, rel=1e-3)
