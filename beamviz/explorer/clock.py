@@ -11,10 +11,10 @@ from typing import Self
 
 import numpy as np
 
-from beamviz.beam import Units
 from beamviz.drawing.modes import SampledModes, playback_rate
 from beamviz.explorer.camera import Transition
 from beamviz.explorer.film import Film
+from beamviz.units import Units
 
 FULL = math.pi / 2  # [rad] the phase of the largest displacement, where every mode begins
 EXPONENT = 4.0  # growth from exp(-4), 1/50 of the full size, to the full size

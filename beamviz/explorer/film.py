@@ -6,11 +6,12 @@ from typing import Protocol
 
 import numpy as np
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure
 from beamviz.scene import ViewOptions
+from beamviz.units import Units
 
 PAUSE = 1.5  # [s] on the screen at the end, before it begins again
 

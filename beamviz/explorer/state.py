@@ -14,13 +14,14 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam, Units
+from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.blade import Blade, Mass
 from beamviz.errors import InvalidInput
 from beamviz.explorer.blade_table import Draft
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver.problem import CHOICES, OPTIONS
+from beamviz.units import Units
 
 # Terms of the equations, each on or off.
 TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)

@@ -7,7 +7,7 @@ from html import escape
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS, Units
+from beamviz.beam import PARAMETERS
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, frequencies, rounded_to_error, significant
@@ -21,6 +21,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.lessons import NAMES
 from beamviz.solver import Solution
+from beamviz.units import Units
 
 STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error

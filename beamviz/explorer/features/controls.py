@@ -7,7 +7,7 @@ from functools import partial
 from html import escape
 from typing import Any
 
-from beamviz.beam import NUMBERS, PARAMETERS, Units
+from beamviz.beam import NUMBERS, PARAMETERS
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, tab_named, tabs
@@ -15,6 +15,7 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.state import CHOICES, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
+from beamviz.units import Units
 
 PACE_HINT = "Speed of rotation and vibration on the screen, relative to a suitable one"
 AMPLITUDE_HINT = "Largest displacement drawn, over the length of the beam"

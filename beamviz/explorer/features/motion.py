@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from beamviz.beam import Beam, Units
+from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes, dominant_frequency
 from beamviz.drawing.text import Measure, duration, frequencies, measure
@@ -31,6 +31,7 @@ from beamviz.explorer.view import UNSTIFFENED
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import clip
 from beamviz.solver import interruption, solve
+from beamviz.units import Units
 
 JOB, PULL_JOB = "motion", "pull"
 TOLERANCE = 1e-3  # [L] of the tip, half a pixel of a scene of 500 pixels
