@@ -139,11 +139,14 @@ class Beam:
 
         if not isinstance(self.blade, Blade | None):
             raise InvalidInput(f"blade = {self.blade!r}: must be a Blade")
-        object.__setattr__(self, "masses", tuple(self.masses))
-        if not all(isinstance(mass, Mass) for mass in self.masses):
-            raise InvalidInput(f"masses = {self.masses!r}: must be a sequence of Mass")
-        if self.root != math.inf:
-            object.__setattr__(self, "root", check_float("root", self.root, 0.0))
+        masses: Any = self.masses
+        bodies = tuple(masses) if isinstance(masses, Iterable) else (masses,)
+        if not all(isinstance(body, Mass) for body in bodies) or isinstance(masses, Mass):
+            raise InvalidInput(f"masses = {masses!r}: must be a sequence of Mass")
+        object.__setattr__(self, "masses", bodies)
+        root: Any = self.root
+        if not (isinstance(root, float) and math.isinf(root) and root > 0):
+            object.__setattr__(self, "root", check_float("root", root, 0.0))
 
     @property
     def is_uniform(self) -> bool:
@@ -309,11 +312,21 @@ def rounded_into(value: float, low: float, high: float) -> float:
     return min(max(value, low), high) if low - slack <= value <= high + slack else value
 
 
+def from_json(name: str, value: Any) -> Any:
+    """The value of a text of JSON; any other value as it is. Raises InvalidInput."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return json.loads(value)
+    except (ValueError, RecursionError):
+        raise InvalidInput(f"{name} = {value!r}: must be a table, or JSON of one") from None
+
+
 def from_record(record: Mapping[str, Any]) -> dict[str, Any]:
     """The keywords of `Beam` in a record, its blade and masses made of plain values, or of JSON.
     Raises InvalidInput."""
     values = {
-        name: json.loads(value) if name in ("blade", "masses") and isinstance(value, str) else value
+        name: from_json(name, value) if name in ("blade", "masses") else value
         for name, value in record.items()
     }
     if isinstance(blade := values.get("blade"), Mapping):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from beamviz import Beam, Blade, InvalidInput, Mass
+from beamviz.beam import from_record
 
 JUMP = Blade(x=(0, 0.5, 0.5, 1), mass=(1, 1, 0.5, 0.5), bending=(1, 1, 0.3, 0.2), axial=(1,) * 4)
 
@@ -93,3 +94,12 @@ def test_a_record_is_plain_and_makes_the_beam_again():
     ):
         with pytest.raises(InvalidInput, match=message):
             Beam.from_record(record | wrong)
+
+
+@pytest.mark.parametrize(
+    "record", [{"blade": "x"}, {"masses": "x"}, {"masses": 3}, {"masses": Mass(1, 1)}]
+)
+def test_a_record_of_something_else_is_refused_by_name(record):
+    """As a scene file or a link may have it."""
+    with pytest.raises(InvalidInput, match=next(iter(record))):
+        Beam(**from_record(record))

@@ -78,13 +78,14 @@ class Case:
         set_to = self.__dict__.__setitem__
         if self.beam.spin_up:
             raise InvalidInput(
-                f"spin_up = {self.beam.spin_up:g}: the speed of a motion is given by `speed`, as"
-                " Ramp(to, within)"
+                f"spin_up = {self.beam.spin_up:g} (an angular acceleration): a motion in time takes"
+                " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
+                " and --within"
             )
         if not self.beam.is_uniform:
             raise InvalidInput(
-                "motion in time: the beam has to be uniform, clamped, with one concentrated mass;"
-                " its modes, loci and deflected states are those of solve and loci"
+                "motion in time: the beam has to be uniform and clamped, with one concentrated"
+                " mass; `solve` and `loci` take this one"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))
@@ -122,6 +123,8 @@ class Case:
             raise InvalidInput(
                 f"start = {dict(given)} and release = {self.release:g} exclude each other"
             )
+        if not all(isinstance(name, str) for name in given):
+            raise InvalidInput(f"start = {dict(given)}: must name modes, as {{'B1': 0.1}}")
         return {name: check_float(f"start {name}", a, *AMPLITUDES) for name, a in given.items()}
 
     def check_body(self) -> None:

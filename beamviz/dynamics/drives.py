@@ -173,6 +173,8 @@ class Hub:
 
 def samples(name: str, given: Any, low: float, high: float) -> Samples:
     """A number or a pair of arrays as samples; raises InvalidInput."""
+    if isinstance(given, np.ndarray) and given.ndim == 2:
+        given = tuple(given)
     if not isinstance(given, tuple | list):
         return Samples(np.zeros(1), np.array([check_float(name, given, low, high)]))
     if len(given) != 2:

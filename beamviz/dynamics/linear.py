@@ -113,9 +113,9 @@ class RestModes:
         load = gamma**2 * self.axial + force * self.shapes(np.array([at]))[:, 0, 1]
         return load / (self.omega**2 - gamma**2)
 
-    def taken_over(self, before: "RestModes", y: NDArray) -> NDArray:
-        """Amplitudes and rates (2 k,) after a body has docked at rest in the frame of the hub, or
-        was released: displacements and momentum are kept."""
+    def taken_over(self, before: "RestModes", y: NDArray, docking: tuple[float, float]) -> NDArray:
+        """Amplitudes and rates (2 k,) after a body has docked with the velocity `docking` in the
+        frame of the hub, or was released: displacements and momentum are kept."""
         c, v = np.split(y, 2)
         caught = self.beam.alpha > before.beam.alpha
         weights = self.weights.copy()
@@ -123,7 +123,7 @@ class RestModes:
         velocity = np.einsum("k,kxc->xc", v, before.shapes(self.x))
         kept = np.einsum("kxc,xc,x->k", self.values, displacement, weights)
         if caught:
-            weights[-1] = 0.0
+            velocity[-1] = docking
         return np.append(kept, np.einsum("kxc,xc,x->k", self.values, velocity, weights))
 
 
@@ -134,7 +134,10 @@ def motion_without_stiffening(beam: Beam, until: float, **options: Any) -> Linea
     case = Case.of(beam=beam, until=until, **options)
     drive = case.drive
     if case.start or isinstance(drive, Hub) or case.studied:
-        raise InvalidInput("the linear theory takes a prescribed speed, and no start in modes")
+        raise InvalidInput(
+            "the motion without stiffening takes a prescribed speed, no start in modes, and no"
+            " choice of method, integrator or step"
+        )
     parts = tuple(integrated(case, drive))
     end = parts[-1].end
     t = np.append(case.times[case.times < end], end)
@@ -158,7 +161,7 @@ def integrated(case: Case, drive: Ramp | Samples) -> list[Part]:
             still = modes.held(case.first_speed, case.release, case.release_at)
             y = np.append(still, np.zeros_like(still))
         else:
-            y = modes.taken_over(before, y)
+            y = modes.taken_over(before, y, case.body_velocity)
         at_tip = modes.shapes(np.ones(1))[:, 0]  # (k, 2)
 
         def rates(t: float, y: NDArray, modes: RestModes = modes) -> NDArray:

@@ -12,6 +12,7 @@ from beamviz.drawing import BeamView
 from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
 from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.errors import InvalidInput
 from beamviz.explorer.experiment import RANGES
 from beamviz.explorer.features.motion import PULL_JOB, PullRequest, begun
 from beamviz.explorer.mass_drag import nearest
@@ -82,8 +83,13 @@ class BeamPull:
         visitor, hold = self.visitor, snapshot.state.hold
         if hold is None or hold.held or visitor.state is not snapshot.state:
             return
+        try:
+            request = PullRequest.of(snapshot.state)
+        except InvalidInput:  # the page says which number is out of range
+            visitor.set_state(replace(visitor.state, hold=None))
+            return
         answer = snapshot.job_answer(PULL_JOB)
-        if answer is None or answer.request != PullRequest.of(snapshot.state):
+        if answer is None or answer.request != request:
             return
         if answer.result is None:
             visitor.page.say(answer.message, error=True)

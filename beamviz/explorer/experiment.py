@@ -118,10 +118,11 @@ class Experiment:
         last = ends.get(self.hub, self.within)
         return last if self.body == "stays" else max(last, self.body_at)
 
-    def last_beam(self, beam: Beam) -> Beam:
-        """The beam as it is at the end."""
-        gamma = 0.0 if self.hub == "stop" else beam.gamma
-        return beam.replace(gamma=gamma, alpha=0.0 if self.body == "dropped" else beam.alpha)
+    def last_beam(self, beam: Beam, gamma: float) -> Beam:
+        """The beam as it is at the end, at the speed gamma."""
+        return beam.replace(
+            gamma=max(gamma, 0.0), alpha=0.0 if self.body == "dropped" else beam.alpha
+        )
 
     def has_body(self, t: float) -> bool:
         """Whether the mass is on the beam at a time."""

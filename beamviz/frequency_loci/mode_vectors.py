@@ -111,30 +111,33 @@ def _fields_of_blades(
     solutions: Sequence[Solution], count: int, beside: Sequence[Beam] = ()
 ) -> tuple[np.ndarray, np.ndarray]:
     """`_fields` of beams that differ in their numbers, not in blade, masses and root. beside: see
-    `mass_weighted`; then bodies without mass at the tip are added, up to their number on any of the
-    beams, and rotations of bodies are left out if not as many on each have an inertia."""
+    `mass_weighted`; then the bodies are those of all these beams, at the places of each, with the
+    mean of what they carry."""
     first = solutions[0].beam
     every = (first, *beside)
     breaks = {place for beam in every if beam.blade for place in beam.blade.breaks}
     ends = tuple(sorted({0.0, 1.0, *breaks, *(m.beta for beam in every for m in beam.masses)}))
     points = max(FEWEST_IN_SPAN, math.ceil(count / math.sqrt(len(ends) - 1)))
     x, w = distributed_mass(first, ends, points)
-    bodies = [[(each.beam.alpha, each.beam.beta)] for each in solutions]
-    more = max(len(beam.masses) for beam in every) - len(first.masses)
-    others = [*((m.alpha, m.beta) for m in first.masses), *[(0.0, 1.0)] * more]
-    carried = np.array([[*body, *others] for body in bodies])
-    n, (alpha, beta) = len(solutions), np.moveaxis(carried, 2, 0)
+    n = len(solutions)
+    turning = [(m.beta, m.inertia) for beam in every for m in beam.masses if any(m.inertia)]
+    if beside:
+        bodies = sorted((m.alpha / len(every), m.beta) for beam in every for m in beam.bodies)
+        carried = np.array([bodies] * n).reshape(n, len(bodies), 2)
+        turning.sort()
+    else:
+        others = [(m.alpha, m.beta) for m in first.masses]
+        carried = np.array([[(each.beam.alpha, each.beam.beta), *others] for each in solutions])
+    alpha, beta = np.moveaxis(carried, 2, 0)
     fields = displacements(solutions, np.column_stack((np.tile(x, (n, 1)), beta))).swapaxes(1, 3)
     masses = np.column_stack((np.tile(w, (n, 1)), alpha))
-    turning = [mass for mass in first.masses if any(mass.inertia)]
-    with_inertia = {sum(any(mass.inertia) for mass in beam.masses) for beam in every}
-    if turning and len(with_inertia) == 1:
+    if turning:
         axis = 2 if solutions[0].problem.chordwise else 1
         rotations = np.zeros((*fields.shape[:3], len(turning)), fields.dtype)
-        for k, body in enumerate(turning):
-            rotations[:, :, 1, k] = _rotations(solutions, max(body.beta, 3 * STEP))
+        for k, (place, _) in enumerate(turning):
+            rotations[:, :, 1, k] = _rotations(solutions, max(place, 3 * STEP))
         fields = np.concatenate((fields, rotations), axis=3)
-        inertia = [mass.inertia[axis] for mass in turning]
+        inertia = [moments[axis] / len(every) for _, moments in turning]
         masses = np.column_stack((masses, np.tile(inertia, (n, 1))))
     return fields, masses[:, None, None, :]
 

@@ -11,7 +11,7 @@ FOLDER = Path(__file__).parent
 
 
 class Preset(NamedTuple):
-    """A beam of published data. title: its name for readers; file: its SI values (TOML); source:
+    """A blade to start from. title: its name for readers; file: its SI values (TOML); source:
     where they are from; left_out: what this model leaves out, "" for nothing."""
 
     title: str

@@ -74,3 +74,13 @@ def test_the_linear_theory_takes_no_start_in_modes():
     """Which is said."""
     with pytest.raises(InvalidInput, match="no start in modes"):
         motion_without_stiffening(Beam(), 1.0, start={"B1": 0.1})
+
+
+def test_a_body_docks_with_its_velocity_without_stiffening_too():
+    """At a low speed both theories agree: a blow of 0.01 L/T* moves the tip by less than 0.01 L,
+    in both to 1 % of it."""
+    beam, given = Beam(alpha=1, gamma=0.1), {"catch": 0.5, "body_velocity": (0.0, 0.01)}
+    linear = motion_without_stiffening(beam, 1.0, points=11, **given)
+    full = motion(beam, 1.0, points=11, tolerance=1e-6, **given)
+    assert abs(full.tip[-1, 1]) > 1e-3
+    assert linear.tip[-1, 1] == pytest.approx(full.tip[-1, 1], rel=0.01)

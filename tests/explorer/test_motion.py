@@ -19,7 +19,7 @@ from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features.motion import PRESETS, TOLERANCE
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
-from beamviz.explorer.state import Case, State
+from beamviz.explorer.state import Case, Hold, State
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -185,13 +185,57 @@ def test_a_failure_is_told_in_its_kind(guest):
     ):
         if name == "gamma":
             guest.do("strain", "hencky")
-        guest.do(name, value, until=lambda _, w=words: w in guest.texts["motion-list"].lower() + w)
-        guest.wait(lambda _, w=words: w.lower() in guest.texts["motion-list"].lower())
+        guest.do(name, value)
+        guest.wait(lambda _, w=words: w.lower() in guest.texts["motion-words"].lower())
         assert guest.props[CHART]["hidden"] is True
         guest.do("undo")
         if name == "gamma":
             guest.do("strain", "green")
         guest.wait(lambda _: has_chart(guest, 2.0) and not guest.props[CHART]["hidden"])
+
+
+def test_nothing_of_another_beam_is_shown_with_a_number_out_of_range(pulled, session):
+    """Neither charts nor scene; a pull of the beam that is still drawn does no harm."""
+    pulled.do("alpha", 1e9)
+    pulled.wait(lambda _: pulled.props[CHART]["hidden"] and session.snapshot.film is None)
+    with session.visitor.lock:
+        state = session.visitor.state
+        session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))
+    wait_until(lambda: session.visitor.state.hold is None)
+    pulled.do("alpha", 1.0)
+    pulled.wait(lambda _: not pulled.props[CHART]["hidden"] and session.snapshot.film)
+
+
+def test_play_begins_the_motion(guest, session):
+    """Where the scene shows modes, though these play already."""
+    guest.do("tab", "motion")
+    guest.wait(lambda _: has_chart(guest, 20.0))
+    assert "Play" in guest.texts["motion-play"]
+    guest.do("motion.play")
+    guest.wait(lambda _: session.snapshot.film and "Pause" in guest.texts["motion-play"])
+    guest.do("motion.play")
+    guest.wait(lambda _: session.snapshot.film and "Play" in guest.texts["motion-play"])
+
+
+def test_the_lines_of_the_spectrum_are_those_of_the_speed_reached(guest):
+    """A motion that ends within its ramp, at a fifth of the speed."""
+    own = "motion={pull=0.0,hub='linear',within=20.0,until=4.0}"
+    guest.do("link", f"?gamma=5&tab=motion&moving=true&{own}")
+    guest.wait(lambda _: has_chart(guest, 4.0))
+    at_end = solve(Beam(gamma=1), coriolis=True).frequencies
+    shown = [line["at"][0] for line in guest.charts[SPECTRUM]["lines"] if line["label"]]
+    assert shown[:2] == pytest.approx(at_end[:2], rel=1e-3)
+
+
+def test_what_cannot_move_says_so_in_place_of_the_experiment(guest):
+    """A body dropped after the end, in the times shown; a blade."""
+    guest.do("tab", "motion")
+    guest.do("experiment", "drop")
+    guest.do("motion.until", 4.0)
+    guest.wait(lambda _: "after the end of the motion at t = 4" in guest.texts["motion-words"])
+    guest.do("blade.preset", "tapered-steel-blade")
+    guest.wait(lambda _: "uniform clamped beam" in guest.texts["motion-words"])
+    assert guest.props[CHART]["hidden"] is True
 
 
 def test_a_long_motion_is_cancelled(guest):

@@ -6,6 +6,7 @@ import pytest
 from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.blade import Blade, Mass
 from beamviz.frequency_loci.forced_response import run_up, static_deflection
+from beamviz.frequency_loci.identity import match_modes
 from beamviz.frequency_loci.mode_vectors import mode_points
 
 ONES = (1, 1, 1)
@@ -55,3 +56,20 @@ def test_a_blade_runs_up():
     assert run.amplitudes[0] == pytest.approx(1, abs=1e-3)
     with pytest.raises(InvalidInput, match="root = 0"):
         run_up(BLADE.replace(root=0), 1, 0.02, 20.0)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ({"masses": (Mass(0.5, 0.3), Mass(1, 0.9))}, {"masses": (Mass(1, 0.9), Mass(0.5, 0.3))}),
+        ({"alpha": 1, "beta": 0.9}, {"masses": (Mass(1, 0.9),)}),
+        ({"masses": (Mass(1, 0.9),)}, {"masses": (Mass(1e-6, 0.3), Mass(1, 0.9))}),
+        ({"masses": (BODY, Mass(1, 0.9))}, {"masses": (Mass(1, 0.9), BODY)}),
+    ],
+)
+def test_modes_are_matched_whatever_the_order_of_the_bodies(one, other):
+    """Two descriptions of one beam have the same modes, and 1e-6 of its mass changes nothing."""
+    first, second = (solve(Beam(gamma=5, **numbers), 4) for numbers in (one, other))
+    matched = match_modes(first, second)
+    assert matched.partner.tolist() == [0, 1, 2, 3]
+    assert np.diag(matched.mac) == pytest.approx(np.ones(4), abs=1e-3)

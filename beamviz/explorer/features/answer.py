@@ -13,6 +13,8 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import duration, frequencies, rounded_to_error, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.motion import JOB as MOTION
+from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -30,6 +32,7 @@ NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
+EARLIER_MOTION = "The motion before the last change: the new one is being computed."
 HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 RETRY = page.button("Compute again", data_do="retry_jobs")
@@ -61,6 +64,8 @@ class AnswerPanel(Feature):
         first = state.case == self.first
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
+        if picture.film and snapshot.is_late(MOTION) and is_before(snapshot):
+            shown = EARLIER_MOTION
         shown = HELD if state.hold else shown
         has_mass = bool(alpha) or bool(state.case.masses)
         return shown or picture_note(snapshot), first, has_mass

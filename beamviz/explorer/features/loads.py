@@ -14,7 +14,7 @@ from beamviz.explorer.jobs import Answer, Job, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
-from beamviz.solver.solution import Equilibrium, Solution
+from beamviz.solver.solution import Solution
 from beamviz.units import Units
 
 POINTS = 101  # along the beam
@@ -151,9 +151,10 @@ def chart_data(name: str, x: np.ndarray, values: np.ndarray, units: Units | None
 # The text
 
 PULLED = (
-    "Each point holds the pull of all the mass outside of it, swung around: the axial force grows"
-    " from the tip to the root, with a step at each mass."
+    "At each point the axial force keeps all the mass further out on its circle: it grows from the"
+    " tip to the root."
 )
+STEPS = " It has a step at each body."
 PRESSED = (
     "The beam points inward, and the mass beyond each point presses on it: an axial force below 0"
     " is compression, where the beam may buckle."
@@ -167,27 +168,28 @@ ROUNDING = 1e-12  # of a stretch of 1
 AT_REST = "The beam is at rest: nothing loads it."
 
 
-def sentence(equilibrium: Equilibrium, loads: dict[str, np.ndarray]) -> str:
+def sentence(solution: Solution, loads: dict[str, np.ndarray]) -> str:
     """What loads the beam."""
-    axial = loads["axial"]
+    axial, is_bent = loads["axial"], solution.equilibrium.shape == "bent"
     if not any(np.abs(values).max() > 0 for values in loads.values()):
         return AT_REST
     pressed = axial.min() < -axial.max()
-    return (PRESSED if pressed else PULLED) + (BENT if equilibrium.shape == "bent" else STRAIGHT)
+    steps = STEPS if any(0 < body.beta < 1 for body in solution.beam.bodies) else ""
+    return (PRESSED if pressed else PULLED) + steps + (BENT if is_bent else STRAIGHT)
 
 
 def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
     """The sentence, the reaction at the root, and the greatest stretch."""
-    equilibrium, units = solution.equilibrium, solution.beam.units
+    units = solution.beam.units
     rows = []
     for name, values in loads.items():
         if has_load(values, loads):
             measure = load_measure(name, units, values[0])
             unit = measure.label.partition("[")[2].removesuffix("]")
             rows.append((LOADS[name].name, value_text(measure, values[0], unit)))
-    caption = "At the root; the hub reacts with the opposite"
-    table = page.table("reaction at the root", ("load", "at the root"), rows, caption)
-    sentences = stretch_text(solution), sentence(equilibrium, loads)
+    caption = "On the beam at its root; the hub feels the opposite"
+    table = page.table("loads at the root", ("load", "value"), rows, caption)
+    sentences = stretch_text(solution), sentence(solution, loads)
     return (table if rows else "") + "".join(f"<p>{escape(one)}</p>" for one in sentences)
 
 

@@ -58,7 +58,18 @@ class MotionRequest(NamedTuple):
 
     def check(self) -> None:
         """Raises InvalidInput for options that a motion has not."""
-        options = dict(self.options)
+        options, own, units = dict(self.options), self.experiment, self.beam.units
+        if not self.beam.is_uniform:
+            raise InvalidInput(
+                "A motion in time is computed for a uniform clamped beam with at most one mass: a"
+                " button of the panel Blade makes it one."
+            )
+        if own.body != "stays" and own.body_at > own.until:
+            raise InvalidInput(
+                f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
+                f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
+                " earlier time."
+            )
         if options["plane"] != "chordwise":
             raise InvalidInput(
                 "A motion in time is computed in the plane of rotation: choose in plane above."
@@ -125,7 +136,7 @@ class Computed:
         self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
         self.spectrum = found.spectrum(self.since)
         options = {name: one for name, one in request.options if name in MODEL}
-        last = self.experiment.last_beam(self.beam)
+        last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))
         try:
             modes = solve(last, modes=MODES, coriolis=True, **options)
             known = np.isfinite(modes.frequencies)
@@ -138,9 +149,23 @@ class Computed:
         self.units = units
 
 
+def wanted(state: State) -> MotionRequest | None:
+    """The motion that a state describes; None while a number is out of range."""
+    try:
+        return MotionRequest.of(state.case, state.experiment)
+    except InvalidInput:
+        return None
+
+
 def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
-    """The last motion; None before the first."""
-    return snapshot.job_answer(JOB)
+    """The last motion; None before the first, and while a number is out of range."""
+    return snapshot.job_answer(JOB) if wanted(snapshot.state) else None
+
+
+def is_before(snapshot: Snapshot) -> bool:
+    """Whether the motion shown is not yet that of the state, which is being computed."""
+    answer = answer_of(snapshot)
+    return answer is not None and answer.request != wanted(snapshot.state)
 
 
 class PullRequest(NamedTuple):
@@ -256,8 +281,8 @@ TOOLS = page.group(
 TOOLS += '<p id="motion-words" role="status"></p>'
 TOOLS += page.group(
     "Play",
-    page.button("Play", id="motion-play", data_set="playing", class_="toggle"),
-    page.button("From the start", data_set="moment", data_value=0),
+    page.button("Play", id="motion-play", data_do="motion.play"),
+    page.button("From the start", data_do="moment", data_value=0),
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
 TOOLS += "".join(map(slider_of, ("pull", "pull_at")))
@@ -298,6 +323,7 @@ class MotionTab(Feature):
             self.page.on(f"motion.{name}", partial(self.edit, name))
         self.page.on("experiment", self.begin)
         self.page.on("moment", self.go_to)
+        self.page.on("motion.play", self.play)
 
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed."""
@@ -312,6 +338,10 @@ class MotionTab(Feature):
         if name in PRESETS:
             own = PRESETS[name][1]
             self.visitor.change(lambda state: begun(state, own))
+
+    def play(self, _: Any) -> None:
+        """Show the motion and play it, or pause it."""
+        self.visitor.change(played)
 
     def go_to(self, value: Any) -> None:
         """Show another moment of the motion."""
@@ -351,10 +381,10 @@ class MotionTab(Feature):
     def parts(self) -> Iterable[Part]:
         return (
             Part(lambda s: (s.state.experiment, s.state.case.units), values_content),
-            Part(lambda s: (s.state.experiment, s.state.case), words_content),
+            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content),
             Part(lambda s: (answer_of(s),), chart_content),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
-            Part(lambda s: (s.state.view.playing,), play_content),
+            Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
             fading(JOB, *CHARTS, "motion-list"),
         )
 
@@ -362,6 +392,20 @@ class MotionTab(Feature):
 def begun(state: State, experiment: Experiment) -> State:
     state = state.with_experiment(experiment)
     return state if state.still else state.changed("playing", True)
+
+
+def played(state: State) -> State:
+    """The motion goes on, or is paused; it begins where the scene shows modes."""
+    if state.in_motion:
+        return state.changed("playing", not state.view.playing)
+    return state.with_experiment(state.experiment).changed("playing", True)
+
+
+def reason_of(snapshot: Snapshot) -> str:
+    """Why there is no motion."""
+    answer = answer_of(snapshot)
+    known = answer is not None and answer.result is None and not answer.cancelled
+    return answer.message if answer and known else ""
 
 
 def moment_of(snapshot: Snapshot) -> float | None:
@@ -411,9 +455,9 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
     return content | page.props("motion.body_at-row", hidden=experiment.body == "stays")
 
 
-def words_content(experiment: Experiment, case: Case) -> Content:
-    """The experiment in a sentence."""
-    return page.html("motion-words", escape(in_words(experiment, case)))
+def words_content(experiment: Experiment, case: Case, reason: str) -> Content:
+    """The experiment in a sentence, or the reason why there is none."""
+    return page.html("motion-words", escape(reason or in_words(experiment, case)))
 
 
 def in_words(experiment: Experiment, case: Case) -> str:
@@ -453,8 +497,7 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     for id in ("moment-row", "motion-files"):
         content |= page.props(id, hidden=found is None)
     if found is None:
-        text = page.note(answer.message) if answer and not answer.cancelled else ""
-        return content | page.html("motion-list", text)
+        return content | page.html("motion-list", "")
     content |= page.chart(CHARTS[0], strip_data(found)) | page.chart(
         CHARTS[1], spectrum_data(found)
     )

@@ -32,7 +32,7 @@ from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
 from beamviz.explorer.features.motion import JOB as MOTION
-from beamviz.explorer.features.motion import MOTION_KINDS
+from beamviz.explorer.features.motion import MOTION_KINDS, wanted
 from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
@@ -415,7 +415,9 @@ class Files(Feature):
     def start_motion(self, suffix: Any) -> None:
         """Export the motion in time, in place of the visitor's running export."""
         computed = self.visitor.jobs[MOTION].status.result
-        if suffix in MOTION_KINDS and computed:
+        if computed and computed.request != wanted(self.visitor.state):
+            self.page.say("The motion is still being computed: download it after that.", error=True)
+        elif suffix in MOTION_KINDS and computed:
             film = film_size(suffix) if suffix in FORMATS else None
             scene = Scene(computed.beam)
             self.begin(File(scene, f"motion{suffix}", film, computed.motion))
