@@ -21,6 +21,7 @@ from beamviz.exports.solved_scene import Direction, Loop, Moment, SolvedScene
 from beamviz.files import check_suffix, csv_text, plain, replaced
 from beamviz.scene import Scene
 from beamviz.solver.solution import Solution
+from beamviz.units import Units
 
 SUFFIXES = (".html", ".glb", ".csv", ".npz")  # of exports
 # By suffix, the unit [ms] in which a format counts the duration of a frame, 0 for any.
@@ -32,6 +33,7 @@ MAX_FRAMES = 1000
 SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
 MODE_ARRAYS = ("labels", "families", "frequencies", "errors", "growth_rates")
+LOADS = ("force", "shear", "moment")  # along the beam
 MODE_COLUMNS = ("label", "family", "frequency", "error", "growth_rate", "bending_fraction")
 
 
@@ -64,11 +66,13 @@ def write_csv(file: Path, solution: Solution) -> None:
     (x, y), (u, w) = line["position"].T, np.moveaxis(line["shape"], 2, 0)
     columns = {"mode": modes["index"][:, None]}
     columns |= {key: np.array(modes[key])[:, None] for key in MODE_COLUMNS}
-    columns |= {"x": line["x"], "position_x": x, "position_y": y, "stretch": line["stretch"]}
+    columns |= {"x": line["x"], "position_x": x, "position_y": y}
+    columns |= {name: line[name] for name in ("stretch", *LOADS)}
     if units := solution.beam.units:
         columns |= {name: np.array(modes[name])[:, None] for name in ("hertz", "rad_per_s")}
         places = {"x_m": line["x"], "position_x_m": x, "position_y_m": y}
         columns |= {name: units.length * place for name, place in places.items()}
+        columns |= loads_in_si(units, line)
     columns |= {"shape_x": u.real, "shape_y": w.real}
     if np.iscomplexobj(u):  # with Coriolis forces
         columns |= {"shape_x_imag": u.imag, "shape_y_imag": w.imag}
@@ -106,7 +110,19 @@ def si_arrays(solution: Solution, line: dict[str, Any]) -> dict[str, Any]:
         "frequencies_hertz": units.hertz(solution.frequencies),
         "x_m": units.length * line["x"],
         "position_m": units.length * line["position"],
+        **loads_in_si(units, line),
         "si": np.array(json.dumps(solution.beam.si)),
+    }
+
+
+def loads_in_si(units: Units, line: dict[str, Any]) -> dict[str, Any]:
+    """The loads along the beam [N, N m] where its mass is known; line: of `Solution.along_beam`."""
+    if units.force is None:
+        return {}
+    return {
+        "force_newtons": units.newtons(line["force"]),
+        "shear_newtons": units.newtons(line["shear"]),
+        "moment_newton_metres": units.newton_metres(line["moment"]),
     }
 
 

@@ -187,7 +187,11 @@ def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
 def test_exports_of_a_real_beam_are_in_si(tmp_path):
     """Beside the numbers without dimension: Hz, and places in m; a model is in metres."""
     beam = Beam.from_si(
-        length=2.0, mass_per_length=3.0, bending_stiffness=2500.0, axial_stiffness=8e7
+        length=2.0,
+        mass_per_length=3.0,
+        bending_stiffness=2500.0,
+        axial_stiffness=8e7,
+        rotation_rpm=300.0,
     )
     for ending in ("csv", "npz", "glb"):
         export(tmp_path / f"a.{ending}", Scene(beam))
@@ -201,6 +205,10 @@ def test_exports_of_a_real_beam_are_in_si(tmp_path):
     table = np.genfromtxt(tmp_path / "a.csv", names=True, **reading)
     assert (np.unique(table["hertz"]) == hertz).all()
     assert (table["position_x_m"] == 2 * table["position_x"]).all()
+    newtons = beam.units.newtons(solve(beam).equilibrium.force(table["x"]))
+    assert newtons.max() > 1
+    assert table["force_newtons"] == pytest.approx(newtons)
+    assert arrays["force_newtons"] == pytest.approx(beam.units.newtons(arrays["force"]))
     extent = np.ptp(trimesh.load(tmp_path / "a.glb").bounds, axis=0)
     assert extent.max() == pytest.approx(2.0, rel=0.1)  # with a part of the hub
 
