@@ -167,8 +167,7 @@ def test_the_mass_is_there_while_it_is_on_the_beam(guest, session):
         wait_until(lambda: not session.is_busy)
         for moment, there in ((4.9, before), (5.1, not before)):
             guest.do("moment", moment, until=lambda _, at=moment: guest.values["moment"] == at)
-            final_text(guest, 0.2)
-            assert bool(session.view.beam.bodies.shown) is there
+            wait_until(lambda there=there: bool(session.view.beam.bodies.shown) is there)
     assert session.visitor.state.case.numbers["alpha"] == 1.0
 
 

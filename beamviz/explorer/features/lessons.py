@@ -100,14 +100,17 @@ class Lessons(Feature):
         state = self.visitor.state
         self.visitor.set_state(replace(state, met=state.met | known))
 
-    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+    def remember(self, snapshot: Snapshot) -> None:
         """Remember a challenge that is met."""
-        state = self.visitor.state
-        verdict = verdict_of(*verdict_reads(snapshot))
-        if verdict and verdict.met and state.lesson not in state.met:
-            self.visitor.set_state(replace(state, met=state.met | {state.lesson}))
+        name, *rest = verdict_reads(snapshot)
+        verdict = verdict_of(name, *rest)
+        with self.visitor.lock:
+            state = self.visitor.state
+            if verdict and verdict.met and name not in state.met:
+                self.visitor.set_state(replace(state, met=state.met | {name}))
 
     def request(self, snapshot: Snapshot) -> None:
+        self.remember(snapshot)  # in the frame that shows it: there may be no other
         if snapshot.state.lesson:
             self.job.request(snapshot.state.lesson)
 
