@@ -58,6 +58,10 @@ class Feature:
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Edit the state as an answer or time, `elapsed` [s] since the last frame, demands."""
 
+    def notice(self, snapshot: Snapshot) -> None:
+        """Keep in the state what a snapshot shows, in the frame that shows it: there may be no
+        other."""
+
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs for a snapshot; a job ignores its latest request."""
 

@@ -106,6 +106,8 @@ class Session:
         self.mass_drag.react(self.snapshot)
         self.beam_pull.react(self.snapshot)
         self.snapshot = snapshot = self.with_picture(visitor.take())
+        for feature in self.features:
+            feature.notice(snapshot)
         with visitor.client.atomic():
             self.draw(snapshot, elapsed)
             self.postponed = in_haste and snapshot.state.case is not before

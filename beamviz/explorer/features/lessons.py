@@ -100,7 +100,7 @@ class Lessons(Feature):
         state = self.visitor.state
         self.visitor.set_state(replace(state, met=state.met | known))
 
-    def remember(self, snapshot: Snapshot) -> None:
+    def notice(self, snapshot: Snapshot) -> None:
         """Remember a challenge that is met."""
         name, *rest = verdict_reads(snapshot)
         verdict = verdict_of(name, *rest)
@@ -110,7 +110,6 @@ class Lessons(Feature):
                 self.visitor.set_state(replace(state, met=state.met | {name}))
 
     def request(self, snapshot: Snapshot) -> None:
-        self.remember(snapshot)  # in the frame that shows it: there may be no other
         if snapshot.state.lesson:
             self.job.request(snapshot.state.lesson)
 
