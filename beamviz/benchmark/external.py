@@ -93,14 +93,19 @@ def exudyn_model(energy: str, beam: Beam, elements: int) -> tuple[Any, list[Any]
         q = np.array([e * h + beam.delta, 0, 1, 0, (e + 1) * h + beam.delta, 0, 1, 0])
         terms = {"massMatrix": point, "stiffnessMatrix": -K, "forceVector": K @ q}
         system.AddObject(items.ObjectGenericODE2(nodeNumbers=ends, **terms))
+    clamp(system, items, nodes[0])
+    system.Assemble()
+    return system, nodes
+
+
+def clamp(system: Any, items: Any, node: Any) -> None:
+    """Clamp a node of an Exudyn system. items: the module exudyn.utilities."""
     ground = system.AddNode(items.NodePointGround())
     fixed = system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
     for coordinate in CLAMPED:
-        held = items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=coordinate)
+        held = items.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)
         markers = [fixed, system.AddMarker(held)]
         system.AddObject(items.CoordinateConstraint(markerNumbers=markers))
-    system.Assemble()
-    return system, nodes
 
 
 def paper_laws(mu: float) -> dict[str, Any]:

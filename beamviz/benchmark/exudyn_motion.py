@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.benchmark.external import CLAMPED, element_masses
+from beamviz.benchmark.external import clamp, element_masses
 from beamviz.errors import NotConverged
 
 SPECTRAL_RADIUS = 0.9
@@ -58,12 +58,7 @@ def exudyn_tip(
         number = system.AddObject(items.ObjectGenericODE2(nodeNumbers=ends, massMatrix=point))
         M = distributed + point
         bodies.append((number, M, M @ np.kron(np.eye(4), TURN), q))
-    ground = system.AddNode(items.NodePointGround())
-    fixed = system.AddMarker(items.MarkerNodeCoordinate(nodeNumber=ground, coordinate=0))
-    for coordinate in CLAMPED:
-        held = items.MarkerNodeCoordinate(nodeNumber=nodes[0], coordinate=coordinate)
-        markers = [fixed, system.AddMarker(held)]
-        system.AddObject(items.CoordinateConstraint(markerNumbers=markers))
+    clamp(system, items, nodes[0])
     tip = system.AddMarker(items.MarkerNodePosition(nodeNumber=nodes[-1]))
     load = system.AddLoad(items.Force(markerNumber=tip, loadVector=[0, release, 0]))
     position = module.OutputVariableType.Position

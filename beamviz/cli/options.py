@@ -117,6 +117,8 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     given = {name: values[name] for name in NUMBERS if values[name] is not None}
     if si is None:
         return Beam(**given), options
+    if not (si.suffix or si.exists() or str(si) in PRESETS):
+        raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}")
     file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
     is_csv = file.suffix.lower() == ".csv"
     for name, value in given.items():

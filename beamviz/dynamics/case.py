@@ -84,8 +84,8 @@ class Case:
             )
         if not self.beam.is_uniform:
             raise InvalidInput(
-                "motion in time: the beam has to be uniform and clamped, with one concentrated"
-                " mass; `solve` and `loci` take this one"
+                "motion in time: the beam has to be uniform and clamped, with at most one"
+                " concentrated mass; `solve` and `loci` take this one"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))

@@ -73,7 +73,6 @@ class Control:
     ends: NDArray | None = None
     progress: Callable[[float], object] = float
     steps: int = 0
-    newton_steps: int = 0
     failures: int = 0
 
     @property
@@ -148,7 +147,6 @@ class Stepper:
             R = self.equation.residual(load, Q, V, A)
             dX = self.solved(R)
             X = X - dX
-            self.control.newton_steps += 1
             size = h * h * float(np.abs(scheme.D @ dX).max())
             rate = min(size / last, 0.5)  # what is left is size times rate / (1 - rate)
             left = size * rate / (1 - rate) if last < math.inf else size

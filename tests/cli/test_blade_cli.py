@@ -97,3 +97,10 @@ def test_a_preset_is_named_in_place_of_a_file(run, blade, tmp_path, monkeypatch)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "nrel-5mw-blade").write_text(FILE)
     assert "a blade of 4 stations" in run("modes", "--si", "nrel-5mw-blade")[1]
+
+
+def test_a_mistyped_preset_is_answered_with_the_names(run):
+    """A name without a suffix may be meant as one."""
+    code, _, err = run("modes", "--si", "nrel")
+    assert code == 2
+    assert "neither a file nor one of tapered-steel-blade, nrel-5mw-blade" in err

@@ -8,6 +8,7 @@ import pytest
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
+from beamviz.explorer.feature import tabs
 from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
 from beamviz.scene import Camera, Scene
 
@@ -101,3 +102,9 @@ def test_undo_and_redo_go_by_steps():
     loud = faster.changed("dark", False)
     history.record(faster, loud, 2.0)
     assert history.undo(loud) == still.changed("dark", False)
+
+
+def test_each_tab_has_a_place_of_its_own():
+    """Their order does not depend on which module is imported first."""
+    places = [tab.place for tab in tabs().values()]
+    assert len(set(places)) == len(places) > 8

@@ -47,7 +47,7 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
-    tab = Tab("Lessons", 7)
+    tab = Tab("Lessons", 9)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

@@ -101,7 +101,7 @@ class MethodTimingTab(Feature):
     """The method in use, and the chart of all methods if that is switched on. They are only timed
     while the tab is open: another one needs the processor, and would falsify them."""
 
-    tab = Tab("Methods", 6, page.chart_tab(TOOLS, "timing-chart", "timings"))
+    tab = Tab("Methods", 8, page.chart_tab(TOOLS, "timing-chart", "timings"))
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

@@ -313,7 +313,7 @@ CONTENT = (
 class MotionTab(Feature):
     """The experiment, its charts, and the moment that the scene plays."""
 
-    tab = Tab("Motion", 6, CONTENT)
+    tab = Tab("Motion", 7, CONTENT)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

@@ -215,10 +215,6 @@ def built(values: dict[str, float]) -> Beam:
     return Beam.of_physical(PhysicalBeam.of(si))
 
 
-def without_units(beam: Beam) -> Beam:
-    return beam.replace(units=None)
-
-
 def with_section(beam: Beam, kind: str) -> Beam:
     """The beam with another kind of section, of the same area and second moment if there is one,
     else of the same thickness."""

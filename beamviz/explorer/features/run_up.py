@@ -139,7 +139,7 @@ TOOLS += page.button("Run up from rest", id="run-up-button", class_="main", data
 class RunUpTab(Feature):
     """The force, the chart of amplitudes and the resonances; the speed of the beam as it rises."""
 
-    tab = Tab("Run-up", 5, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"))
+    tab = Tab("Run-up", 6, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"))
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)

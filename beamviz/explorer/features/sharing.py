@@ -368,7 +368,7 @@ JOB = "file"
 class Files(Feature):
     """Buttons that save and load a scene, and the tab Export with the progress of its files."""
 
-    tab = Tab("Export", 8)
+    tab = Tab("Export", 10)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
