@@ -32,13 +32,13 @@ def wave_speed(beam: PhysicalBeam) -> Iterable[float]:
     return map(math.sqrt, quotients(beam.axial_stiffness, beam.mass_per_length))
 
 
-def slimness(beam: PhysicalBeam) -> Iterable[float]:
+def thickness_ratios(beam: PhysicalBeam) -> Iterable[float]:
     """Thickness of a rectangle of the same stiffnesses, over the length."""
     thick = map(math.sqrt, quotients(beam.bending_stiffness, beam.axial_stiffness))
     return (math.sqrt(12) * radius / beam.length for radius in thick)
 
 
-def flap_over_lag(beam: PhysicalBeam) -> Iterable[float]:
+def flap_over_chordwise(beam: PhysicalBeam) -> Iterable[float]:
     return quotients(beam.flap_stiffness or (), beam.bending_stiffness)
 
 
@@ -89,14 +89,14 @@ RULES = (
         reason="LDPE has 450, diamond 18000; steel with EA in kN 160. Only rubber has 50.",
     ),
     Rule(
-        *("thickness sqrt(12 EI / EA) over length", "", slimness, 1e-3, 0.25),
+        *("thickness sqrt(12 EI / EA) over length", "", thickness_ratios, 1e-3, 0.25),
         below="a length in mm, or the bending stiffness in kN m^2?",
         above="sizes of the section in mm, the bending stiffness in N mm^2, or the axial stiffness"
         " in kN or MN?",
         reason="A laboratory rule of steel has 1/300; thicker than 1/4 it is hardly a beam.",
     ),
     Rule(
-        *("flapwise over chordwise bending stiffness", "", flap_over_lag, 1e-4, 1e3),
+        *("flapwise over chordwise bending stiffness", "", flap_over_chordwise, 1e-4, 1e3),
         below="one of the bending stiffnesses in another unit?",
         above="one of the bending stiffnesses in another unit?",
         reason="A flat bar of 40 to 1 has 6e-4 or 1600, and blades 0.02 to 2.",
