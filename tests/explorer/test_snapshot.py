@@ -263,11 +263,11 @@ def start(frame_loops) -> Iterator[str]:
         yield url
 
 
-SEEDS = range(3)
+SEEDS = 1, 2  # the fastest
 
 
 @pytest.mark.parametrize(
-    "seed", [*SEEDS, *(pytest.param(k, marks=pytest.mark.slow) for k in range(3, 8))]
+    "seed", [*SEEDS, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, *range(3, 8)))]
 )
 def test_a_page_equals_a_fresh_one_on_its_address(start, frame_loops, seed):
     """Four times, each after 25 edits without a pause, with reduced motion: no clock runs. The last
