@@ -15,7 +15,7 @@ from beamviz.frequency_loci.mode_vectors import Points
 from beamviz.frequency_loci.path import Modes, Path
 from beamviz.solver.solution import Solution
 
-INTERVALS = 160  # of the grid: the 81 points of a page are every second value
+INTERVALS = 80  # of the grid: its values are the 81 points of a page
 HALVINGS = 6  # most of an interval
 RECOGNISED = 0.8  # least share of a shape that the same mode and a neighbour have at the next value
 TOWARDS_LIMIT = np.array([0.75, 0.5, 0.25, 0.1, 0.03])  # roots of the relative distances from it

@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 from beamviz import Beam, NoEquilibrium, NotConverged, loci, solve, solve_many
 from beamviz.frequency_loci import path
+from beamviz.frequency_loci.tracking import INTERVALS
 from beamviz.solver.bent import end_of_bent_state, other_stable_states
 
 TIP = Beam(alpha=1, beta=1)
@@ -101,7 +102,8 @@ def test_a_limit_just_above_a_value_of_the_grid():
     it no solve succeeds; it is the limit that is named all the same, not the last value."""
     mu = 50.0
     critical = mu * np.pi / 2
-    stop = 160 * critical * (1 - 3e-6) / 99  # value 99 of the grid is that close
+    near = INTERVALS * 5 // 8  # the number of a value of the grid: that close to the limit
+    stop = INTERVALS * critical * (1 - 3e-6) / near
     (limit,) = loci(Beam(delta=1, mu=mu), "gamma", np.linspace(0, stop, 5), 1, strain="biot").limits
     assert limit.kind == "no-equilibrium"
     assert limit.start == pytest.approx(critical, rel=1e-8)
