@@ -16,6 +16,7 @@ from beamviz.solver.solution import Solution
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
 FEWEST_IN_SPAN = 6  # Gauss points between two discontinuities of a blade
 STEP = 1e-4  # of the difference that is the rotation of a body
+RIGID = 1e-6  # for the frequency of a rigid rotation
 
 Outcome = Solution | BeamvizError  # at one value of a parameter
 
@@ -64,7 +65,8 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
         return Points(at, squares, *_complex_vectors(vectors, solutions))
     gamma = np.array([solution.beam.gamma for solution in solutions])
     if np.iscomplexobj(fields) and gamma.any():
-        return Points(at, squares, *_gyroscopic(_in_phase(fields, squares), masses, squares, gamma))
+        fields = _in_phase(fields, squares)
+        return Points(at, squares, *_gyroscopic_vectors(fields, masses, squares, gamma))
     shapes = fields.reshape(*squares.shape, -1)
     return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
@@ -153,30 +155,38 @@ def _rotations(solutions: Sequence[Solution], x: float) -> np.ndarray:
     return (across + (angles @ slope)[:, None] * along) / f[:, None]
 
 
-def _gyroscopic(
+def _gyroscopic_vectors(
     fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals in the product in which modes of M q" + 2 gamma G q' + K q = 0 are
-    orthogonal, (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j.
+    """Shapes and duals (n, m, d) of modes phi = (u, i w) of M q" + 2 gamma G q' + K q = 0.
 
-    It is the difference of the equation of mode j times phi_i* and that of mode i times phi_j*. An
-    unstable mode is (u, w) instead of (u, i w), with the growth rate for omega. It is orthogonal to
-    both modes of a pair +-omega, so to their sum and difference, either half of the product. These
-    are added such that the product does not vanish at the onset of instability.
+    The equation of mode j times phi_i*, less that of mode i times phi_j*, is omega_i - omega_j
+    times a product in which modes are therefore orthogonal,
+
+        (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j
+            = (omega_i + omega_j) (u_i M u_j + w_i M w_j) - 2 gamma (w_i M u_j + u_i M w_j).
+
+    An unstable mode is (u, w), with the growth rate for omega. It is orthogonal to both modes of a
+    pair +-omega, so to their sum and to their difference, which are the two halves of the product.
+    Half the product changes its sign where that keeps it from vanishing at the onset of
+    instability.
     """
-    omega = np.sqrt(abs(squares))[:, :, None]
+    omega = _positive_frequencies(squares)
     stable = (squares >= 0)[:, :, None]
     u, w = fields[:, :, 0], fields[:, :, 1]
-    carried_u, carried_w = np.moveaxis(fields * masses, 2, 0)
-    across = (w * carried_w).sum(axis=2, keepdims=True) > (u * carried_u).sum(axis=2, keepdims=True)
-    half = np.where(stable | ~across, 1.0, -1.0)
+    Mu, Mw = np.moveaxis(fields * masses, 2, 0)
+    bends = (w * Mw).sum(axis=2, keepdims=True) > (u * Mu).sum(axis=2, keepdims=True)
+    sign = np.where(stable | ~bends, 1.0, -1.0)
     double, signed = 2 * gamma[:, None, None], np.where(stable, omega, -omega)
-    shapes = np.concatenate((omega * u, w, w, half * signed * w, half * u, half * u), axis=2)
-    duals = np.concatenate(
-        (carried_u, signed * carried_w, -double * carried_u)
-        + (half * carried_w, half * omega * carried_u, -half * double * carried_w),
-        axis=2,
+    terms = (  # of the product: a factor with mode i and one with mode j
+        (omega * u, Mu),
+        (w, signed * Mw),
+        (w, -double * Mu),
+        (sign * signed * w, sign * Mw),
+        (sign * u, sign * omega * Mu),
+        (sign * u, -sign * double * Mw),
     )
+    shapes, duals = (np.concatenate(factors, axis=2) for factors in zip(*terms, strict=True))
     return _normalised(shapes, duals)
 
 
@@ -189,8 +199,7 @@ def _complex_vectors(
     (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j, with i phi_i* G phi_j =
     i sum (w_i* u_j - u_i* w_j). The phase makes sum (u^2 - w^2) real: (u, i w) of a straight beam.
     """
-    squares = np.array([solution.omega_squared for solution in solutions])
-    omega = np.sqrt(abs(squares))[:, :, None]
+    omega = _positive_frequencies(np.array([solution.omega_squared for solution in solutions]))
     gamma = [solution.beam.gamma if solution.problem.gyroscopic else 0.0 for solution in solutions]
     root = np.sqrt(gamma)[:, None, None]
     fields = fields.astype(complex)
@@ -203,6 +212,14 @@ def _complex_vectors(
     shapes = np.concatenate((omega * both, both, root * swirl), axis=2)
     duals = np.concatenate((both, omega * both, 2 * root * others), axis=2)
     return _normalised(shapes, duals)
+
+
+def _positive_frequencies(squares: np.ndarray) -> np.ndarray:
+    """Frequencies or growth rates (n, m, 1). The product of a rigid rotation about a hinge, of
+    frequency 0, with itself vanishes: a small frequency instead makes it orthogonal to the others
+    but for a share as small."""
+    omega = np.sqrt(abs(squares))[:, :, None]
+    return np.where(omega == 0, RIGID, omega)
 
 
 def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -27,6 +27,17 @@ def test_mode_vectors_are_orthogonal(options):
     assert products == pytest.approx(np.eye(6), abs=3e-4)
 
 
+@pytest.mark.parametrize("state", ["straight", "stable"])
+def test_mode_vectors_of_a_rigid_rotation_are_orthogonal(state):
+    """Also normalised, though its frequency is 0: nothing holds the hinge on the axis of rotation.
+    Its share in other modes is as small as the frequency used in place of 0."""
+    solution = solve(Beam(gamma=5, root=0), 6, coriolis=True, state=state)
+    assert solution.frequencies[0] == 0
+    points = mode_points(np.array([1.0]), [solution], 28)
+    products = points.shapes[0] @ points.duals[0].T
+    assert products == pytest.approx(np.eye(6), abs=1e-4)
+
+
 def test_loci_of_a_blade_that_is_uniform():
     """The events of the uniform beam, with its body as the concentrated mass or one of several."""
     speeds = np.linspace(0, 20, 21)
