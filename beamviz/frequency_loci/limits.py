@@ -91,7 +91,10 @@ class Excess(NamedTuple):
 
 class ExistenceSearch:
     """The search for the values between solved ones at which equilibrium or convergence begins or
-    ends, with a limited number of solves."""
+    ends, with a limited number of solves.
+
+    changes: these values, ascending, with the kind of outcome from each on. ranges: with solutions.
+    """
 
     def __init__(self, path: Path, grid: NDArray):
         self.path = path
@@ -103,7 +106,7 @@ class ExistenceSearch:
         self._find(grid.tolist())
 
     def _find(self, solved: list[float]) -> None:
-        """Fill `changes`, and `ranges` with solutions."""
+        """Fill `changes` and `ranges`."""
         outcomes = self.path.outcomes
         kinds = [existence(outcomes[value]) for value in solved]
         start, ends_low = solved[0], False
@@ -111,7 +114,7 @@ class ExistenceSearch:
             before, after = kinds[k : k + 2]
             if before == after:
                 continue
-            at = self.between(low, high)
+            at = self._boundary(low, high)
             self.changes.append(Change(at, after))
             at_limit = NoEquilibrium.kind in (before, after)
             if before == STABLE:
@@ -120,22 +123,28 @@ class ExistenceSearch:
         if kinds[-1] == STABLE:
             self.ranges.append(Range(start, solved[-1], ends_low, False))
 
-    def between(self, low: float, high: float) -> float:
-        """The value between two solved ones at which equilibrium, or convergence, begins or ends;
-        the midpoint once no solves remain. By bisection, accelerated by extrapolation of the excess
-        of gamma over the limit of equilibrium. Over gamma that is the distance from the limit,
-        which may lie above `high` by the little by which a solve has to stay away from it."""
-        if self.remaining <= 0:
-            return (low + high) / 2
-        after = self.path.outcomes[high]
-        if self.path.over == "gamma" and (excesses := self._excess(high, after)):
-            return min(max(high - excesses[0].gamma, low), self.end)
+    def _boundary(self, low: float, high: float) -> float:
+        """The value between two solved ones at which equilibrium, or convergence, begins or ends.
+
+        Over gamma the error at `high` names it: the limit of equilibrium. That may lie above `high`
+        by the little by which a solve has to stay away from it.
+        """
+        named = self._excess(high, self.path.outcomes[high])
+        if self.path.over == "gamma" and named:
+            return min(max(high - named[0].gamma, low), self.end)
+        return self._bisected(low, high)
+
+    def _bisected(self, low: float, high: float) -> float:
+        """The boundary by bisection; the midpoint of what is left once no solves remain. It is
+        accelerated where equilibrium ends: there gamma exceeds its limit by an amount that errors
+        name, and that is extrapolated to zero."""
         before, after = self._outcome(low), self._outcome(high)
+        # Just before equilibrium ends, solves may fail: only those without equilibrium are beyond.
+        equilibrium_ends = isinstance(before, NoEquilibrium) != isinstance(after, NoEquilibrium)
+        sought = NoEquilibrium if equilibrium_ends else Solution
+        # Where convergence ends varies with rounding error: it needs no digits.
         numerical = isinstance(before, NotConverged) or isinstance(after, NotConverged)
         coarse = ROUGH * self.length if numerical else 0.0
-        ends_at_stop = isinstance(after, NoEquilibrium)
-        equilibrium_ends = isinstance(before, NoEquilibrium) != ends_at_stop
-        sought = NoEquilibrium if equilibrium_ends else Solution  # solves may fail near a limit
         start, stop, root = low, high, math.nan
         excesses = self._excess(low, before) + self._excess(high, after)
         while self.remaining > 0:
@@ -144,7 +153,9 @@ class ExistenceSearch:
                 break
             value = (start + stop) / 2
             if start < root < stop:
-                value = root + OVERSHOOT * ((stop if ends_at_stop else start) - root)
+                # A little beyond the root, where there is no equilibrium: errors name the excess.
+                beyond = stop if isinstance(after, NoEquilibrium) else start
+                value = root + OVERSHOOT * (beyond - root)
             outcome = self._outcome(value)
             if isinstance(outcome, sought) == isinstance(before, sought):
                 start = value

@@ -79,11 +79,6 @@ class Modes(NamedTuple):
         """Whether each mode (values, families, k) was solved for."""
         return np.isfinite(self.s)
 
-    def between(self, low: float, high: float) -> "Modes":
-        """The modes at the values within low .. high."""
-        inside = (self.at >= low) & (self.at <= high)
-        return Modes(*(array[inside] for array in self))
-
 
 @dataclass
 class Path:
