@@ -44,7 +44,7 @@ LIMIT_ORDER = 12
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
 
 
-class State(NamedTuple):
+class StretchOnMesh(NamedTuple):
     """The stretch f (n,) of a beam on a mesh."""
 
     mesh: Mesh
@@ -88,7 +88,9 @@ class AxialProblem(NamedTuple):
     beams: BeamStack
     law: StrainLaw
 
-    def solve(self, small: bool, tolerance: float, start: State | None = None) -> AxialState:
+    def solve(
+        self, small: bool, tolerance: float, start: StretchOnMesh | None = None
+    ) -> AxialState:
         """The equilibria by Newton's method, with an infinite error where it failed.
 
         small: whether all beams are of small strain: then they have no limit of equilibrium near.
@@ -230,7 +232,7 @@ def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     return None if limit is None else no_equilibrium(beam, beam.mu * limit**0.5, law)
 
 
-def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[State, Positions]:
+def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[StretchOnMesh, Positions]:
     """The equilibrium of a beam of large strain on a coarse mesh, and its positions. Raises
     NoEquilibrium with the limit, and NotConverged."""
     ends = ends_of_spans(beam)
@@ -243,4 +245,4 @@ def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[State, Positions]
     int_f, moment, mass = values.reshape(3, -1, COARSE_ORDER).sum(axis=2)
     u = accumulate(int_f.tolist(), initial=0.0)
     positions = Positions(ends, tuple(u), tuple((moment / mass).tolist()), tuple(mass.tolist()))
-    return State(mesh, f), positions
+    return StretchOnMesh(mesh, f), positions

@@ -31,7 +31,7 @@ from beamviz.beam import Beam
 from beamviz.blade import Blade
 from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.hp.equilibrium import (
-    State,
+    StretchOnMesh,
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
@@ -215,7 +215,7 @@ def layers(span: Span, power: int) -> list[Layer]:
     return thin
 
 
-def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, State | None]:
+def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnMesh | None]:
     """The elements of a beam for the modes of the problem and its tolerance. Of a large strain that
     is not certain to have an equilibrium also its equilibrium on a coarse mesh, else None. Raises
     NoEquilibrium with the limit, and NotConverged.
@@ -264,7 +264,7 @@ def four_digits(x: float) -> float:
     return math.ldexp(round(16 * mantissa), exponent - 4)
 
 
-def first_parts(beam: AnyBeam, problem: Problem) -> tuple[list[Part], State | None]:
+def first_parts(beam: AnyBeam, problem: Problem) -> tuple[list[Part], StretchOnMesh | None]:
     """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
     large, else None. Raises NoEquilibrium and NotConverged."""
     law, start, positions = problem.strain_law, None, unstretched_positions(beam)

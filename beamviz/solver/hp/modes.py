@@ -188,7 +188,8 @@ def uncoupled_modes(
         size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = tail_energies(mesh, matrices, v)
-    truncation, rounding = _errors(axial, state, scale, tail, size, relative_rounding)
+    truncation = truncation_errors(axial, state, scale, tail)
+    rounding = rounding_errors(state, scale, size, relative_rounding)
     if problem.softening:
         softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
         if not problem.chordwise:
@@ -275,7 +276,8 @@ def gyroscopic_modes(
     if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    truncation, rounding = _errors(axial, state, scale, tail, size, modes.relative_rounding)
+    truncation = truncation_errors(axial, state, scale, tail)
+    rounding = rounding_errors(state, scale, size, modes.relative_rounding)
     if free.any():
         lowest = abs(omega_squared[0]).argmin()
         omega_squared[0, lowest], truncation[0, lowest] = 0.0, 0.0
@@ -324,39 +326,47 @@ def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
     return (tail * tail) @ (abs(matrices.stiffness)[..., None] * mesh.in_element)
 
 
-def _errors(
-    axial: AxialProblem,
-    state: AxialState,
-    scale: NDArray,
-    tail: NDArray,
-    size: NDArray,
-    relative: NDArray,
-) -> tuple[NDArray, NDArray]:
-    """Estimated errors of omega^2: truncation (..., k, elements), from the order of each element
-    and the error of the stretch, and rounding (..., k).
+def truncation_errors(
+    axial: AxialProblem, state: AxialState, scale: NDArray, tail: NDArray
+) -> NDArray:
+    """Estimated errors of omega^2 (..., k, elements) from the order of each element: what its two
+    highest polynomials contribute to the energy of a mode, and to the stretch that it vibrates
+    about.
 
-    scale: of omega^2 without softening. tail: tail_energies. As the tail of a mode may nearly
-    vanish by chance, it is at least that of each lower mode, relative to its scale. size: of the
-    terms that are rounded. relative: their rounding error in units of EPS, but for 1.
-
-    A large stretch varies almost singularly along the beam: the truncation error then exceeds the
-    tail. Near the limit of equilibrium a relative error of the load changes the stretch 1 / margin
-    times as much, and this the least omega^2, which vanishes at the limit, by the same factor.
-
-    The stretch of a blade, 1 plus a force over E A, is no polynomial however small the strain: what
-    a quadrature loses of it is in proportion to the strain, not to its square.
+    scale: of omega^2 without softening, (..., k), the leading axes those of the families. tail:
+    `tail_energies` (..., k, elements).
     """
-    mesh, of_blade = axial.mesh, axial.beams.blade is not None
-    f, error, elements = state.f, state.error, len(mesh.orders)
-    margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
+    margin = state.margin.reshape(-1, *[1] * scale.ndim)
+    elements = tail.shape[-1]
+    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
+    # relative to its scale.
+    relative = np.maximum.accumulate(tail / scale[..., None], axis=-2)
+    # Near a limit of equilibrium a relative error of the load changes the stretch 1 / margin times
+    # as much, and this the least omega^2, which vanishes at the limit, by the same factor.
+    lost = stretch_errors(axial, state).reshape(*margin.shape[:-1], elements) / margin**2
+    # A large stretch varies almost singularly along the beam: the error then exceeds the tail.
+    stretch_at_clamp = np.maximum(state.f[:, 0].reshape(margin.shape), 1.0)
+    return TRUNCATION_FACTOR * stretch_at_clamp * scale[..., None] * (relative + lost)
+
+
+def stretch_errors(axial: AxialProblem, state: AxialState) -> NDArray:
+    """Relative square errors (beams, elements) of the stretch: its two highest polynomials in each
+    element, and what Newton's method leaves of it."""
+    mesh, f, elements = axial.mesh, state.f, len(axial.mesh.orders)
     tails = np.matvec(mesh.tails, f).reshape(len(f), elements, 2)
-    # Relative square errors of the stretch (beams, elements): truncation, and Newton's method.
     lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
-    if of_blade:
+    if axial.beams.blade is not None:
+        # The stretch of a blade, 1 plus a force over E A, is no polynomial however small the
+        # strain: what a quadrature loses is in proportion to the strain, not to its square.
         lost /= np.clip(abs(f - 1).max(axis=-1, keepdims=True), EPS, 1.0)
-    lost = (lost + error[:, None] / (2 * elements)).reshape(*margin.shape, elements)
-    factor = TRUNCATION_FACTOR * np.maximum(f[:, 0].reshape(margin.shape), 1.0) * scale
-    tail = np.maximum.accumulate(tail / scale[..., None], axis=-2)
-    truncation = (tail + lost / margin[..., None] ** 2) * factor[..., None]
-    rounding = ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))
-    return truncation, rounding
+    return lost + state.error[:, None] / (2 * elements)
+
+
+def rounding_errors(state: AxialState, scale: NDArray, size: NDArray, relative: NDArray) -> NDArray:
+    """Estimated errors of omega^2 (..., k) from rounding.
+
+    scale: of omega^2 without softening. size: of the terms that are rounded. relative: the error of
+    the eigenvalue problem in units of EPS, beside that of the terms.
+    """
+    margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
+    return ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))

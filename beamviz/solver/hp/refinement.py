@@ -19,7 +19,7 @@ from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
     AxialProblem,
     AxialState,
-    State,
+    StretchOnMesh,
     axial_problem,
     is_small_strain,
     limit_error,
@@ -48,7 +48,7 @@ class Attempt(NamedTuple):
     elements: Elements
     small: bool  # of small strain, so that a rough equilibrium suffices
     alone: bool  # whether it may not be in a stack
-    start: State | None = None
+    start: StretchOnMesh | None = None
 
 
 Answer = StraightModes | BeamvizError
@@ -180,7 +180,7 @@ def next_attempt(
         if near_limit and totals[worst] * problem.tolerance < GREATEST_ERROR:
             return modes
         return failure(attempt.beam, problem, error)
-    start = State(make_mesh(*attempt.elements), modes.f) if attempt.start else None
+    start = StretchOnMesh(make_mesh(*attempt.elements), modes.f) if attempt.start else None
     return attempt._replace(elements=elements, small=False, start=start)
 
 
