@@ -11,12 +11,18 @@ from helpers import slow
 from oracle.error_bars import Scene, bent_solution_verdict, bent_verdict, random_bent_scene
 
 from beamviz import Beam, InvalidInput, NoEquilibrium, solve
+from beamviz.blade import Blade, Mass
 from beamviz.solver import solve_many
 
 BUCKLING = 2.9960  # gamma at delta = -1, mu = 70 (green, spatial)
 PLAIN = {"strain": "green", "curvature": "spatial", "coriolis": False, "modes": 5}
 INWARD, SPINS_UP = Beam(delta=-1, gamma=4), Beam(gamma=5, spin_up=10)
 SOFT = INWARD.replace(mu=20)
+JUMP = Blade(
+    (0, 0.4, 0.4, 1), (1, 0.8, 0.5, 0.2), (1, 0.7, 0.3, 0.1), (1, 0.9, 0.6, 0.4), (2, 1.8, 1.7, 1)
+)
+BODY = Mass(0.2, 0.7, (0.05, 0.08, 0.1))
+WING = Beam(alpha=0.3, beta=0.4, gamma=4, delta=-1, blade=JUMP, masses=(BODY,), root=5)
 
 
 @pytest.mark.parametrize(
@@ -131,6 +137,21 @@ def test_a_spin_up_beyond_its_limit_point(beam, strain, beyond, limit, end):
         solve(beam.replace(spin_up=beyond), **options)
     assert np.isnan(error.value.limit)
     assert solve(beam.replace(spin_up=limit), **options).equilibrium.stable
+
+
+@pytest.mark.parametrize(
+    ("plane", "spin_up"), [("chordwise", 0.0), ("chordwise", 0.5), ("flapwise", 0.0)]
+)
+def test_work_on_shapes_with_and_without_matrices(plane, spin_up):
+    """The integrals of the error estimate are products with the tangent and with the displacements
+    of the equation of motion, also of a blade with a body on a root spring."""
+    solution = solve(WING.replace(spin_up=spin_up), state="bent", plane=plane)
+    state = solution.equilibrium.bent_state
+    parts = np.random.default_rng(0).standard_normal((2, len(state.q), 3))
+    for V in (parts[0], parts[0] + 1j * parts[1]):
+        products = (V.conj() * (state.stiffness @ V)).sum(axis=0)
+        assert state.stiffness_of(V) == pytest.approx(products, rel=1e-12)
+        assert state.displaced(V) == pytest.approx(state.displacements @ V, abs=1e-14)
 
 
 def test_shapes_are_orthonormal_and_pickle():

@@ -20,7 +20,7 @@ from beamviz.solver.bent.beam import (
     TINY,
     BentBeam,
     BentModes,
-    State,
+    BentState,
     bent_modes,
     corotational_components,
 )
@@ -39,13 +39,13 @@ NEARER = 1e-4  # of the way to a limit point: distance from it of the second sta
 MAX_UNKNOWNS = 1000  # two for each point
 
 
-def _curve(state: State, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _curve(state: BentState, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of a state."""
     grid = state.beam.mesh.grid
     return state.position(x), grid.at(x) @ state.f, state.angle(x)
 
 
-def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
+def _fields(state: BentState, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Displacements (len(x), 2, modes) along and across the bent beam, V (unknowns, modes)."""
     df, dkappa = np.split(V, [len(state.f)])
     c, s = state.direction[..., None]
@@ -55,7 +55,9 @@ def _fields(state: State, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     return corotational_components(*moved, state.angle(x))
 
 
-def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_modes: int) -> Solution:
+def solve_by_method(
+    beam: Beam, problem: Problem, near: BentState | None, extra_modes: int
+) -> Solution:
     """`solve_bent` by the method of the problem."""
     if problem.method == "auto":
         return solve_bent(beam, problem, near, extra_modes)
@@ -67,7 +69,7 @@ def solve_by_method(beam: Beam, problem: Problem, near: State | None, extra_mode
 
 
 def solve_bent(
-    beam: Beam, problem: Problem, near: State | None = None, extra_modes: int = 0
+    beam: Beam, problem: Problem, near: BentState | None = None, extra_modes: int = 0
 ) -> Solution:
     """The lowest modes about the stable deflected equilibrium of lowest energy, or about the state
     of a beam that spins up.
@@ -102,7 +104,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
     seen = bent_states([solution])
     others: list[Solution] = []
     bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
-    guesses: Iterable[State | None]
+    guesses: Iterable[BentState | None]
     if near:
         guesses = (_state_near(beam, problem, state) for state in bent_states(near))
     else:
@@ -138,14 +140,14 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
     return end
 
 
-def bent_states(solutions: Iterable[Solution]) -> list[State]:
+def bent_states(solutions: Iterable[Solution]) -> list[BentState]:
     """The deflected states of those solutions that have one; of method ancf-planar the converged
     state that its own was computed from."""
     states = (solution.equilibrium.bent_state for solution in solutions)
     return [state for state in states if state is not None]
 
 
-def _first_state(beam: Beam, problem: Problem) -> State:
+def _first_state(beam: Beam, problem: Problem) -> BentState:
     """A state without a neighbour to start from, on the first mesh."""
     if beam.spin_up and beam.root == 0 and not (beam.gamma and beam.delta):
         raise NoEquilibrium(
@@ -170,7 +172,7 @@ def _first_state(beam: Beam, problem: Problem) -> State:
     )
 
 
-def _state_near(beam: Beam, problem: Problem, near: State | None) -> State | None:
+def _state_near(beam: Beam, problem: Problem, near: BentState | None) -> BentState | None:
     """The state reached from that of a neighbour, on its mesh; None where that fails."""
     if near is None or (beam.alpha and near.beam.beam.beta != beam.beta):
         return None
@@ -188,7 +190,7 @@ def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
     return np.concatenate((T @ Q[:n], T @ Q[n : 2 * n], 0 * Q[2 * n :]))
 
 
-def _on_mesh(state: State, refined: Mesh) -> State:
+def _on_mesh(state: BentState, refined: Mesh) -> BentState:
     """The same state on another mesh."""
     old = state.beam
     if 2 * len(refined.points) > MAX_UNKNOWNS:
@@ -202,10 +204,10 @@ def _on_mesh(state: State, refined: Mesh) -> State:
         finer = finer or descend(beam, q) or paths.follow_speed(beam)
     if finer is None:
         raise NotConverged("Newton's method left a bent state when its mesh was refined")
-    return State(beam, finer.q, state.iterations + finer.iterations)
+    return BentState(beam, finer.q, state.iterations + finer.iterations)
 
 
-def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
+def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
 
     The truncation error is what the two highest polynomials of each element contribute to
@@ -220,31 +222,31 @@ def _errors(state: State, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     truncation = np.zeros((len(bent.mesh.orders), len(s)))
     for k in range(len(truncation)):
         part = element == k
-        lower = State(bent, state.q - part * state_tails)
+        lower = BentState(bent, state.q - part * state_tails)
         for changed in (_energies(lower, V), _energies(state, V - part[:, None] * shape_tails)):
             dK, dC, dM = changed - energies
             truncation[k] += abs(dK + s * dC + s**2 * dM)
     return TRUNCATION_FACTOR * truncation / np.maximum(modes.pairing, TINY), modes.rounding
 
 
-def _energies(state: State, V: np.ndarray) -> np.ndarray:
+def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
     """v' K v, v' C v with the Coriolis matrix C, and v' M v (3, modes) of shapes."""
-    moved = state.displacements @ V  # (2, m, modes)
-    stiffness = (V.conj() * (state.stiffness @ V)).sum(axis=0)
+    moved = state.displaced(V)  # (2, m, modes)
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
     turned = (abs(state.rotations @ V) ** 2).sum(axis=0)
-    return np.array([stiffness, coriolis * swirl, (abs(moved) ** 2).sum(axis=(0, 1)) + turned])
+    mass = (abs(moved) ** 2).sum(axis=(0, 1)) + turned
+    return np.array([state.stiffness_of(V), coriolis * swirl, mass])
 
 
-def _solution(state: State, modes: BentModes, errors: np.ndarray) -> Solution:
+def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solution:
     """The Solution of modes with these errors of s."""
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.mesh.orders
-    moved = state.displacements @ modes.V
+    moved = state.displaced(modes.V)
     theta = (bent.R @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    kept = State(bent, state.q, state.iterations)  # without its matrices
+    kept = BentState(bent, state.q, state.iterations)  # without its matrices
     loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))

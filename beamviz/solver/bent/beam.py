@@ -145,7 +145,7 @@ class BentBeam:
         return BentBeam(mesh or self.mesh, self.beam.replace(**numbers), self.problem)
 
 
-class State:
+class BentState:
     """A state of a bent beam, in equilibrium or not.
 
     q (n + turning,): the stretch f at the n Gauss points, after it kappa, and the angle at the root
@@ -182,16 +182,16 @@ class State:
         return float(self.turning[-1]) if self.beam.hinged else 0.0
 
     @property
-    def mirrored(self) -> "State":
+    def mirrored(self) -> "BentState":
         """Its mirror image, bent to the other side."""
-        return State(self.beam, np.concatenate((self.f, -self.turning)), self.iterations)
+        return BentState(self.beam, np.concatenate((self.f, -self.turning)), self.iterations)
 
     @property
-    def upward(self) -> "State":
+    def upward(self) -> "BentState":
         """The state or its mirror image: that whose tip has y >= 0."""
         return self.mirrored if self.beam.w @ (self.f * self.direction[1]) < 0 else self
 
-    def is_same(self, other: "State") -> bool:
+    def is_same(self, other: "BentState") -> bool:
         """Whether two states are one, or mirror images."""
         return abs(self.energy - other.energy) <= SAME_ENERGY * (1 + abs(other.energy))
 
@@ -355,6 +355,44 @@ class State:
             K[n:, n:] += gamma2 * (rows.T * (bent.unsteady * turned)) @ rows
         return K
 
+    def displaced(self, V: NDArray) -> NDArray:
+        """Root of the mass times the displacements (2, m, modes) by changes V (unknowns, modes) of
+        q: `displacements` @ V without that array."""
+        df, dkappa = np.split(V, [len(self.f)])
+        (c, s), turn = self.direction[..., None], self.f[:, None] * (self.beam.to_angle @ dkappa)
+        moved = self.beam.R @ np.stack((c * df - s * turn, s * df + c * turn))
+        return np.sqrt(self.beam.mass)[:, None] * moved
+
+    def stiffness_of(self, V: NDArray) -> NDArray:
+        """v' K v (modes,) of changes V (unknowns, modes) of q, by the integrals that `stiffness`
+        consists of: to set up the matrix takes n / modes times as long."""
+        bent, beam, f, p = self.beam, self.beam.beam, self.f[:, None], self.beam.power
+        along, across = self.loads
+        df, dkappa = np.split(V, [len(f)])
+        turn, dkappa = bent.to_angle @ dkappa, dkappa[: len(f)]
+        kappa, EI = self.kappa, bent.w * bent.EI
+
+        def product(weight: NDArray, a: NDArray, b: NDArray) -> NDArray:
+            return weight @ (a.conj() * b).real
+
+        axial = beam.mu**2 * bent.EA * bent.law.stiffness(self.f)
+        axial += p * (p - 1) * self.f ** (p - 2) * bent.EI * kappa**2 / 2
+        elastic = product(bent.w * axial, df, df) + product(EI * self.f**p, dkappa, dkappa)
+        elastic += 2 * product(EI * p * self.f ** (p - 1) * kappa, df, dkappa)
+        geometric = product(self.f * along, turn, turn) - 2 * product(across, df, turn)
+        # The loads that move along with the masses.
+        x, y = self.displaced(V)
+        load = beam.gamma**2 * (abs(x) ** 2 + bent.softens * abs(y) ** 2)
+        if beam.spin_up:
+            load = load + 2j * beam.spin_up * (x.conj() * y).imag
+        stiffness = elastic + geometric - load.sum(axis=0)
+        if bent.hinged:
+            stiffness += beam.root * abs(V[-1]) ** 2
+        if bent.unsteady.any():
+            turned = abs(bent.to_body_angles @ V[len(f) :]) ** 2
+            stiffness += beam.gamma**2 * (bent.unsteady * np.cos(2 * self.body_angles)) @ turned
+        return stiffness
+
     @cached_property
     def scaled_stiffness(self) -> NDArray:
         """The tangent in the unknowns' natural units."""
@@ -388,7 +426,7 @@ class BentModes(NamedTuple):
     status: Status  # by these modes and, with a spin-up, MORE_MODES beyond them
 
 
-def bent_modes(state: State, count: int) -> BentModes:
+def bent_modes(state: BentState, count: int) -> BentModes:
     """The `count` lowest modes about a state. A state without a spin-up has to be stable, which the
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""

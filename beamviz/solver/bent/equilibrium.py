@@ -17,7 +17,7 @@ from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver.bent.beam import MAX_TURN, BentBeam, State
+from beamviz.solver.bent.beam import MAX_TURN, BentBeam, BentState
 from beamviz.solver.hp.equilibrium import (
     axial_problem,
     coarse_equilibrium,
@@ -94,9 +94,9 @@ def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
         first *= ratio
 
 
-def stable_states(beam: BentBeam) -> list[State]:
+def stable_states(beam: BentBeam) -> list[BentState]:
     """The stable states found from all guesses, lowest energy first, without mirror images."""
-    states: list[State] = []
+    states: list[BentState] = []
     for guess in guesses(beam):
         state = descend(beam, guess)
         if state and not any(map(state.is_same, states)):
@@ -104,7 +104,7 @@ def stable_states(beam: BentBeam) -> list[State]:
     return sorted(states, key=attrgetter("energy"))
 
 
-def is_resolved(state: State) -> bool:
+def is_resolved(state: BentState) -> bool:
     """Whether elements half as long have a stable state of the same energy: a long element may
     hide a loop."""
     mesh = state.beam.mesh
@@ -142,55 +142,58 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         yield np.concatenate((straight.f, turning))
 
 
-def straight_state(bent: BentBeam) -> State | None:
+def straight_state(bent: BentBeam) -> BentState | None:
     """The straight state that is stable along the beam; None where there is none."""
     problem = axial_problem(bent.mesh, stack_of([bent.beam]), bent.law)
     try:
         axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
     except (NoEquilibrium, NotConverged):
         return None
-    return State(bent, bent.unknowns(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
+    return BentState(bent, bent.unknowns(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
 
 
-def folded_state(bent: BentBeam) -> State | None:
+def folded_state(bent: BentBeam) -> BentState | None:
     """The state of the beam folded over; None where its strain law cannot carry the load."""
     return straight_state(BentBeam(bent.mesh, folded_over(bent.beam), bent.problem))
 
 
-def descend(beam: BentBeam, q: np.ndarray) -> State | None:
+def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
     """The stable state that descent of the energy leads to; None where it finds none.
 
-    Newton's steps with a shift of the stiffness, which leaves saddle points: it grows until the
-    step is bounded and the energy falls, and is 0 near the state.
+    A step is that of Newton's method with a multiple of the rigidities, the shift, added to the
+    stiffness. The larger the shift, the shorter the step: it grows until the matrix is positive
+    definite, the step is bounded and the energy falls, so that the descent leaves saddle points.
+    After such a step it falls again, near the state to 0, where Newton's method converges.
     """
     low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
     high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
-    state, shift, last_shift, last_size = State(beam, q), 0.0, 1.0, math.inf
+    state, shift, last_shift, last_size = BentState(beam, q), 0.0, 1.0, math.inf
     for _ in range(DESCENT_TRIALS):
         step, size = _newton_step(state, shift)
-        trial = State(beam, state.q + step, state.iterations + 1)
-        # Near the state Newton's steps shrink quadratically, and the energy is rounding error.
-        near = not shift and size < min(QUADRATIC, last_size / 2)
-        if not (near or (size <= 1 and _falls(state, trial, step))):
-            shift = LARGER * shift or last_shift
+        trial = BentState(beam, state.q + step, state.iterations + 1)
+        # Near the state, where the energy changes by its rounding error, steps need no check.
+        converges = not shift and size < min(QUADRATIC, last_size / 2)
+        if not (converges or (size <= 1 and _falls(state, trial, step))):
+            shift = LARGER * shift if shift else last_shift
             continue
         if not low < trial.f.min() <= trial.f.max() < high:
             return None
         state = trial
-        if not shift and (size < CONVERGED or ROUNDED > size > last_size / 2):
+        rounding = last_size / 2 < size < ROUNDED
+        if not shift and (size < CONVERGED or rounding):
             return None if state.collapses else state
         last_size, last_shift = size, max(shift, SMALLEST_SHIFT)
         shift = shift / SMALLER if shift > SMALLER * SMALLEST_SHIFT else 0.0
     return None
 
 
-def _falls(state: State, trial: State, step: np.ndarray) -> bool:
+def _falls(state: BentState, trial: BentState, step: np.ndarray) -> bool:
     """Whether the energy falls as it should in a step, or by less than its rounding."""
     allowed = state.energy + ENERGY_ROUNDING * sum(state.energies)
     return trial.energy <= allowed + FALL * (state.residual @ step)
 
 
-def _newton_step(state: State, shift: float = 0.0) -> tuple[np.ndarray, float]:
+def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, float]:
     """Newton's step and its size, infinite where the stiffness is not positive definite. shift:
     added to the stiffness, in units of the present rigidities."""
     bent, K = state.beam, state.scaled_stiffness
@@ -203,16 +206,16 @@ def _newton_step(state: State, shift: float = 0.0) -> tuple[np.ndarray, float]:
     return step, state.step_size(step)
 
 
-def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> State | None:
+def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> BentState | None:
     """The equilibrium near a guess, a `stable` one on demand; None where Newton's method fails."""
-    state = State(beam, q)
+    state = BentState(beam, q)
     for iteration in range(1, NEWTON_STEPS + 1):
         step, size = _newton_step(state)
         if size == math.inf or beam.beam.spin_up:  # not positive definite, or not symmetric
             scale = beam.scale
             step = -scale * np.linalg.solve(state.scaled_stiffness, scale * state.residual)
             size = state.step_size(step)
-        state = State(beam, state.q + step, iteration)
+        state = BentState(beam, state.q + step, iteration)
         if not (size < 2 and state.f.min() > 0):
             return None
         if size < CONVERGED:

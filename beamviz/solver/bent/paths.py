@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from beamviz.beam import SPIN_UP
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import continuation
-from beamviz.solver.bent.beam import BentBeam, State
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_mesh,
@@ -38,11 +38,11 @@ class Path(NamedTuple):
     """The last of the stable states that continue one, and the value of the number beyond which
     there are none; None where the path was followed to its end."""
 
-    state: State
+    state: BentState
     limit: float | None
 
 
-def follow_speed(bent: BentBeam) -> State:
+def follow_speed(bent: BentBeam) -> BentState:
     """A stable state followed to the speed of a beam from that of a slower one that has one. Raises
     NoEquilibrium with the largest speed that has one, or NotConverged."""
     start, gamma = _slower(bent), bent.beam.gamma
@@ -68,7 +68,7 @@ def follow_speed(bent: BentBeam) -> State:
     )
 
 
-def _finer(state: State) -> State:
+def _finer(state: BentState) -> BentState:
     """The same state with a higher order, up to ORDER, and a shorter first element: a strain law
     reaches its end first at the clamp."""
     mesh = state.beam.mesh
@@ -78,7 +78,7 @@ def _finer(state: State) -> State:
     return newton(state.beam.changed(finer), state.resampled(finer), stable=True) or state
 
 
-def _slower(bent: BentBeam) -> State:
+def _slower(bent: BentBeam) -> BentState:
     """A stable state at the highest of some lower speeds that has one, found by bisection: far
     above its limit a descent takes longest."""
     state, low, high = None, 1, SLOWEST + 1
@@ -101,7 +101,7 @@ def _slower(bent: BentBeam) -> State:
     return state
 
 
-def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
+def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> BentState | None:
     """A deflected equilibrium just beyond the speed at which the straight one loses stability."""
     beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
@@ -112,7 +112,7 @@ def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> State | None:
 
 
 def follow(
-    start: State,
+    start: BentState,
     over: str,
     stop: float,
     first_step: float = math.inf,
@@ -134,16 +134,16 @@ def follow(
     margins_at_start = _margins(start)
 
     def margin(distance: float, q: NDArray) -> NDArray:
-        return _margins(State(at(distance), q)) / margins_at_start
+        return _margins(BentState(at(distance), q)) / margins_at_start
 
     step = first_step * abs(first) if first_step < math.inf else math.inf
     path = continue_load(solve_at, start.q, abs(stop - first), margin, step, precision)
     value = stop if path.limit is None else first + sign * path.limit
-    state = State(bent.changed(**{over: value}), path.state, path.iterations)
+    state = BentState(bent.changed(**{over: value}), path.state, path.iterations)
     return Path(state, None if path.limit is None else value)
 
 
-def _margins(state: State) -> NDArray:
+def _margins(state: BentState) -> NDArray:
     """Margins of stability (3,), positive for a stable state: the lowest eigenvalue of the
     stiffness, the least stretch, and the least local stiffness."""
     if state.beam.beam.spin_up:
@@ -153,7 +153,7 @@ def _margins(state: State) -> NDArray:
     return np.array([lowest, state.f.min(), state.local_stiffness.min()])
 
 
-def spin_up_state(beam: BentBeam, rest: State) -> State:
+def spin_up_state(beam: BentBeam, rest: BentState) -> BentState:
     """The state of a beam that spins up, followed from the stable state without the spin-up.
 
     Of two mirror images the one is followed that the Euler force bends further. Where the spin-up
@@ -169,10 +169,10 @@ def spin_up_state(beam: BentBeam, rest: State) -> State:
         state = path.state
         if path.limit is not None:
             state = _around_limit_points(path.state, target)
-    return State(beam, state.q, rest.iterations + state.iterations)
+    return BentState(beam, state.q, rest.iterations + state.iterations)
 
 
-def states_on_both_sides(beam: BentBeam) -> list[State]:
+def states_on_both_sides(beam: BentBeam) -> list[BentState]:
     """The stable states of a beam that spins up on the side to which the Euler force bends it, and
     on the other one: of those none is left once it has snapped through."""
     target = beam.beam.spin_up
@@ -185,13 +185,13 @@ def states_on_both_sides(beam: BentBeam) -> list[State]:
     return states
 
 
-def _on_the_side_of_the_force(state: State, spin_up: float) -> State:
+def _on_the_side_of_the_force(state: BentState, spin_up: float) -> BentState:
     """The state or its mirror image: that on which the Euler force of a spin-up does work."""
     x, y = state.arms
     return state.mirrored if -spin_up * (state.beam.mass @ (x * y)) < 0 else state
 
 
-def _around_limit_points(start: State, target: float) -> State:
+def _around_limit_points(start: BentState, target: float) -> BentState:
     """The state at a spin-up, followed from one at a limit point by the arc length of the path
     (Riks): R(q, p) = 0, p the share of the target, with one more equation, that of a plane across
     the path. Raises NoEquilibrium where the beam collapses or winds around its clamp, and
@@ -218,7 +218,7 @@ def _around_limit_points(start: State, target: float) -> State:
             arc /= 2
             continue
         share = float(ahead[-1])
-        state = State(at(share), ahead[:-1])
+        state = BentState(at(share), ahead[:-1])
         if state.collapses:
             failure = f"collapses ({start.beam.problem.strain} strain)"
         elif state.largest_angle > largest_angle:
@@ -246,7 +246,7 @@ def _bordered(
 ) -> tuple[NDArray, NDArray]:
     """The tangent of R(q, p) by q and p with the row `across` below it, and R."""
     p, h = float(z[-1]), DIFFERENCE
-    state, before, beyond = (State(at(load), z[:-1]) for load in (p, p - h, p + h))
+    state, before, beyond = (BentState(at(load), z[:-1]) for load in (p, p - h, p + h))
     slope = (beyond.residual - before.residual) / (2 * h)
     return np.vstack((np.column_stack((state.stiffness, slope)), across)), state.residual
 
@@ -257,7 +257,7 @@ def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> 
     def increment(z: NDArray) -> NDArray:
         A, residual = _bordered(at, z, across)
         step = -np.linalg.solve(A, np.append(residual, 0.0))
-        if not State(at(float(z[-1])), z[:-1]).step_size(step[:-1]) < 1:
+        if not BentState(at(float(z[-1])), z[:-1]).step_size(step[:-1]) < 1:
             raise np.linalg.LinAlgError
         return step
 
