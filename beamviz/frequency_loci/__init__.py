@@ -147,9 +147,9 @@ def loci(
     if not branches:
         raise first_error(path.solve(values))
     tracked = Tracked(path, grid, parts, per_rev)
-    events = locate_events(tracked)
+    events, unlocated = locate_events(tracked)
     coalescences = [event.at for event in events if event.kind == "coalescence"]
-    limits = [*limits_of(search.changes, high, over)]
+    limits = [*limits_of(search.changes, high, over), *unlocated]
     for part in parts:
         limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
     return Loci(
@@ -188,7 +188,9 @@ def resonances(found: Loci, count: int = 1) -> list[Event]:
     if count and found.over != "gamma":
         raise InvalidInput(f"per-rev lines need loci over gamma, not over {found.over}")
     tracked = found.tracked._replace(per_rev=count)
-    return sorted(EVENT_KINDS["resonance"].locate(tracked), key=lambda event: event.at)
+    located = EVENT_KINDS["resonance"].locate(tracked)
+    events = [event for event in located if isinstance(event, Event)]
+    return sorted(events, key=lambda event: event.at)
 
 
 def at_values(found: Loci, values: NDArray) -> Loci:

@@ -50,12 +50,17 @@ class AvoidedCrossing(NamedTuple):
     rotation: float  # [rad] of the shapes into each other from before to after it; 90 degrees: all
 
 
-def avoided_crossings(track: Track) -> list[AvoidedCrossing]:
-    """The least gaps of at most CLOSE of the frequency of which a mode is one of the requested."""
+def avoided_crossings(track: Track) -> tuple[list[AvoidedCrossing], list[tuple[float, float]]]:
+    """The least gaps of at most CLOSE of the frequency of which a mode is one of the requested, and
+    the intervals with one that could not be located."""
     searches = [Search(track, candidate) for candidate in candidates(track)]
     locate(searches, track.path)
-    found = [search for search in searches if search.is_wanted(track.path.problem.modes)]
-    return _measured(track, found)
+    wanted = [search for search in searches if search.is_wanted(track.path.problem.modes)]
+    located = [search for search in wanted if search.is_settled]
+    unlocated = [
+        (search.candidate.low, search.candidate.high) for search in wanted if not search.is_settled
+    ]
+    return _measured(track, located), unlocated
 
 
 def candidates(track: Track) -> list[Candidate]:
@@ -134,17 +139,19 @@ class Search:
         return float(ends[widest] + ends[widest + 1]) / 2
 
     def add(self, points: Points) -> None:
-        """Take in further solves."""
-        self.reduced = self.reduced.joined(reduce(self.reference, points))
-        self.estimate()
+        """Take in further solves; where none succeeded there are no points."""
+        if len(points.at):
+            self.reduced = self.reduced.joined(reduce(self.reference, points))
+            self.estimate()
 
     def is_wanted(self, modes: int) -> bool:
-        """Whether a small gap of at least one of the lowest modes was located between the ends of
-        the bracket. A gap that is least at an end has a kink there, as where a beam buckles."""
+        """Whether the least gap, as far as it is known, is a small one of at least one of the
+        lowest modes between the ends of the bracket. A gap that is least at an end has a kink
+        there, as where a beam buckles."""
         least = self.least
         inside = not least.gap or least.at not in (self.candidate.low, self.candidate.high)
         is_small = least.gap <= CLOSE * least.frequency
-        return self.is_settled and inside and is_small and least.ranks[0] < modes
+        return inside and is_small and least.ranks[0] < modes
 
 
 def locate(searches: list[Search], path: Path) -> None:

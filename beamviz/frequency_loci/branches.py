@@ -84,9 +84,18 @@ class Part:
     track: Track
 
     @cached_property
+    def _searches(self) -> tuple[list[AvoidedCrossing], list[tuple[float, float]]]:
+        return avoided_crossings(self.track)
+
+    @property
     def avoided_crossings(self) -> list[AvoidedCrossing]:
         """The small least gaps of neighbours of a family."""
-        return avoided_crossings(self.track)
+        return self._searches[0]
+
+    @property
+    def unlocated(self) -> list[tuple[float, float]]:
+        """The intervals with a least gap that could not be located."""
+        return self._searches[1]
 
     @cached_property
     def exchanges(self) -> list[Exchange]:

@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 
 from beamviz.frequency_loci import equilibria
 from beamviz.frequency_loci.branches import Part
+from beamviz.frequency_loci.limits import Limit, not_located
 from beamviz.frequency_loci.path import Path
 from beamviz.frequency_loci.roots import find_roots
 
@@ -62,23 +63,26 @@ class EventKind(NamedTuple):
 
     meaning: a sentence for readers. sign: its mark in the charts and lists of the page, a
     character. marker, filled: the same mark in pictures, as matplotlib names it. locate: the events
-    of this kind, in any order.
+    of this kind, in any order, and the ranges of those that could not be located.
     """
 
     meaning: str
     sign: str
     marker: str
     filled: bool
-    locate: Callable[[Tracked], Iterator[Event]]
+    locate: Callable[[Tracked], Iterator[Event | Limit]]
 
 
-def locate_events(tracked: Tracked) -> tuple[Event, ...]:
-    """The events of all kinds, by ascending value of the parameter."""
-    found = [event for kind in EVENT_KINDS.values() for event in kind.locate(tracked)]
-    return tuple(sorted(found, key=lambda event: event.at))
+def locate_events(tracked: Tracked) -> tuple[tuple[Event, ...], list[Limit]]:
+    """The events of all kinds, by ascending value of the parameter, and the ranges of those that
+    could not be located."""
+    found = [each for kind in EVENT_KINDS.values() for each in kind.locate(tracked)]
+    events = [event for event in found if isinstance(event, Event)]
+    unlocated = [limit for limit in found if isinstance(limit, Limit)]
+    return tuple(sorted(events, key=lambda event: event.at)), unlocated
 
 
-def crossings(tracked: Tracked) -> Iterator[Event]:
+def crossings(tracked: Tracked) -> Iterator[Event | Limit]:
     """Where two loci cross: bending and stretching, which are not coupled, at a root of the
     difference of their omega^2; modes of one family where their coupling vanishes (Perkins & Mote
     1986)."""
@@ -89,7 +93,7 @@ def crossings(tracked: Tracked) -> Iterator[Event]:
             yield from _crossings_of_families(tracked.path, part)
 
 
-def _crossings_of_families(path: Path, part: Part) -> Iterator[Event]:
+def _crossings_of_families(path: Path, part: Part) -> Iterator[Event | Limit]:
     """The crossings of a bending and a stretching locus. Each pair of modes k and l of the two
     families is a function, number k count + l."""
     modes = part.track.modes
@@ -104,15 +108,17 @@ def _crossings_of_families(path: Path, part: Part) -> Iterator[Event]:
     shown = _is_shown(modes.rank, path.problem.modes)
     either = shown[:, 0, :, None] | shown[:, 1, None, :]
     roots = find_roots(modes.at, np.where(either, difference, np.nan).reshape(n, -1), between)
+    for bracket in roots.unlocated:
+        yield not_located("crossing", path.over, bracket.low, bracket.high)
     solved = path.modes(roots.at)
-    for i, (at, pair, rises) in enumerate(zip(*roots, strict=True)):
-        k, l = divmod(int(pair), count)
+    for i, at in enumerate(roots.at.tolist()):
+        k, l = divmod(int(roots.channel[i]), count)
         square = solved.omega_squared[i, [0, 1], [k, l]].mean()
         ranks = solved.rank[i, [0, 1], [k, l]]
         if ranks.min() < path.problem.modes and square >= 0:
             bending, stretching = (0, k), (1, l)
-            lower_first = (bending, stretching) if rises else (stretching, bending)
-            yield Event("crossing", part.labels_of(lower_first, at), float(at), math.sqrt(square))
+            lower_first = (bending, stretching) if roots.rises[i] else (stretching, bending)
+            yield Event("crossing", part.labels_of(lower_first, at), at, math.sqrt(square))
 
 
 def _is_shown(rank: NDArray, modes: int) -> NDArray:
@@ -124,9 +130,11 @@ def _is_shown(rank: NDArray, modes: int) -> NDArray:
     return wider
 
 
-def veerings(tracked: Tracked) -> Iterator[Event]:
+def veerings(tracked: Tracked) -> Iterator[Event | Limit]:
     """Where two loci come close, turn away and exchange their shapes."""
     for part in tracked.parts:
+        for low, high in part.unlocated:
+            yield not_located("veering", tracked.path.over, low, high)
         for avoided in part.avoided_crossings:
             least = avoided.least
             veers = avoided.veering_index >= MIN_INDEX and avoided.rotation >= ROTATED
@@ -176,7 +184,7 @@ def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Eve
     return Event("coalescence", part.labels_of(((0, k), (0, k + 1)), at), at, float(frequency))
 
 
-def resonances(tracked: Tracked) -> Iterator[Event]:
+def resonances(tracked: Tracked) -> Iterator[Event | Limit]:
     """Where omega = per_rev gamma: a force of per_rev periods per revolution excites the mode. Each
     pair of a line and a mode is a function, number line x modes + mode."""
     path, multiples = tracked.path, np.arange(1, tracked.per_rev + 1)
@@ -197,6 +205,8 @@ def resonances(tracked: Tracked) -> Iterator[Event]:
 
         samples = np.where(shown, above, np.nan).reshape(n, -1)
         roots = find_roots(modes.at, samples, above_line)
+        for bracket in roots.unlocated:
+            yield not_located("resonance", path.over, bracket.low, bracket.high)
         ranks = path.modes(roots.at).rank.reshape(-1, families * count)
         for at, channel, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
             line, mode = divmod(channel, families * count)

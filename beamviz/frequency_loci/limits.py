@@ -29,13 +29,16 @@ MESSAGES = {  # by the kind of a limit
     NotConverged.kind: "not converged",
     "unstable": "unstable",
     "growing": "vibrations grow",
+    "not-located": "an event not located",
 }
 
 
 class Limit(NamedTuple):
-    """A range of a path without equilibrium, stability or convergence."""
+    """A range of a path without equilibrium, stability or convergence, or with an event that could
+    not be located."""
 
-    kind: str  # "no-equilibrium", "unstable", "growing" (a vibration grows), "not-converged"
+    # "no-equilibrium", "unstable", "growing" (a vibration grows), "not-converged", "not-located"
+    kind: str
     start: float
     stop: float
     message: str
@@ -44,6 +47,13 @@ class Limit(NamedTuple):
     def name(self) -> str:
         """The kind in words."""
         return MESSAGES[self.kind]
+
+
+def not_located(event: str, over: str, low: float, high: float) -> Limit:
+    """The range of an event, of this kind, that could not be located."""
+    return Limit(
+        "not-located", low, high, f"{event} not located in {over} = {low:.6g} .. {high:.6g}"
+    )
 
 
 class Change(NamedTuple):
@@ -205,10 +215,11 @@ def stability_changes(track: Track, coalescences: Sequence[float]) -> list[Chang
     if path.is_straight:
         samples = _lowest(track.modes)[:, None]
         roots = find_roots(values, samples, lambda at, _: _lowest(path.modes(at)))
-        return changes + [
-            Change(at, STABLE if rises else "unstable")
-            for at, rises in zip(roots.at.tolist(), roots.rises.tolist(), strict=True)
-        ]
+        located = [*zip(roots.at.tolist(), roots.rises.tolist(), strict=True)]
+        for bracket in roots.unlocated:  # beside values without a solution
+            before = "unstable" if bracket.rises else STABLE
+            located.append((_bisected(path, bracket.low, bracket.high, before), bracket.rises))
+        return changes + [Change(at, STABLE if rises else "unstable") for at, rises in located]
     for k, (low, high) in enumerate(pairwise(values.tolist())):
         if kinds[k] != kinds[k + 1]:
             located = [at for at in coalescences if low <= at <= high]

@@ -30,6 +30,7 @@ class Roots(NamedTuple):
     at: NDArray  # (roots,)
     channel: NDArray  # (roots,) number of the function
     rises: NDArray  # (roots,) whether it rises there
+    unlocated: list["Bracket"]  # with roots that were not located
 
 
 def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
@@ -54,6 +55,7 @@ def find_roots(at: NDArray, samples: NDArray, function: Function) -> Roots:
         np.array([bracket.root for bracket in located]),
         np.array([bracket.channel for bracket in located], int),
         np.array([bracket.rises for bracket in located], bool),
+        [bracket for bracket in brackets if not bracket.is_located],
     )
 
 

@@ -168,6 +168,24 @@ def test_a_gap_in_the_middle(unsolvable):
     assert [event.branches for event in found.events] == [("B3", "S1")]
 
 
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [("crossing", {}), ("veering", {"coriolis": True}), ("resonance", {"per_rev": 1})],
+)
+def test_an_event_that_cannot_be_located_is_reported(unsolvable, kind, options):
+    """Solves fail around it, between two values of the chart's grid, so that nothing else tells
+    that it is there."""
+    values, step = [1, 6], 5 / INTERVALS
+    (at,) = [each.at for each in loci(TIP, "gamma", values, **options).events if each.kind == kind]
+    unsolvable(lambda gamma: abs(gamma - at) < 1e-3)
+    found = loci(TIP, "gamma", values, **options)
+    assert not [event for event in found.events if event.kind == kind]
+    (limit,) = found.limits
+    assert limit.kind == "not-located"
+    assert kind in limit.message
+    assert at - 2 * step < limit.start < at < limit.stop < at + 2 * step
+
+
 def test_one_value_between_gaps(unsolvable):
     """A single value with a solution is still returned."""
     unsolvable(lambda gamma: abs(gamma - 5) >= 0.1)

@@ -34,6 +34,7 @@ FAILURES = {
     "unstable": "Unstable",
     "growing": "Vibrations grow",
     "not-converged": "The calculation did not converge",
+    "not-located": "An event was not located",
 }
 AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
 PER_REV_HELP = (
