@@ -199,6 +199,20 @@ def test_a_beam_buckled_beyond_resolving_says_so():
         assert all("half-waves" in str(other) for other in others)
 
 
+@pytest.mark.parametrize(
+    ("strain", "delta", "limit"),
+    [("biot", -0.5, 59.6), ("biot", -2.0, 41.4), ("hencky", -0.5, 19.065), ("hencky", -2.0, 11.893)],
+)
+def test_the_limit_of_deflected_states_does_not_depend_on_the_speed_asked(strain, delta, limit):
+    """It is named by the digits that are certain: of biot, which a layer at the clamp resolves
+    slowly, by three."""
+    for gamma in (60, 70, 150):
+        with pytest.raises(NoEquilibrium) as caught:
+            solve(Beam(gamma=gamma, delta=delta), strain=strain, state="stable")
+        assert caught.value.limit == pytest.approx(limit, abs=1e-9)
+        assert f" {limit:g}," in str(caught.value)
+
+
 @pytest.mark.parametrize("mu", [24, 36, 48])
 def test_an_inward_beam_does_not_leave_its_branch(mu):
     """A beam that points inward beyond the axis is compressed along its whole length. It also has

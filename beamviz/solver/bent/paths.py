@@ -31,7 +31,8 @@ PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
 FIRST_ARC, SMALLEST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 1e-6, 0.3, 300  # steps around limit points
 DIFFERENCE = 1e-4  # step of a derivative by the load
 MAX_MESHES, FINER, ORDER = 3, 16.0, 14  # on which a limit is located; ratio of first elements
-LIMIT_ACCURACY, SPEED_PRECISION = 1e-3, 1e-5  # relative: of the limit, and on one mesh
+LIMIT_ACCURACY = 1e-3  # relative difference of those on two meshes; of those extrapolated as well
+SPEED_PRECISION = 1e-5  # relative, of a limit on one mesh
 
 
 class Path(NamedTuple):
@@ -60,12 +61,27 @@ def follow_speed(bent: BentBeam) -> BentState:
         limits.append(path.limit)
         if len(limits) > 1 and abs(limits[-1] / limits[-2] - 1) < LIMIT_ACCURACY:
             break
+    limit = _limit_of_meshes(limits)
     raise NoEquilibrium(
-        f"gamma = {gamma:.6g}: no stable state beyond gamma = {limits[-1]:.4g}, to which"
-        f" one was followed from gamma = {start.beam.beam.gamma:.5g}"
-        f" ({bent.problem.strain} strain)",
-        limits[-1],
+        f"gamma = {gamma:.6g}: no stable state beyond gamma = {limit:g}, towards which one was"
+        f" followed from gamma = {start.beam.beam.gamma:.5g} ({bent.problem.strain} strain)",
+        limit,
     )
+
+
+def _limit_of_meshes(limits: list[float]) -> float:
+    """The limit of those on successive meshes, rounded to the digits that are certain. Where it has
+    not settled it is extrapolated: each mesh reduces the error by about the same factor, as a layer
+    at the clamp is resolved."""
+    before, last = limits[-2:]
+    error = abs(last / before - 1)
+    if error >= LIMIT_ACCURACY:
+        first_step, last_step = before - limits[-3], last - before
+        if abs(last_step) < abs(first_step):  # Aitken's delta-squared process
+            last += last_step**2 / (first_step - last_step)
+            error = LIMIT_ACCURACY
+    digits = max(1, int(-math.log10(max(error, SPEED_PRECISION))))
+    return float(f"{last:.{digits}g}")
 
 
 def _finer(state: BentState) -> BentState:
@@ -75,7 +91,8 @@ def _finer(state: BentState) -> BentState:
     breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
     orders = (mesh.orders[0], *mesh.orders)
     finer = make_mesh(tuple(breaks), tuple(min(order + 2, ORDER) for order in orders))
-    return newton(state.beam.changed(finer), state.resampled(finer), stable=True) or state
+    beam, q = state.beam.changed(finer), state.resampled(finer)
+    return newton(beam, q, stable=True) or descend(beam, q) or state
 
 
 def _slower(bent: BentBeam) -> BentState:
