@@ -28,7 +28,7 @@ from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, ne
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.modes import TRUNCATION_FACTOR
+from beamviz.solver.hp.modes import TRUNCATION_FACTOR, lost_stretch
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
@@ -212,7 +212,8 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
 
     The truncation error is what the two highest polynomials of each element contribute to
     v* T(s) v, T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes.
-    Divided by y* T'(s) v it is the change of s.
+    Divided by y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for
+    straight beams.
     """
     bent, s, V = state.beam, modes.s, modes.V
     energies = _energies(state, V)
@@ -226,7 +227,13 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
         for changed in (_energies(lower, V), _energies(state, V - part[:, None] * shape_tails)):
             dK, dC, dM = changed - energies
             truncation[k] += abs(dK + s * dC + s**2 * dM)
-    return TRUNCATION_FACTOR * truncation / np.maximum(modes.pairing, TINY), modes.rounding
+    slope = np.maximum(2 * abs(s), TINY)  # of s^2
+    squared = slope * truncation / np.maximum(modes.pairing, TINY)
+    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode.
+    squared = np.maximum.accumulate(squared, axis=1)
+    lost = lost_stretch(bent.mesh, state.f[None], bent.beam.blade is not None)[0]
+    squared += max(1.0, state.f[0]) * lost[:, None] * abs(s) ** 2
+    return TRUNCATION_FACTOR * squared / slope, modes.rounding
 
 
 def _energies(state: BentState, V: np.ndarray) -> np.ndarray:

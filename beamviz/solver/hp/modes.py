@@ -352,14 +352,20 @@ def truncation_errors(
 def stretch_errors(axial: AxialProblem, state: AxialState) -> NDArray:
     """Relative square errors (beams, elements) of the stretch: its two highest polynomials in each
     element, and what Newton's method leaves of it."""
-    mesh, f, elements = axial.mesh, state.f, len(axial.mesh.orders)
-    tails = np.matvec(mesh.tails, f).reshape(len(f), elements, 2)
+    lost = lost_stretch(axial.mesh, state.f, axial.beams.blade is not None)
+    return lost + state.error[:, None] / (2 * lost.shape[-1])
+
+
+def lost_stretch(mesh: Mesh, f: NDArray, is_blade: bool) -> NDArray:
+    """Relative errors (beams, elements) of integrals of a stretch f (beams, n), which is not a
+    polynomial, by Gauss quadrature: squares of its two highest polynomials in each element."""
+    tails = np.matvec(mesh.tails, f).reshape(len(f), -1, 2)
     lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
-    if axial.beams.blade is not None:
+    if is_blade:
         # The stretch of a blade, 1 plus a force over E A, is no polynomial however small the
         # strain: what a quadrature loses is in proportion to the strain, not to its square.
         lost /= np.clip(abs(f - 1).max(axis=-1, keepdims=True), EPS, 1.0)
-    return lost + state.error[:, None] / (2 * elements)
+    return lost
 
 
 def rounding_errors(state: AxialState, scale: NDArray, size: NDArray, relative: NDArray) -> NDArray:
