@@ -215,11 +215,12 @@ def stability_changes(track: Track, coalescences: Sequence[float]) -> list[Chang
     if path.is_straight:
         samples = _lowest(track.modes)[:, None]
         roots = find_roots(values, samples, lambda at, _: _lowest(path.modes(at)))
-        located = [*zip(roots.at.tolist(), roots.rises.tolist(), strict=True)]
+        for at, rises in zip(roots.at.tolist(), roots.rises.tolist(), strict=True):
+            changes.append(Change(at, STABLE if rises else "unstable"))
         for bracket in roots.unlocated:  # beside values without a solution
-            before = "unstable" if bracket.rises else STABLE
-            located.append((_bisected(path, bracket.low, bracket.high, before), bracket.rises))
-        return changes + [Change(at, STABLE if rises else "unstable") for at, rises in located]
+            before, after = ("unstable", STABLE) if bracket.rises else (STABLE, "unstable")
+            changes.append(Change(_bisected(path, bracket.low, bracket.high, before), after))
+        return changes
     for k, (low, high) in enumerate(pairwise(values.tolist())):
         if kinds[k] != kinds[k + 1]:
             located = [at for at in coalescences if low <= at <= high]

@@ -201,7 +201,12 @@ def test_a_beam_buckled_beyond_resolving_says_so():
 
 @pytest.mark.parametrize(
     ("strain", "delta", "limit"),
-    [("biot", -0.5, 59.6), ("biot", -2.0, 41.4), ("hencky", -0.5, 19.065), ("hencky", -2.0, 11.893)],
+    [
+        ("biot", -0.5, 59.6),
+        ("biot", -2.0, 41.4),
+        ("hencky", -0.5, 19.065),
+        ("hencky", -2.0, 11.893),
+    ],
 )
 def test_the_limit_of_deflected_states_does_not_depend_on_the_speed_asked(strain, delta, limit):
     """It is named by the digits that are certain: of biot, which a layer at the clamp resolves

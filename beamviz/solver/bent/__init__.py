@@ -36,7 +36,7 @@ from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
-MAX_UNKNOWNS = 1000  # two for each point
+MAX_UNKNOWNS = 2000  # two for each point: ten seconds
 
 
 def _curve(state: BentState, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -160,7 +160,9 @@ def _first_state(beam: Beam, problem: Problem) -> BentState:
         straight = solve_hp([still], replace(problem, state="straight"))[0]
         if isinstance(straight, NoEquilibrium):
             raise straight
-    bent = BentBeam(first_mesh(beam, problem), still, problem)
+    mesh = first_mesh(beam, problem)
+    _check_unknowns(mesh)
+    bent = BentBeam(mesh, still, problem)
     states = stable_states(bent) or [paths.follow_speed(bent)]
     if beam.spin_up:
         return paths.spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
@@ -190,13 +192,20 @@ def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
     return np.concatenate((T @ Q[:n], T @ Q[n : 2 * n], 0 * Q[2 * n :]))
 
 
+def _check_unknowns(mesh: Mesh) -> None:
+    """NotConverged for a mesh of too many elements."""
+    unknowns = 2 * len(mesh.points)
+    if unknowns > MAX_UNKNOWNS:
+        raise NotConverged(
+            f"a bent state needs {unknowns} unknowns here, at most {MAX_UNKNOWNS}; ask for a larger"
+            " tolerance, or give the blade fewer stations"
+        )
+
+
 def _on_mesh(state: BentState, refined: Mesh) -> BentState:
     """The same state on another mesh."""
+    _check_unknowns(refined)
     old = state.beam
-    if 2 * len(refined.points) > MAX_UNKNOWNS:
-        raise NotConverged(
-            f"a bent state needs more than {MAX_UNKNOWNS} unknowns here; ask for a larger tolerance"
-        )
     q = state.resampled(refined)
     beam, steady = old.changed(refined), not old.beam.spin_up
     finer = newton(beam, q, stable=steady)

@@ -24,13 +24,13 @@ from beamviz.solver.hp.equilibrium import (
     has_unique_equilibrium,
     is_small_strain,
 )
-from beamviz.solver.hp.first_mesh import Span, find_spans
+from beamviz.solver.hp.first_mesh import MIN_ORDER, Span, find_spans
 from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.properties import stack_of, unstretched_positions
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
-FEW_ELEMENTS, LOW_ORDER = 30, 6  # of a blade: on more elements the first order is lower
+FEW_ELEMENTS = 30  # of a blade: on more elements the first order is the lowest
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12
@@ -83,7 +83,7 @@ def first_mesh(beam: Beam, problem: Problem) -> Mesh:
     for a, b in pairwise(sorted(breaks)):
         n = math.ceil((b - a) / LONGEST_ELEMENT)
         starts += [a + (b - a) * k / n for k in range(n)]
-    order = FIRST_ORDER if beam.is_uniform or len(starts) <= FEW_ELEMENTS else LOW_ORDER
+    order = FIRST_ORDER if beam.is_uniform or len(starts) <= FEW_ELEMENTS else MIN_ORDER
     return make_mesh((*starts, 1.0), (order,) * len(starts))
 
 
