@@ -23,8 +23,8 @@ from beamviz.errors import NotConverged
 NEWTON_STEPS = 10
 SLOW = 0.2  # ratio of successive Newton steps above which the tangent is computed anew
 DIVERGED = 2.0  # ratio of successive Newton steps at which a step is given up
-# Error left by Newton's method in a step, over the tolerance; and the sum of those that it leaves in
-# the velocity in all steps, if each adds to it [L / T*].
+# Errors left by Newton's method over the tolerance: in the positions in a step, and in the velocity
+# in all steps together, if they add up.
 CONVERGED, LEFT = 1e-3, 0.5
 ROUNDED = 1e-11  # [L] a Newton step that may be rounding error
 SAME = 1e-9  # relative: differences of steps of equal length are rounding errors

@@ -49,12 +49,12 @@ def panel(motion: Motion, values: list[dict[str, Any]]) -> str:
     rows = "".join(
         f'<tr><th scope="row">{escape(one["label"])}</th><td id="reading-{k}"></td>'
         f"<td>{escape(one['unit'])}</td></tr>"
-        for k, one in enumerate(values)
+        for k, one in enumerate(values[1:], 1)
     )
     known = significant(scales.length * motion.error, 1)
     return (
         f"<h1>{beam.described(beam.numbers)}</h1><p>{escape(described(motion))}</p>"
-        + controls("moment")
+        + controls("time")
         + f'<table class="readings" aria-label="this moment">{rows}</table>'
         + chart(motion)
         + f"<p>The tip is known to {known} {scales.metres}.</p>"
@@ -79,7 +79,8 @@ def described(motion: Motion) -> str:
 
 
 def readings(motion: Motion, t: NDArray) -> list[dict[str, Any]]:
-    """The numbers over time (n,) that the panel shows, the first of which is the time itself."""
+    """The numbers over time (n,) that the panel shows, the first of which is the time, beside its
+    slider."""
     scales, (convert, speed, _) = scales_of(motion.beam.units), axis_of("gamma", motion.beam.units)
     tip = scales.length * motion.position(t, [1.0])[:, 0]
     decimals = significant_decimals(scales.length * motion.error)

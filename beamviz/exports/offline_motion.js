@@ -5,7 +5,7 @@
   const data = await offline.unpacked("motion");
   const [beam] = data.beams, { fields, parts } = beam;
   offline.undoSteps([...fields, ...parts], data.resolution);
-  const [slider, shown] = ["moment", "moment-shown"].map(byId), clock = offline.playButton();
+  const [slider, shown] = ["time", "time-shown"].map(byId), clock = offline.playButton();
   const chart = document.querySelector("aside figure[data-step]");
   const marker = chart?.querySelector("#marker"), last = data.angle.length - 1;
   let t = 0; // in parts of the whole motion
@@ -40,13 +40,12 @@
 
   /* Shows the numbers of the present moment, and its place in the chart. */
   function tell() {
-    data.readings.forEach(({ values, decimals }, k) => {
-      byId(`reading-${k}`).textContent = at(values).toFixed(decimals);
-    });
-    const { values, decimals, unit } = data.readings[0];
-    shown.textContent = `${at(values).toFixed(decimals)} ${unit}`;
+    const text = ({ values, decimals }) => at(values).toFixed(decimals);
+    const [time, ...others] = data.readings;
+    others.forEach((one, k) => { byId(`reading-${k + 1}`).textContent = text(one); });
+    shown.textContent = `${text(time)} ${time.unit}`;
     slider.setAttribute("aria-valuetext", shown.textContent);
-    marker?.setAttribute("transform", `translate(${chart.dataset.step * at(values)})`);
+    marker?.setAttribute("transform", `translate(${chart.dataset.step * at(time.values)})`);
   }
 
   let over = 0; // [s] after the end

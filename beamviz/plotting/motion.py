@@ -82,7 +82,7 @@ def draw_motion(
         if np.ptp(gamma) > 0:
             right, (convert, label, _) = above.twinx(), axis_of("gamma", units)
             right.plot(scales_of(units).time * t, convert(gamma), color=FAINT, lw=1.0, ls="--")
-            right.set_ylabel(f"{label} (dashed)", color=INK)
+            right.set_ylabel(f"{label}\n(dashed)", color=INK)
             right.spines["right"].set_visible(True)
             right.set_ylim(bottom=min(0.0, float(convert(gamma.min()))))
         plot_spectrum(*spectrum, below, units)
