@@ -27,7 +27,7 @@ TOLERANCE, FINER = 1e-4, 0.25  # of the reference, over the tolerance
 INDEPENDENT = 12  # of the seeds, by the oracle
 ORACLE_ERROR = 2e-5  # of its polynomials of order 9, measured against order 11
 POINTS = 401
-LIMIT = 10.0  # [s] of a motion, and of its reference
+LIMIT = 20.0  # [s] of a motion, and of its reference
 
 
 class TookTooLong(Exception):

@@ -195,7 +195,7 @@ def auto_tip(scene: Scene, tolerance: float) -> NDArray:
 
 def run_tip(scene: Scene, mesh: Elements, options: dict[str, Any], step: float) -> NDArray:
     case = Case(beam=scene.beam, until=scene.until, step=step, **scene.options, **options)
-    return run(case, start_solution(case), mesh, Control(1e-6, step)).tip(scene.times)
+    return run(case, start_solution(case), mesh, Control(1e-6, case.until, step)).tip(scene.times)
 
 
 def peer_tip(scene: Scene, elements: int, steps: int) -> NDArray:
@@ -247,8 +247,8 @@ def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
     """Tip (n, 2) and energy (n,) at the times of the map."""
     solution, mesh = start_solution(case), elements_between((0.0, 1.0), (MAP_ORDER,))
     if integrator == EXPLICIT:
-        return explicit(case, equation_of(case, mesh, False, None))
-    found = run(case, solution, mesh, Control(case.tolerance, case.step))
+        return explicit(case, equation_of(case, mesh, False))
+    found = run(case, solution, mesh, Control(case.tolerance, case.until, case.step))
     return found.tip(MAP_TIMES), found.energy(MAP_TIMES)
 
 

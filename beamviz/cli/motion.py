@@ -10,8 +10,8 @@ from beamviz.cli.options import number, option
 from beamviz.errors import InvalidInput
 
 OUT = typer.Argument(
-    help="csv, npz: numbers; png, svg, pdf: a chart; gif, webp, mp4: a film.",
-    metavar="OUT.csv|npz|png|svg|pdf|gif|webp|mp4",
+    help="csv, npz: numbers; png, svg, pdf: a chart; gif, webp, mp4: a film; html: a page.",
+    metavar="OUT.csv|npz|png|svg|pdf|gif|webp|mp4|html",
 )
 START_HELP = "Amplitude [L] of a mode to start from; repeat the option for more."
 RELEASE_HELP = "Transverse force [E I / L^2] that holds the beam until t = 0."
@@ -56,7 +56,7 @@ def motion(
     step: Annotated[float | None, number("Constant step in time [T*].")] = None,
     format: Annotated[Literal["table", "json", "csv"], option("Output format.")] = "table",
 ) -> None:
-    """Motion in time: released, set swinging, spun up or stopped; as numbers, a chart or a film.
+    """Motion in time: released, set swinging, spun up or stopped; numbers, chart, film or page.
 
     --tolerance is that of the tip [L], 1e-4 where it is not given.
     """

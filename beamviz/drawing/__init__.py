@@ -202,7 +202,7 @@ class BeamScene:
         """Say the present speed of the single beam."""
         view = self.view(0)
         if view.surroundings:
-            view.surroundings.tell_speed(view.drawn.shapes.beam.replace(gamma=gamma))
+            view.surroundings.tell_speed(gamma, view.drawn.shapes.beam.units)
 
     def move(self, phases: np.ndarray, angle: float) -> None:
         for beam in self.rows:

@@ -5,13 +5,17 @@ Each moves like a mode whose phase has its present size as its sine.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from beamviz.beam import Beam
+from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes, stations
 from beamviz.dynamics import Motion
 from beamviz.dynamics.linear import LinearMotion
+from beamviz.scene import ViewOptions
 
 MAX_SHAPES = 12  # principal shapes that a motion is drawn with
 DRAWN = 2e-4  # [L] deviation of the drawn beam that is not seen
@@ -19,13 +23,14 @@ SAMPLED = 200  # times that the shapes are computed from
 
 
 class MotionShapes:
-    """The principal shapes of a motion. sampled: as modes; amplitudes: of each (k,) [L]; parts:
-    their sizes over time (n, k) [L]."""
+    """The principal shapes of a motion. t: (n,) equal intervals, or those of the motion; sampled:
+    the shapes as modes; amplitudes: of each (k,) [L]; parts: their sizes over time (n, k) [L]."""
 
-    def __init__(self, motion: Motion | LinearMotion):
+    def __init__(self, motion: Motion | LinearMotion, t: NDArray | None = None):
         self.motion, beam = motion, motion.beam
+        self.t = motion.t if t is None else t
         x = stations(beam.beta if beam.alpha else 1.0)
-        positions = motion.position(motion.t, x)  # (n, stations, 2)
+        positions = motion.position(self.t, x)  # (n, stations, 2)
         unloaded = np.stack([x, np.zeros_like(x)], axis=1)
         moved = (positions - unloaded).reshape(len(positions), -1)
         some = moved[:: math.ceil(len(moved) / SAMPLED)]
@@ -46,7 +51,7 @@ class MotionShapes:
 
     def phases(self, t: float) -> NDArray:
         """The phases (k,) [rad] at a time, at most at the end of the motion."""
-        sizes = np.array([np.interp(t, self.motion.t, column) for column in self.parts.T])
+        sizes = np.array([np.interp(t, self.t, column) for column in self.parts.T])
         return np.arcsin(np.clip(sizes / self.amplitudes, -1, 1))
 
     @property
@@ -61,6 +66,26 @@ class MotionShapes:
     def gamma(self, t: float) -> float:
         """The speed at a time."""
         return float(np.interp(t, self.motion.t, self.motion.gamma))
+
+
+def drawn(
+    sampled: SampledModes,
+    amplitudes: NDArray,
+    beam: Beam,
+    view: ViewOptions,
+    scale: float,
+    title: str = "",
+) -> DrawnBeam:
+    """A motion as a beam to draw: displacements as they are, without nodes of modes."""
+    view = view.changed("colouring", "displacement").changed("all_modes", False)
+    view = view.changed("nodes", False)
+    return DrawnBeam(replace(sampled, beam=beam), view, scale, amplitudes, title=title)
+
+
+def drawn_beam(motion: Motion) -> Beam:
+    """The beam of a motion, to draw: at whatever speed above 0 the rotation has an arrow."""
+    beam, fastest = motion.beam, float(abs(motion.gamma).max())
+    return beam.replace(gamma=min(fastest, beam.mu))
 
 
 def dominant_frequency(motion: Motion) -> NDArray:

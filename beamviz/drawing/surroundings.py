@@ -12,6 +12,7 @@ from beamviz.drawing.objects import Caption, add_instances, add_mesh, set_surfac
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.sizes import largest_height
 from beamviz.drawing.text import measure
+from beamviz.units import Units
 
 MIN_HUB = 0.05
 HUB_HEIGHT = 0.14
@@ -101,17 +102,17 @@ class Surroundings:
             self.scene.set_pose(self.floor, position=(0.0, 0.0, ground - FLOOR_THICKNESS / 2))
             self.arrow.visible = turning
             self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
-        self.speed.text = self.speed_text(beam) if turning else ""
+        self.speed.text = self.speed_text(beam.gamma, beam.units) if turning else ""
 
-    def tell_speed(self, beam: Beam) -> None:
+    def tell_speed(self, gamma: float, units: Units | None) -> None:
         """Say the speed of a beam that speeds up or slows down."""
         if self.speed.text:
-            self.speed.text = self.speed_text(beam)
+            self.speed.text = self.speed_text(gamma, units)
 
-    def speed_text(self, beam: Beam) -> str:
+    def speed_text(self, gamma: float, units: Units | None) -> str:
         """The text beside the arrow."""
-        speed = measure("gamma", beam.units).text(beam.gamma, 4)
-        return speed if beam.units else f"speed {speed}"
+        speed = measure("gamma", units).text(gamma, 4)
+        return speed if units else f"speed {speed}"
 
     def show_hub(self, beam: Beam, ground: float, *, rotating_frame: bool) -> None:
         """Place the hub with its bolts, and the post on the floor. Where several beams are drawn,

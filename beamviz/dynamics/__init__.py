@@ -28,6 +28,7 @@ from beamviz.solver.solution import read_only
 REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
 SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
+GROWING = 2.0  # times as long is the step after one whose length follows from that before it
 # The error estimate: this times the changes to come, by halved steps and finer meshes, if each is
 # the last one times the ratio of the last two, and a part of the tolerance for vibrations that none
 # of them resolves; measured by scripts/measure_motion_error_bars.py.
@@ -123,7 +124,7 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
         mesh = refined(first_mesh(case.beam, case.greatest_speed))
         meshes = mesh, refined(mesh)
     controls = [
-        Control(tail * case.tolerance, step, progress=case.report)
+        Control(tail * case.tolerance, case.until, step, progress=case.report)
         for tail, step in ((TAIL, case.step), (TAIL / 32, case.step and case.step / 2))
     ]
     found, finer = (
@@ -149,7 +150,7 @@ def attempt(
     """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
     succeed."""
     try:
-        control = Control(TAIL * case.tolerance, ends=ends, progress=case.report)
+        control = Control(TAIL * case.tolerance, case.until, ends=ends, progress=case.report)
         return run(case, solution, elements, control)
     except (NoEquilibrium, NotConverged) as error:
         return error
@@ -168,10 +169,15 @@ def divided_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray
     ends = [np.zeros(1)]
     for start, end in pairwise(corners):
         t = coarse.path.t
-        lengths = np.diff(t)[(t[1:] > start) & (t[1:] <= end)]
+        lengths = settled(np.diff(t)[(t[1:] > start) & (t[1:] <= end)])
         count = math.ceil((end - start) / np.quantile(lengths, SHORT) - 1e-6)
         ends.append(np.linspace(start, end, times * count + 1)[1:])
     return np.concatenate(ends)
+
+
+def settled(lengths: NDArray) -> NDArray:
+    """The lengths of steps without those that only grow from a shorter one, at the start."""
+    return lengths[np.append(lengths[1:] < GROWING * lengths[:-1], True)]
 
 
 def difference(case: Case, one: Run | BeamvizError, other: Run | BeamvizError) -> float:
@@ -203,6 +209,9 @@ def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> M
         model=case.model,
         start=case.amplitudes,
         release=case.release,
+        release_at=case.release_at,
+        catch=case.catch,
+        drop=case.drop,
         t=t,
         gamma=gamma,
         angle=angle,

@@ -65,14 +65,13 @@ class Equation:
         elements: Elements,
         model: Model,
         speed: Speed,
-        damping: NDArray | None = None,
     ):
         self.model, self.speed = model, speed
         self.unknowns = model.unknowns(elements)
         self.size = self.unknowns.size  # of the beam
         self.delta = model.beam.delta
         self.rho = np.append(elements.weights, (model.beam.alpha, 0.0))
-        self.D = np.zeros((self.size, self.size)) if damping is None else damping
+        self.D = np.zeros((self.size, self.size))  # the damping
         self.force: complex = 0.0
 
     # Motion
@@ -187,9 +186,8 @@ class HubEquation(Equation):
         model: Model,
         inertia: float,
         torque: Speed,
-        damping: NDArray | None = None,
     ):
-        super().__init__(elements, model, torque, damping)
+        super().__init__(elements, model, torque)
         self.J = inertia
 
     def gamma(self, t: NDArray, v: NDArray) -> NDArray:

@@ -23,8 +23,11 @@ from beamviz.errors import NotConverged
 NEWTON_STEPS = 10
 SLOW = 0.2  # ratio of successive Newton steps above which the tangent is computed anew
 DIVERGED = 2.0  # ratio of successive Newton steps at which a step is given up
-CONVERGED = 1e-3  # error left by Newton's method in a step, over the tolerance
+# Errors left by Newton's method over the tolerance: in the positions in a step, and in the velocity
+# in all steps together, if they add up.
+CONVERGED, LEFT = 1e-3, 0.5
 ROUNDED = 1e-11  # [L] a Newton step that may be rounding error
+SAME = 1e-9  # relative: differences of steps of equal length are rounding errors
 HALF = 0.5  # of a step in which Newton's method failed
 SAFETY, SHORTEST, LONGEST = 0.9, 0.3, 3.0  # of the next step over this one
 REPEATED = 2.0  # times the tolerance: a step that is worse is repeated
@@ -64,11 +67,12 @@ class Path:
 
 @dataclass
 class Control:
-    """How the steps are chosen. tolerance: of the highest coefficient of a step [L]; step: a
-    constant length instead; ends: the ends of the steps instead, which are divided further where
-    Newton's method fails; progress: called with the time after each step."""
+    """How the steps are chosen. tolerance: of the highest coefficient of a step [L]; until: the end
+    of the motion; step: a constant length instead; ends: the ends of the steps instead, which are
+    divided further where Newton's method fails; progress: called with the time after each step."""
 
     tolerance: float
+    until: float
     step: float | None = None
     ends: NDArray | None = None
     progress: Callable[[float], object] = float
@@ -85,6 +89,11 @@ class Control:
         if self.ends is None:
             return self.step
         return float(self.ends[np.searchsorted(self.ends, t * (1 + 1e-12), side="right")]) - t
+
+    def newton_error(self, h: float) -> float:
+        """The error [L] that Newton's method may leave in a step of length h: it is 1 / h times as
+        large in the velocity, and in the short steps of a fine run there are many of them."""
+        return max(self.tolerance * min(CONVERGED, LEFT * h * h / self.until), ROUNDED)
 
     def count(self, t: float) -> None:
         """Count a step that ends at t."""
@@ -141,7 +150,7 @@ class Stepper:
             Q = start_q + h * h * (scheme.D @ X)
             V = start_v + h * (scheme.E @ X)
             A = start_a + scheme.P @ X
-            fresh = self.inverse is None or self.inverse_step != h
+            fresh = self.inverse is None or abs(self.inverse_step - h) > SAME * h
             if fresh:
                 self.take_tangent(h, load, Q, V, A)
             R = self.equation.residual(load, Q, V, A)
@@ -150,7 +159,7 @@ class Stepper:
             size = h * h * float(np.abs(scheme.D @ dX).max())
             rate = min(size / last, 0.5)  # what is left is size times rate / (1 - rate)
             left = size * rate / (1 - rate) if last < math.inf else size
-            if left <= max(CONVERGED * self.control.tolerance, ROUNDED):
+            if left <= self.control.newton_error(h):
                 return self.finished(h, q, v, a, X)
             if not size < (DIVERGED * last if fresh else math.inf):
                 break

@@ -61,7 +61,7 @@ def at_rest(
     """The equation of motion of a beam with a force at a point, and its equilibrium q (n,)."""
     case = Case.of(beam=beam, until=1.0, release_at=at, **dict(options))
     elements = refined(first_mesh(beam, beam.gamma))
-    equation = equation_of(case, elements, bool(beam.alpha), None)
+    equation = equation_of(case, elements, bool(beam.alpha))
     return equation, equilibrium(equation, start_solution(case))
 
 

@@ -40,7 +40,8 @@ class Motion:
     (n, 2). energy: q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2 in the rotating frame (n,), which at
     a constant speed without damping is constant, the Jacobi integral. error: the estimated largest
     error of the tip. angle: of the hub [rad] (n,). model: the method and the terms of the theory.
-    start: amplitudes of modes, and release: the force at the tip, that it starts from.
+    start: amplitudes of modes, and release: the force at the point release_at, that it starts from.
+    catch, drop: times at which the mass docks and is released.
     """
 
     beam: Beam
@@ -56,6 +57,9 @@ class Motion:
     error: float
     stats: MotionStats
     path: Path
+    release_at: float = 1.0
+    catch: float | None = None
+    drop: float | None = None
 
     def __repr__(self) -> str:
         numbers = self.beam.summary
@@ -80,6 +84,15 @@ class Motion:
         """The unknowns of the beam (len(t), n)."""
         q, _ = self.path.at(within("t", t, float(self.t[-1])))
         return q[:, : self.path.unknowns.size]
+
+    def has_mass(self, t: float) -> bool:
+        """Whether the concentrated mass is on the beam at a time."""
+        events = {False: self.drop, True: self.catch}  # whether it is there after them
+        passed = {time: there for there, time in events.items() if time is not None and time <= t}
+        if passed:
+            return passed[max(passed)]
+        to_come = {time: there for there, time in events.items() if time is not None}
+        return not to_come[min(to_come)] if to_come else bool(self.beam.alpha)
 
     def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:
         """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier

@@ -70,11 +70,10 @@ def start_solution(case: Case) -> Solution:
 
 def run(case: Case, solution: Solution, elements: Elements, control: Control) -> Run:
     """Integrates a case. Raises NoEquilibrium and NotConverged."""
-    first = equation_of(case, elements, case.parts[0].with_mass, None)
+    first = equation_of(case, elements, case.parts[0].with_mass)
     q = start.equilibrium(first, solution)
-    damping = None
     if case.damping:
-        damping = start.damping_matrix(first, q, case.first_speed, case.damping)
+        first.D = start.damping_matrix(first, q, case.first_speed, case.damping)
     v = np.zeros_like(q)
     if case.release:
         q = start.held(first, q, case.first_speed, case.release)
@@ -85,7 +84,8 @@ def run(case: Case, solution: Solution, elements: Elements, control: Control) ->
     record, t, length = Recorder(first.unknowns, 0.0), 0.0, FIRST_STEP
     parts: list[tuple[float, Equation]] = []
     for part in case.parts:
-        equation = equation_of(case, elements, part.with_mass, damping)
+        equation = equation_of(case, elements, part.with_mass) if parts else first
+        equation.D = first.D
         if parts and part.with_mass:
             v = equation.after_docking(q, v, parts[-1][1], complex(*case.body_velocity))
         if part.end > t:
@@ -98,17 +98,15 @@ def run(case: Case, solution: Solution, elements: Elements, control: Control) ->
     return Run(record.path, tuple(parts))
 
 
-def equation_of(
-    case: Case, elements: Elements, with_mass: bool, damping: NDArray | None
-) -> Equation:
-    """The equation of motion with or without the concentrated mass."""
+def equation_of(case: Case, elements: Elements, with_mass: bool) -> Equation:
+    """The equation of motion, not damped, with or without the concentrated mass."""
     beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
     model = Model(
         beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature], case.cubic, case.release_at
     )
     if isinstance(case.drive, Hub):
-        return HubEquation(elements, model, case.drive.inertia, case.drive.history, damping)
-    return Equation(elements, model, case.drive, damping)
+        return HubEquation(elements, model, case.drive.inertia, case.drive.history)
+    return Equation(elements, model, case.drive)
 
 
 def mode_amplitudes(case: Case, solution: Solution) -> dict[int, float]:

@@ -115,7 +115,7 @@ def let_go(state: State, hold: Hold, force: float) -> State:
     low, high = RANGES["pull"].limits
     force = float(f"{min(max(force, low), high):.{DIGITS}g}")
     state = replace(state, hold=None)
-    return begun(state, replace(state.experiment, pull=force, pull_at=hold.at))
+    return begun(state, replace(state.experiment, start="pulled", pull=force, pull_at=hold.at))
 
 
 def in_plane(sight: Ray) -> float | None:

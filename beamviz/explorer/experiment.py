@@ -1,5 +1,5 @@
-"""The motion in time that a visitor has chosen: what holds the beam, turns the hub and happens to
-the mass."""
+"""The motion in time that a visitor has chosen: how the beam starts, what turns the hub and happens
+to the mass."""
 
 import json
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, Self
 
 from beamviz.beam import Beam
 from beamviz.checks import check_choice, check_float
-from beamviz.dynamics.drives import Ramp
+from beamviz.dynamics.drives import Hub, Ramp
 from beamviz.errors import InvalidInput
 from beamviz.input_files import check_keys
 from beamviz.lessons.model import Lesson
@@ -27,17 +27,28 @@ class Range(NamedTuple):
 RANGES = {
     "pull": Range((-50.0, 50.0), (-5.0, 5.0, 0.05)),
     "pull_at": Range((0.0, 1.0), (0.0, 1.0, 0.001)),
+    "B1": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
+    "B2": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
+    "B3": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
     "within": Range((0.1, 60.0), (0.5, 30.0, 0.5)),
+    "torque": Range((-50.0, 50.0), (-5.0, 5.0, 0.05)),
+    "inertia": Range((0.01, 1000.0), (0.05, 5.0, 0.05)),
     "body_at": Range((0.05, 60.0), (0.5, 30.0, 0.5)),
     "damping": Range((0.0, 0.2), (0.0, 0.05, 0.001)),
     "until": Range((0.5, 60.0), (2.0, 40.0, 1.0)),
 }
+MODES = ("B1", "B2", "B3")  # that a motion may start in
 CHOICES = {
+    "start": {
+        "pulled": "is pulled aside and let go",
+        "modes": "swings in its modes",
+    },
     "hub": {
         "constant": "turns at the speed γ",
         "smooth": "speeds up to γ, smoothly",
         "linear": "speeds up to γ, evenly",
         "stop": "turns at γ and stops dead",
+        "torque": "starts at γ and is turned by a torque",
     },
     "body": {
         "stays": "stays on the beam",
@@ -51,16 +62,24 @@ CHOICES = {
 class Experiment:
     """A motion to compute, but for the beam.
 
-    pull: force across the beam that holds it until t = 0 [E I / L^2]; pull_at: its place; hub: how
-    the hub turns; within: the time [T*] in which it speeds up; body: what happens to the mass, and
-    body_at: when [T*]; damping: ratio of all modes; until: the end [T*]; unstiffened: the theory
-    without stiffening beside it. Raises InvalidInput.
+    start: how it begins; pull: force across the beam that holds it until t = 0 [E I / L^2];
+    pull_at: its place; B1, B2, B3: amplitudes of these modes [L]; hub: how the hub turns; within:
+    the time [T*] in which it speeds up; torque: on a free hub [E I / L], and inertia of that
+    [rho A L^3]; body: what happens to the mass, and body_at: when [T*]; damping: ratio of all
+    modes; until: the end [T*]; unstiffened: the theory without stiffening beside it. Raises
+    InvalidInput.
     """
 
+    start: str = "pulled"
     pull: float = 1.0
     pull_at: float = 1.0
+    B1: float = 0.1
+    B2: float = 0.0
+    B3: float = 0.0
     hub: str = "constant"
     within: float = 10.0
+    torque: float = 1.0
+    inertia: float = 0.5
     body: str = "stays"
     body_at: float = 5.0
     damping: float = 0.005
@@ -103,10 +122,24 @@ class Experiment:
         """Whether the hub speeds up."""
         return self.hub in ("smooth", "linear")
 
-    def speed(self, gamma: float) -> Ramp | None:
+    @property
+    def pulls(self) -> bool:
+        """Whether a force holds the beam until it begins."""
+        return self.start == "pulled" and self.pull != 0
+
+    @property
+    def modes(self) -> dict[str, float]:
+        """Amplitudes of the modes that it starts in."""
+        given = {name: float(getattr(self, name)) for name in MODES}
+        in_modes = self.start == "modes"
+        return {name: size for name, size in given.items() if size and in_modes}
+
+    def speed(self, gamma: float) -> Ramp | Hub | None:
         """The argument `speed` of `motion`; None for a constant one."""
         if self.hub == "constant":
             return None
+        if self.hub == "torque":
+            return Hub(self.inertia, self.torque)
         if self.hub == "stop":
             return Ramp(to=0.0, within=STOP, shape="linear", start=gamma)
         return Ramp(to=gamma, within=self.within, shape=self.hub)
@@ -114,19 +147,14 @@ class Experiment:
     @property
     def event(self) -> float:
         """The time after which nothing changes but by vibration."""
-        ends = {"constant": 0.0, "stop": STOP}
+        ends = {"constant": 0.0, "stop": STOP, "torque": self.until if self.torque else 0.0}
         last = ends.get(self.hub, self.within)
         return last if self.body == "stays" else max(last, self.body_at)
 
     def last_beam(self, beam: Beam, gamma: float) -> Beam:
-        """The beam as it is at the end, at the speed gamma."""
-        return beam.replace(
-            gamma=max(gamma, 0.0), alpha=0.0 if self.body == "dropped" else beam.alpha
-        )
-
-    def has_body(self, t: float) -> bool:
-        """Whether the mass is on the beam at a time."""
-        return {"stays": True, "caught": t >= self.body_at, "dropped": t < self.body_at}[self.body]
+        """The beam as it is at the end, at the speed gamma: frequencies are the same in both
+        directions. Raises InvalidInput for one that is too fast."""
+        return beam.replace(gamma=abs(gamma), alpha=0.0 if self.body == "dropped" else beam.alpha)
 
     @property
     def arguments(self) -> dict[str, Any]:
@@ -134,8 +162,9 @@ class Experiment:
         moment = {"caught": "catch", "dropped": "drop"}.get(self.body)
         return {
             "until": self.until,
-            "release": self.pull,
+            "release": self.pull if self.pulls else 0.0,
             "release_at": self.pull_at,
+            "start": self.modes,
             "damping": self.damping,
             **({moment: self.body_at} if moment else {}),
         }

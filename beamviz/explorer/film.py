@@ -1,16 +1,14 @@
 """A computed motion in the scene: which moment of it, and the beam drawn then."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import Measure
-from beamviz.scene import ViewOptions
 from beamviz.units import Units
 
 PAUSE = 1.5  # [s] on the screen at the end, before it begins again
@@ -98,13 +96,3 @@ def times(units: Units | None) -> Measure:
     if units is None:
         return Measure("time t [T*]", "t")
     return Measure("time [s]", "t", "s", units.time)
-
-
-def drawn(
-    shapes: PlayedShapes, beam: Beam, view: ViewOptions, scale: float, title: str = ""
-) -> DrawnBeam:
-    """A motion as a beam to draw: displacements as they are, without nodes of modes."""
-    view = view.changed("colouring", "displacement").changed("all_modes", False)
-    view = view.changed("nodes", False)
-    sampled = replace(shapes.sampled, beam=beam)
-    return DrawnBeam(sampled, view, scale, shapes.amplitudes, title=title)

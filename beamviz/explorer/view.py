@@ -13,11 +13,11 @@ import numpy as np
 from beamviz.drawing import OVERLAY, BeamScene, BeamView, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.motion import drawn
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.scene_graph import DrawnScene
-from beamviz.explorer import film as films
 from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
-from beamviz.explorer.film import Film
+from beamviz.explorer.film import Film, time_text
 from beamviz.explorer.jobs import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.frequency_loci.identity import match_modes
@@ -142,11 +142,12 @@ def with_film(
     beam = film.beam if has_body else film.beam.replace(alpha=0.0)
     second = None
     if film.second:
-        end = f": diverged at {films.time_text(film.diverged, beam.units)}" if diverged else ""
-        second = films.drawn(film.second, beam, view, scale, f"{UNSTIFFENED}{end}")
+        end = f": diverged at {time_text(film.diverged, beam.units)}" if diverged else ""
+        title = f"{UNSTIFFENED}{end}"
+        second = drawn(film.second.sampled, film.second.amplitudes, beam, view, scale, title)
     return replace(
         picture,
-        drawn=films.drawn(film.shapes, beam, view, scale),
+        drawn=drawn(film.shapes.sampled, film.shapes.amplitudes, beam, view, scale),
         force=None,
         second=second,
         partner=None,

@@ -17,7 +17,7 @@ from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
-from beamviz.exports.solved_scene import Direction, Loop, Moment, SolvedScene
+from beamviz.exports.solved_scene import Direction, Loop, SolvedScene
 from beamviz.files import check_suffix, csv_text, plain, replaced
 from beamviz.scene import Scene
 from beamviz.solver.solution import Solution
@@ -200,7 +200,7 @@ def animate(
     return loop
 
 
-def rendered(renderer: Renderer, moments: Iterator[Moment], workers: int) -> Iterator[Image.Image]:
+def rendered(renderer: Renderer, moments: Iterator[Any], workers: int) -> Iterator[Image.Image]:
     """The frames of a film, in RGB, rendered in some threads."""
     with ThreadPoolExecutor(workers) as pool:
         while together := list(itertools.islice(moments, workers)):

@@ -11,7 +11,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
+from beamviz.beam import Beam
 from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
@@ -25,7 +29,7 @@ from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
 from beamviz.plotting.loci import Chart
-from beamviz.scene import Scene
+from beamviz.scene import Scene, ViewOptions
 from beamviz.server.viser_private import RecordedServer, ViserScene
 from beamviz.solver import solve_many
 from beamviz.solver.problem import MAX_MODES
@@ -63,24 +67,39 @@ def solution_table(
 
 def write_html(file: Path, solved: SolvedScene) -> None:
     """viser's self-contained page with offline.js, which moves the beam, and a panel of numbers."""
-    view, beam, player = solved.scene.view, solved.scene.beam, ""
+    view, script = solved.scene.view, ""
     recorded = RecordedServer()
     fitted = camera.fitted(solved.shapes, view.rotating_frame, 1.0, solved.heights)
     camera.place(recorded.initial_camera, solved.scene.camera or fitted)
     beams = solved.draw(ViserScene(recorded.scene))
     beams.move(*solved.moment())
-    page = recorded.page(dark=view.dark)
     if not solved.warning:
-        data = zlib.compress(json_text(speed_data(solved, beams), indent=None).encode())
-        script = package_text("drawing/captions.js", "exports/offline.js")
-        player = f'<script type="text/plain" id="speeds">{b64encode(data).decode()}</script>'
-        player += f"<script>{script}</script>"
-    theme = f":root {{ color-scheme: {'dark' if view.dark else 'light'}; --scene:"
-    theme += f" rgb{colours.BACKGROUND[view.dark]}; --letters: rgb{colours.LETTERS[view.dark]}; }}"
-    page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
+        script = player("speeds", speed_data(solved, beams), "exports/offline.js")
+    beam, inner = solved.scene.beam, panel(solved)
+    file.write_text(document(recorded, beam, inner, script, dark=view.dark), encoding="utf-8")
+
+
+def player(name: str, data: dict[str, Any], script: str) -> str:
+    """The elements that play data, which the file `script` finds by their name."""
+    packed = zlib.compress(json_text(data, indent=None).encode())
+    code = package_text("drawing/captions.js", "exports/offline_beam.js", script)
+    return (
+        f'<script type="text/plain" id="{name}">{b64encode(packed).decode()}</script>'
+        f"<script>{code}</script>"
+    )
+
+
+def document(recorded: RecordedServer, beam: Beam, inner: str, script: str, *, dark: bool) -> str:
+    """The page with the scene recorded, a panel of numbers, and the elements that play it."""
+    theme = f":root {{ color-scheme: {'dark' if dark else 'light'}; --scene:"
+    theme += f" rgb{colours.BACKGROUND[dark]}; --letters: rgb{colours.LETTERS[dark]}; }}"
     style = theme + package_text("drawing/captions.css", "exports/offline.css")
-    elements = f'<style>{style}</style>{ROOT}{panel(solved)}<div id="caption-layer"></div>{player}'
-    file.write_text(page.replace(ROOT, elements), encoding="utf-8")
+    kind = ' class="dark"' if dark else ""
+    aside = f'<aside aria-label="numbers"{kind}>{inner}</aside>'
+    elements = f'<style>{style}</style>{ROOT}{aside}<div id="caption-layer"></div>{script}'
+    page = recorded.page(dark=dark)
+    page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
+    return page.replace(ROOT, elements)
 
 
 def panel(solved: SolvedScene) -> str:
@@ -91,15 +110,13 @@ def panel(solved: SolvedScene) -> str:
         for name, value in scene.options.items()
         if value != defaults[name]
     )
-    dark = ' class="dark"' if scene.view.dark else ""
     return (
-        f'<aside aria-label="numbers"{dark}>'
         f'<div id="numbers">{numbers(solved, solved.solution)}</div>'
         + (f"<p>{escape(options)}</p>" if options else "")
-        + ("" if solved.warning else CONTROLS)
+        + ("" if solved.warning else controls("speed"))
         + chart(scene)
         + f"<details><summary>The scene as a file</summary><pre>{escape(scene.to_toml())}</pre>"
-        "</details></aside>"
+        "</details>"
     )
 
 
@@ -129,11 +146,17 @@ def chart(scene: Scene) -> str:
         axes = figure.add_subplot()
         drawn = Chart(tracked, axes, multiples)
         drawn.annotate(multiples)
-        axes.axvline(drawn.x(getattr(beam, over)), color="0.5", lw=0.8, zorder=0, gid="marker")
-        svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
+        return figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
+
+
+def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:
+    """A chart as an element that a click enlarges, with a line across at x; moves: a script moves
+    it, by the step of one unit of x that the element has as an attribute."""
+    axes.axvline(x, color="0.5", lw=0.8, zorder=0, gid="marker")
+    svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     low, high = axes.get_xlim()
     step = POINTS * figure.get_figwidth() * axes.get_position().width / (high - low)
-    moved = f' data-step="{step}"' if over == "gamma" else ""  # of the line at the scene
+    moved = f' data-step="{step}"' if moves else ""
     enlarge = "this.classList.toggle('large')"
     return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}><svg{svg}</figure>'
 
@@ -176,7 +199,6 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     speed = measure("gamma", beam.units)
     stations, section = beams.rows[0].shapes.x, beams.rows[0].section
     bodies = [equilibrium_body(resampled(shape, stations), section) for shape in shapes]
-    places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
     gammas = [solution.beam.gamma for solution in solutions]
     return {
         "gammas": gammas,
@@ -192,7 +214,7 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
         "faces": bodies[0][1].ravel().tolist(),
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
         "turning": ["floor", -1] if view.rotating_frame else ["rotor", 1],
-        "palette": colours.PALETTES[view.colouring][places].ravel().tolist(),
+        "palette": palette(view),
         "strain": view.colouring == "axial strain",
         "arrow": around.arrow.name
         if (around := beams.rows[0].surroundings) and around.alone
@@ -200,6 +222,12 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
         "captions": captions(solved, beams, solutions),
         "beams": [beam_data(row, solved, shapes) for row in beams.rows],
     }
+
+
+def palette(view: ViewOptions) -> list[int]:
+    """Red, green and blue of the colours of the map."""
+    places = np.linspace(0, colours.STEPS - 1, PALETTE).astype(int)
+    return colours.PALETTES[view.colouring][places].ravel().tolist()
 
 
 def frequency_of(solution: Solution, label: str) -> float:
@@ -232,7 +260,7 @@ def captions_elsewhere(
             text = row_title(label, frequency_of(solution, label), measure)
             shown.append({**row.title.data, "text": text})
     if first.surroundings and first.surroundings.alone and solution.beam.gamma > 0:
-        text = first.surroundings.speed_text(solution.beam)
+        text = first.surroundings.speed_text(solution.beam.gamma, solution.beam.units)
         shown.append({**first.surroundings.speed.data, "text": text})
     shown += [caption.data for row in beams.rows for caption in row.bodies.captions if caption.text]
     if warning := stability_warning(solution):
@@ -246,10 +274,8 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
     states (4 n (1 + 2 m), speeds): axis and strain (n, 4), and their change by the real and the
     imaginary part of each mode; see `steps`.
     """
-    normal, sizes = NORMALS[row.shapes.plane], row.drawn.amplitudes
-    shown = row.drawn.shown
+    shown, sizes = row.drawn.shown, row.drawn.amplitudes
     labels = [solved.shapes.labels[k] for k in shown]
-    section = row.section.mean(axis=1)
     bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
     states = []
     for shape in (resampled(shape, row.shapes.x) for shape in shapes):
@@ -259,9 +285,20 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
         still, *moved = (state(shape, part) for part in (np.zeros_like(shape.centreline), *parts))
         states.append(np.concatenate([still, *(part - still for part in moved)]).ravel())
     return {
-        "root": row.frame.name,
+        **beam_record(row),
         "labels": labels,
         "states": steps(states),
+        "ring": RING,
+        "ring_colour": row.nodes.colour[0].tolist(),
+        "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
+    }
+
+
+def beam_record(row: BeamView) -> dict[str, Any]:
+    """One beam, but for its motion; see offline_beam.js."""
+    normal, section = NORMALS[row.shapes.plane], row.section.mean(axis=1)
+    return {
+        "root": row.frame.name,
         "bodies": {
             node.name: row.bodies.at[numbers].tolist()
             for node, numbers in zip(row.bodies.nodes, row.bodies.numbers, strict=True)
@@ -278,9 +315,6 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
         "thicknesses": section[:, 0].tolist(),
         "sections": extents(section, normal)[:, 1:].tolist(),
         "capped": row.capped,
-        "ring": RING,
-        "ring_colour": row.nodes.colour[0].tolist(),
-        "component": (1 if row.shapes.plane == "chordwise" else 2) if bends else 0,
         "largest": row.drawn.largest,
     }
 
@@ -291,13 +325,15 @@ def state(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
     return np.column_stack([points, np.append(axial_strain(shapes, moved), 0.0)])
 
 
-def steps(rows: list[np.ndarray]) -> list[list[int]]:
+def steps(rows: ArrayLike) -> list[list[int]]:
     """Columns of numbers as second differences of multiples of RESOLUTION, which compress well."""
     multiples = np.rint(np.divide(rows, RESOLUTION)).astype(int)
     return np.diff(np.pad(multiples, [(2, 0), (0, 0)]), 2, axis=0).T.tolist()
 
 
-CONTROLS = (
-    '<p class="controls"><button id="play">Pause</button> <label for="speed">speed</label>'
-    ' <input id="speed" type="range"> <output id="speed-shown" for="speed"></output></p>'
-)
+def controls(name: str) -> str:
+    """A button that plays and pauses, and a slider with the text of its value."""
+    return (
+        f'<p class="controls"><button id="play">Pause</button> <label for="{name}">{name}</label>'
+        f' <input id="{name}" type="range"> <output id="{name}-shown" for="{name}"></output></p>'
+    )

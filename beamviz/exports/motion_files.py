@@ -1,4 +1,4 @@
-"""Files made of a motion in time: numbers, a chart, a film."""
+"""Files made of a motion in time: numbers, a chart, a film, a page that plays offline."""
 
 import json
 import os
@@ -7,14 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from beamviz.checks import check_float, check_int
-from beamviz.drawing import BeamScene, camera
-from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
-from beamviz.drawing.modes import playback_rate
-from beamviz.drawing.motion import MotionShapes, dominant_frequency
-from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
 from beamviz.exports import (
     FORMATS,
@@ -26,25 +20,28 @@ from beamviz.exports import (
     structure_record,
     write_film,
 )
+from beamviz.exports.motion_scene import MotionScene
 from beamviz.exports.renderer import Renderer
-from beamviz.exports.solved_scene import Moment
 from beamviz.files import check_suffix, replaced
 from beamviz.output.motion import motion_csv, si_columns
 from beamviz.plotting import SUFFIXES as CHARTS
 from beamviz.plotting import save_figure
 from beamviz.plotting.motion import draw_motion
-from beamviz.scene import Camera, Scene
 
-SUFFIXES = (".csv", ".npz", *CHARTS, *FORMATS)
-SECONDS = 3.0, 20.0  # shortest and longest film
+SUFFIXES = (".csv", ".npz", ".html", *CHARTS, *FORMATS)
 
 
 def export_motion(
-    path: str | Path, motion: Motion, progress: Callable[[int], Iterable[int]] = range
+    path: str | Path,
+    motion: Motion,
+    progress: Callable[[int], Iterable[int]] = range,
+    *,
+    dark: bool = False,
 ) -> None:
     """Write a motion as a file of the format its suffix names: .csv, .npz; a chart, .png, .svg or
-    .pdf; a film, .gif, .webp or .mp4. progress: as in `beamviz.animate`. Raises InvalidInput and
-    Unavailable; the file is complete or untouched."""
+    .pdf; a film, .gif, .webp or .mp4; .html, one page with film, chart and numbers that needs no
+    network. progress: as in `beamviz.animate`; dark: colours of a film or page. Raises InvalidInput
+    and Unavailable; the file is complete or untouched."""
     suffix = check_suffix(path, SUFFIXES)
     if suffix in CHARTS:
         spectrum = motion.spectrum()
@@ -53,7 +50,12 @@ def export_motion(
         )
         save_figure(Path(path), figure)
     elif suffix in FORMATS:
-        animate_motion(path, motion, progress=progress)
+        animate_motion(path, motion, progress=progress, dark=dark)
+    elif suffix == ".html":
+        from beamviz.exports.motion_page import motion_page
+
+        with replaced(path) as file:
+            file.write_text(motion_page(motion, dark=dark), encoding="utf-8")
     else:
         with replaced(path) as file:
             if suffix == ".csv":
@@ -90,53 +92,23 @@ def animate_motion(
     fps: float = 25.0,
     progress: Callable[[int], Iterable[int]] = range,
     workers: int | None = None,
+    *,
+    dark: bool = False,
 ) -> None:
     """Write a motion as a film, in the rotating frame; options as in `beamviz.animate`."""
     suffix = check_suffix(path, tuple(FORMATS))
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     with replaced(path) as file:
-        scene = MotionScene(motion)
+        scene = MotionScene(motion, dark=dark)
         count = max(round(scene.seconds * fps), 2)
         renderer = Renderer(scene, *size)
         frames, sample = (
             rendered(
                 renderer,
-                (scene.moment(k / (count - 1)) for k in numbers),
+                (k / (count - 1) * motion.t[-1] for k in numbers),
                 workers or os.cpu_count() or 1,
             )
             for numbers in (progress(count), (count - 1) * np.arange(SAMPLE) // (SAMPLE - 1))
         )
         write_film(file, frames, fps, sample)
-
-
-class MotionScene:
-    """A motion as a scene of a film. seconds: of the film."""
-
-    def __init__(self, motion: Motion):
-        self.motion, self.scene = motion, Scene.of(nodes=False)
-        self.shapes = MotionShapes(motion)
-        rate = playback_rate(dominant_frequency(motion), float(motion.gamma.max()))
-        self.seconds = float(np.clip(motion.t[-1] / rate, *SECONDS))
-
-    def moment(self, part: float) -> Moment:
-        """The scene when a part (0 .. 1) of the time has passed."""
-        t = part * self.motion.t[-1]
-        return Moment(self.shapes.phases(t), self.shapes.angle(t))
-
-    def camera(self, aspect: float) -> Camera:
-        """A camera that sees the beam at all times."""
-        position = camera.viewpoint(self.shapes.sampled, True, aspect)
-        reach = 1 + np.linalg.norm(self.reach(), ord=np.inf)
-        return Camera((position * reach).tolist())
-
-    def reach(self) -> NDArray:
-        """How far the tip moves from the mean (2,)."""
-        return abs(self.motion.tip - self.motion.tip.mean(axis=0)).max(axis=0)
-
-    def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
-        """The scene, at `scale` [pixels per beam length]."""
-        beams = BeamScene(scene)
-        shapes = self.shapes
-        beams.show(DrawnBeam(shapes.sampled, self.scene.view, scale, sizes=shapes.amplitudes))
-        return beams

@@ -8,6 +8,7 @@ import math
 import threading
 from functools import lru_cache
 from importlib.metadata import distribution
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -17,7 +18,7 @@ from beamviz.drawing import camera, colours
 from beamviz.drawing.colours import linear
 from beamviz.drawing.scene_graph import Node, PlacedNode, SceneGraph, rotations
 from beamviz.drawing.surroundings import GROUND_LIGHT, LIGHTS, SKY
-from beamviz.exports.solved_scene import DrawableScene, Moment
+from beamviz.exports.solved_scene import DrawableScene
 
 SAMPLES = 8  # of a pixel at an edge
 SPECULAR = 0.04  # reflectance of a dielectric seen from the front
@@ -107,6 +108,7 @@ class Renderer:
     """Pictures of a solved scene of `width` by `height` pixels, in any thread."""
 
     def __init__(self, solved: DrawableScene, width: int, height: int):
+        self.solved = solved
         self.width, self.height = self.size = width, height
         view = solved.camera(width / height)
         self.eye = np.array(view.position)
@@ -121,10 +123,10 @@ class Renderer:
         self.scene, self.lock = SceneGraph(), threading.Lock()
         self.beams = solved.draw(self.scene, camera.scale(self.distance, height))
 
-    def picture(self, moment: Moment, *, transparent: bool = False) -> Image.Image:
+    def picture(self, moment: Any, *, transparent: bool = False) -> Image.Image:
         """The picture at a moment in RGB, or with transparency in RGBA."""
         with self.lock:
-            self.beams.move(*moment)
+            self.solved.move(self.beams, moment)
             scene = Geometry(self.scene)
         picture = Image.new("RGBA", self.size, (*self.background, 0 if transparent else 255))
         if scene.floor is not None:  # everything is above it

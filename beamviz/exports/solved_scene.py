@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -40,6 +40,7 @@ class DrawableScene(Protocol):
     def scene(self) -> Scene: ...
     def camera(self, aspect: float) -> Camera: ...
     def draw(self, scene: DrawnScene, scale: float = ...) -> BeamScene: ...
+    def move(self, beams: BeamScene, moment: Any) -> None: ...
 
 
 class SolvedScene:
@@ -92,6 +93,10 @@ class SolvedScene:
         beams = BeamScene(scene)
         beams.show(replace(self.drawn, scale=scale))
         return beams
+
+    def move(self, beams: BeamScene, moment: Moment) -> None:
+        """Move the beams drawn to a moment."""
+        beams.move(*moment)
 
 
 class Loop:

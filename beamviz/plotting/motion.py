@@ -69,19 +69,20 @@ def draw_motion(
     gamma: NDArray,
     spectrum: tuple[NDArray, NDArray],
     units: Units | None = None,
+    size: tuple[float, float] = (WIDTH, HEIGHT),
 ) -> "Figure":
-    """A figure of the tip's deflection and the speed (n,) over time (n,), and of the spectrum; in
-    s, mm, rpm and Hz for a beam in SI."""
+    """A figure of a size [in] of the tip's deflection and the speed (n,) over time (n,), and of the
+    spectrum; in s, mm, rpm and Hz for a beam in SI."""
     from matplotlib import rc_context
 
     with rc_context(STYLE):
-        figure = new_figure(WIDTH, HEIGHT, layout="constrained")
+        figure = new_figure(*size, layout="constrained")
         above, below = figure.subplots(2, 1)
         plot_deflection(t, deflection, above, units)
         if np.ptp(gamma) > 0:
             right, (convert, label, _) = above.twinx(), axis_of("gamma", units)
             right.plot(scales_of(units).time * t, convert(gamma), color=FAINT, lw=1.0, ls="--")
-            right.set_ylabel(f"{label} (dashed)", color=INK)
+            right.set_ylabel(f"{label}\n(dashed)", color=INK)
             right.spines["right"].set_visible(True)
             right.set_ylim(bottom=min(0.0, float(convert(gamma.min()))))
         plot_spectrum(*spectrum, below, units)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers import load_script
 
 from beamviz import NotConverged
 from beamviz.benchmark.exudyn_motion import missing
@@ -46,6 +47,15 @@ def test_exudyn_moves_alike(scene, error):
     reference = reference_tip(motion, EXUDYN_MODEL)
     tip = peer_tip(motion, 4, 2 * motion.instants)
     assert np.linalg.norm(tip - reference, axis=1).max() < error
+
+
+def test_the_table_of_the_reference_page_is_that_of_its_numbers():
+    """assets/motion.md holds the ratios of assets/motion.json."""
+    script = load_script("measure_motions")
+    page = (script._script.ROOT / "assets" / "motion.md").read_text()
+    rows = script.stored_rows(script._script.ROOT / "assets")
+    assert script.START in page
+    assert script.renewed(page, rows) == page
 
 
 def test_rows():

@@ -177,9 +177,7 @@ def test_a_body_docks_and_is_released_without_a_jump_of_momentum():
 
 def equation(beam, moved):
     """The equation of a beam on the elements of a motion."""
-    return equation_of(
-        Case(beam=beam, until=1.0), moved.path.unknowns.elements, bool(beam.alpha), None
-    )
+    return equation_of(Case(beam=beam, until=1.0), moved.path.unknowns.elements, bool(beam.alpha))
 
 
 SHORT_MOTION = {"beam": Beam(gamma=3, mu=20), "until": 1, "start": {"B1": 0.05}, "points": 21}
@@ -291,7 +289,7 @@ def test_the_jacobi_integral_over_a_thousand_periods():
     period = 2 * np.pi / solve(beam, coriolis=True).frequencies[0]
     case = Case(beam=beam, until=1000 * period, start={"B1": 0.1})
     mesh = elements_between((0.0, 1.0), (8,))
-    found = run(case, start_solution(case), mesh, Control(1e-4, step=period / 4))
+    found = run(case, start_solution(case), mesh, Control(1e-4, case.until, step=period / 4))
     energy = found.energy(np.linspace(0, case.until, 2001))
     assert np.ptp(energy) < 1e-4
 

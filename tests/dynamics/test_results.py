@@ -111,7 +111,9 @@ def test_failures_of_the_command(run, arguments, code, kind):
     assert "Traceback" not in err
 
 
-@pytest.mark.parametrize("suffix", ["csv", "npz", "png", "svg", "pdf", *slow("webp", "gif")])
+@pytest.mark.parametrize(
+    "suffix", ["csv", "npz", "html", "png", "svg", "pdf", *slow("webp", "gif")]
+)
 def test_every_file(run, tmp_path, suffix, moved):
     file = tmp_path / f"motion.{suffix}"
     code, out, _ = run("motion", str(file), *ARGUMENTS, "--points", "41")

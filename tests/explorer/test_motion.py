@@ -13,6 +13,7 @@ from live.visitor import TIMEOUT, Visitor, final_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
+from beamviz.dynamics.drives import Hub
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer
 from beamviz.explorer.experiment import PULLED, Experiment
@@ -20,7 +21,7 @@ from beamviz.explorer.features.motion import PRESETS, TOLERANCE
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
-from beamviz.scene import Scene
+from beamviz.scene import Scene, inline_toml
 from beamviz.solver import solve
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=3))
@@ -249,6 +250,87 @@ def test_a_long_motion_is_cancelled(guest):
     guest.wait(lambda _: has_chart(guest, 2.0) and not guest.props[CHART]["hidden"])
 
 
+def test_a_slider_moved_meanwhile_starts_the_motion_again(pulled, session):
+    """While it plays: the motion of the new beam, from its beginning, and of the last value where
+    several come before one is computed."""
+    pulled.choose("playing", True)
+    pulled.wait(lambda _: pulled.charts[CHART]["cursor"]["x"] > 1)
+    before = session.snapshot.film
+    for alpha in (0.4, 0.7, 2.5):
+        pulled.do("alpha", alpha)
+    pulled.wait(lambda _: session.snapshot.film is not before and session.snapshot.film)
+    pulled.wait(lambda _: 0 < pulled.charts[CHART]["cursor"]["x"] < 4)
+    wait_until(lambda: session.snapshot.film.beam.alpha == 2.5)
+    wait_until(lambda: session.visitor.clock.moment < 1)
+    heavier = FIRST.beam.replace(alpha=2.5)
+    found = motion(heavier, 4.0, release=PULLED.pull, damping=PULLED.damping, tolerance=1e-5)
+    chart = pulled.charts[CHART]
+    shown = np.interp(found.t, chart["at"], chart["lines"][0]["y"])
+    assert np.abs(shown - found.tip[:, 1]).max() < 2 * TOLERANCE
+
+
+def test_a_hub_is_turned_by_a_torque(guest, session):
+    """From rest, backwards too: the tip, the speed that the scene tells, and the lines of the
+    spectrum at the speed reached. The controls of the hub are there, and a link holds them."""
+    guest.do("preferences", "still")
+    own = {"pull": 0.0, "hub": "torque", "torque": -3.0, "inertia": 0.8, "damping": 0.0}
+    guest.do("link", f"?alpha=1&tab=motion&moving=true&motion={inline_toml(own | {'until': 2.0})}")
+    guest.wait(lambda _: has_chart(guest, 2.0))
+    for name in ("torque", "inertia"):
+        assert guest.props[f"motion.{name}-row"]["hidden"] is False
+    found = motion(Beam(alpha=1), 2.0, speed=Hub(0.8, -3.0), tolerance=1e-5)
+    chart = guest.charts[CHART]
+    shown = np.interp(found.t, chart["at"], chart["lines"][0]["y"])
+    assert np.abs(shown - found.tip[:, 1]).max() < 2 * TOLERANCE
+    guest.do("moment", 1.5, until=lambda _: guest.values["moment"] == 1.5)
+
+    def told() -> str:
+        return " ".join(one["text"] for one in guest.parts["captions"])
+
+    gamma = float(np.interp(1.5, found.t, found.gamma))
+    assert gamma < -1
+    guest.wait(lambda _: f"γ = {gamma:.3g}" in told())
+    lines = [line["at"][0] for line in guest.charts[SPECTRUM]["lines"] if line["label"]]
+    last = Beam(alpha=1, gamma=abs(float(found.gamma[-1])))
+    assert lines[0] == pytest.approx(solve(last, coriolis=True).frequencies[0], rel=1e-3)
+    assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, until=2.0)
+    assert "under a torque M = -3" in guest.texts["motion-words"]
+
+
+def test_a_motion_starts_in_modes(guest, session):
+    """Of the amplitudes chosen, in place of the force; a link holds them. A pull of the beam in the
+    scene is a force again."""
+    guest.do("preferences", "still")
+    own = {"start": "modes", "B1": 0.05, "B2": 0.02, "until": 2.0}
+    guest.do("link", f"?gamma=3&tab=motion&moving=true&motion={inline_toml(own)}")
+    guest.wait(lambda _: has_chart(guest, 2.0))
+    found = motion(
+        Beam(gamma=3), 2.0, start={"B1": 0.05, "B2": 0.02}, damping=PULLED.damping, tolerance=1e-5
+    )
+    chart = guest.charts[CHART]
+    shown = np.interp(found.t, chart["at"], chart["lines"][0]["y"])
+    assert np.abs(shown - found.tip[:, 1]).max() < 2 * TOLERANCE
+    hidden = {name: guest.props[f"motion.{name}-row"]["hidden"] for name in ("pull", "B1", "B3")}
+    assert hidden == {"pull": True, "B1": False, "B3": False}
+    guest.do("motion.B3", 0.01)
+    guest.wait(lambda _: "B3" in guest.parts["address"])
+    assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, B3=0.01)
+    assert "swings with y = 0.05 in B1 and y = 0.02" in guest.texts["motion-words"]
+    with session.visitor.lock:
+        state = session.visitor.state
+        session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))
+    guest.wait(lambda _: guest.values["motion.start"] == "pulled")
+
+
+def test_without_stiffening_there_is_no_start_in_modes(guest):
+    """Which the tab says, beside the motion itself."""
+    guest.do("tab", "motion")
+    guest.do("experiment", "modes")
+    guest.do("motion.unstiffened", True)
+    guest.wait(lambda _: "no start in modes" in guest.texts["motion-list"])
+    assert guest.props[CHART]["hidden"] is False
+
+
 def test_a_mode_ends_the_motion_in_the_scene(pulled, session):
     """It is drawn then; the motion stays in the tab."""
     assert session.snapshot.film
@@ -279,7 +361,7 @@ def test_the_values_of_an_experiment_are_checked():
     assert (state.in_motion, state.case) == (True, Case.of(Scene()).changed("alpha", 1.0))
 
 
-@pytest.mark.parametrize("kind", [".csv", ".npz", ".svg"])
+@pytest.mark.parametrize("kind", [".csv", ".npz", ".svg", ".html"])
 def test_the_motion_is_downloaded(pulled, kind):
     """As a file named after it."""
     pulled.do("export_motion", kind)

@@ -12,7 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
-from beamviz.drawing.motion import MotionShapes, dominant_frequency
+from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
 from beamviz.drawing.text import Measure, duration, frequencies, measure
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
@@ -20,7 +20,7 @@ from beamviz.dynamics.pull import PulledBeam, pulled
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
-from beamviz.explorer.experiment import CHOICES, RANGES, STOP, Experiment
+from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.film import Film, HeldShapes, time_text, times
 from beamviz.explorer.jobs import Answer, Job
@@ -37,7 +37,7 @@ JOB, PULL_JOB = "motion", "pull"
 TOLERANCE = 1e-3  # [L] of the tip, half a pixel of a scene of 500 pixels
 POINTS, MOST_POINTS = 40, 1601  # of the results, for each T* and in all
 LONGEST = 40.0  # [s] on the screen
-MODES = 5  # whose frequencies are in the spectrum
+LINES = 5  # modes whose frequencies are in the spectrum
 WIDER = 1.1  # than to the highest frequency of a mode
 DECADES = 4  # of amplitude in the spectrum
 MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has too
@@ -130,15 +130,15 @@ class Computed:
         shapes = MotionShapes(found)
         other = None if isinstance(second, str) else MotionShapes(second)
         units = self.beam.units
-        rate = suitable_rate(dominant_frequency(found), float(found.gamma.max()), units)
+        rate = suitable_rate(dominant_frequency(found), float(abs(found.gamma).max()), units)
         rate = max(rate, float(found.t[-1]) / LONGEST)
-        self.film = Film(self.beam, shapes, other, rate, self.experiment.has_body)
+        self.film = Film(drawn_beam(found), shapes, other, rate, found.has_mass)
         self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
         self.spectrum = found.spectrum(self.since)
         options = {name: one for name, one in request.options if name in MODEL}
-        last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))
         try:
-            modes = solve(last, modes=MODES, coriolis=True, **options)
+            last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))
+            modes = solve(last, modes=LINES, coriolis=True, **options)
             known = np.isfinite(modes.frequencies)
             self.modes = [
                 (modes.labels[k], modes.families[k], float(modes.frequencies[k]))
@@ -222,20 +222,31 @@ PULL_HINT = (
     " 1 bends a beam at rest by about a third of its length. Or drag the beam in the scene."
 )
 HINTS = {
+    "start": "How the beam begins: held by a force until it is let go, or swinging in its modes",
+    **{
+        name: f"Amplitude of the mode {name} with which it begins, its largest displacement"
+        for name in MODES
+    },
     "pull": PULL_HINT,
     "pull_at": "Where it is pulled: 0 is the clamp, 1 the tip",
     "hub": "How the speed of the hub changes; γ is the speed of the beam, set beside the scene",
     "within": "How long it takes to reach the speed γ from rest. T* is the beam's own unit of time",
+    "torque": "Turns the hub, against the beam that drags on it. Negative: slows it down",
+    "inertia": "Moment of inertia of the hub: a heavy one hardly feels the beam swing",
     "body": "What happens to the concentrated mass; it is caught without a blow",
     "body_at": "When the mass is caught or dropped",
     "damping": "How fast vibrations fade: damping ratio of every mode; 0 % never, 100 % at once",
     "until": "Until when the motion is computed",
 }
 NAMES = {
+    "start": "the beam",
+    **{name: f"amplitude of {name}" for name in MODES},
     "pull": "pull F",
     "pull_at": "pull at x / L",
     "hub": "the hub",
     "within": "in the time",
+    "torque": "torque",
+    "inertia": "inertia of the hub",
     "body": "the mass",
     "body_at": "at the time",
     "damping": "damping ζ [%]",
@@ -252,11 +263,19 @@ PRESETS = {
         Experiment(pull=0.0, hub="smooth", until=15.0, unstiffened=True, damping=0.0),
     ),
     "stop": ("Stop dead", Experiment(pull=0.0, hub="stop", until=10.0)),
+    "modes": ("Swing in a mode", Experiment(start="modes", until=10.0)),
+    "torque": ("Turn by a torque", Experiment(pull=0.0, hub="torque", until=10.0)),
     "catch": ("Catch the mass", Experiment(body="caught")),
     "drop": ("Drop the mass", Experiment(body="dropped")),
 }
 PERCENT = 100.0
 TIMES = ("within", "body_at", "until")
+# Symbol, unit without and with a size known, and the powers of length and time in it beside mass.
+LOADS = {
+    "pull": ("F", "E I / L²", "N", (1, -2)),
+    "torque": ("M", "E I / L", "N m", (2, -2)),
+    "inertia": ("J", "ρ A L³", "kg m²", (2, 0)),
+}
 
 
 def slider_of(name: str) -> str:
@@ -285,11 +304,18 @@ TOOLS += page.group(
     page.button("From the start", data_do="moment", data_value=0),
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
-TOOLS += "".join(map(slider_of, ("pull", "pull_at")))
-MORE = select_of("hub") + slider_of("within") + select_of("body") + slider_of("body_at")
+TOOLS += select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
+MORE = select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
+MORE += select_of("body") + slider_of("body_at")
 MORE += page.checkbox("motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT)
 MORE += "".join(map(slider_of, ("damping", "until")))
-MOTION_KINDS = {".gif": "film (GIF)", ".svg": "chart (SVG)", ".csv": "CSV", ".npz": "NPZ"}
+MOTION_KINDS = {
+    ".gif": "film (GIF)",
+    ".html": "page (HTML)",
+    ".svg": "chart (SVG)",
+    ".csv": "CSV",
+    ".npz": "NPZ",
+}
 MORE += page.group(
     "Download the motion",
     '<span class="soft">download</span>',
@@ -424,10 +450,16 @@ def display(name: str, units: Units | None) -> Measure:
         return own._replace(label=f"{label} [{own.unit or 'T*'}]")
     if name == "damping":
         return Measure(label, "ζ", "%", PERCENT)
-    if name == "pull" and units and units.mass:
-        return Measure(f"{label} [N]", "F", "N", units.mass * units.length / units.time**2)
-    if name == "pull":
-        return Measure(f"{label} [E I / L²]", "F")
+    if name in MODES:
+        own = lengths(units)
+        return own._replace(label=f"{label} [{own.unit or 'L'}]")
+    if name in LOADS and units and units.mass:
+        symbol, _, unit, powers = LOADS[name]
+        factor = units.mass * units.length ** powers[0] * units.time ** powers[1]
+        return Measure(f"{label} [{unit}]", symbol, unit, factor)
+    if name in LOADS:
+        symbol, dimensionless, *_ = LOADS[name]
+        return Measure(f"{label} [{dimensionless}]", symbol)
     return Measure(label, "")
 
 
@@ -450,9 +482,19 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
         content |= page.value(f"motion.{name}", getattr(experiment, name))
     preset = next((key for key, (_, one) in PRESETS.items() if one == experiment), "")
     content |= page.value("experiment", preset)
-    content |= page.props("motion.within-row", hidden=not experiment.ramps)
-    content |= page.props("motion.pull_at-row", hidden=not experiment.pull)
-    return content | page.props("motion.body_at-row", hidden=experiment.body == "stays")
+    in_modes = experiment.start == "modes"
+    hidden = {
+        "within": not experiment.ramps,
+        "torque": experiment.hub != "torque",
+        "inertia": experiment.hub != "torque",
+        "pull": in_modes,
+        "pull_at": not experiment.pulls,
+        **dict.fromkeys(MODES, not in_modes),
+        "body_at": experiment.body == "stays",
+    }
+    for name, is_hidden in hidden.items():
+        content |= page.props(f"motion.{name}-row", hidden=is_hidden)
+    return content
 
 
 def words_content(experiment: Experiment, case: Case, reason: str) -> Content:
@@ -471,16 +513,23 @@ def in_words(experiment: Experiment, case: Case) -> str:
         ]
     elif experiment.hub == "stop":
         parts = [f"the hub turns at {speed} and stops within {duration(STOP, units)}"]
+    elif experiment.hub == "torque":
+        torque = display("torque", units).text(experiment.torque, 3)
+        parts = [f"the hub turns at {speed} and freely from then on, under a torque {torque}"]
     else:
         parts = [f"the hub turns at {speed}"]
-    if experiment.pull:
+    if experiment.modes:
+        shown = lengths(units)
+        swings = [f"{shown.text(size, 3)} in {name}" for name, size in experiment.modes.items()]
+        parts.append(f"the beam swings with {' and '.join(swings)}")
+    if experiment.pulls:
         where = "at its tip" if experiment.pull_at == 1 else f"at {experiment.pull_at:.3g} L"
         parts.append(f"the beam is pulled {where} and let go")
     if experiment.body != "stays":
         at = time_text(experiment.body_at, units)
         parts.append(f"the mass is {experiment.body} at {at}")
     text = "; ".join(parts)
-    if known and experiment.hub != "constant" and gamma == 0:
+    if known and (experiment.ramps or experiment.hub == "stop") and gamma == 0:
         text += ". The speed γ is 0, so the hub rests: raise it"
     return f"{text[0].upper()}{text[1:]}."
 
@@ -635,6 +684,8 @@ def notes(found: Computed) -> str:
     if found.since:
         text += f"<p>The spectrum is that of the motion after {time_text(found.since, units)}"
         text += ", with the frequencies that the beam has then.</p>"
+    elif own.hub == "torque" and own.event:
+        text += "<p>The frequencies are those at the speed that is reached in the end.</p>"
     elif own.event:
         text += "<p>The frequencies are those at the end; make the motion longer to see them.</p>"
     return text

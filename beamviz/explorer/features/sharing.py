@@ -419,7 +419,7 @@ class Files(Feature):
             self.page.say("The motion is still being computed: download it after that.", error=True)
         elif suffix in MOTION_KINDS and computed:
             film = film_size(suffix) if suffix in FORMATS else None
-            scene = Scene(computed.beam)
+            scene = Scene(computed.beam, view=self.visitor.state.view)
             self.begin(File(scene, f"motion{suffix}", film, computed.motion))
 
     def begin(self, file: File) -> None:
@@ -439,11 +439,12 @@ class Files(Feature):
             self.report(f"{file.name}: working")
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
-                frames = partial(self.frames, file)
+                frames, dark = partial(self.frames, file), file.scene.view.dark
                 if file.motion and file.film is not None:
-                    animate_motion(path, file.motion, progress=frames, workers=1, **file.film)
+                    options: dict[str, Any] = {"workers": 1, "dark": dark, **file.film}
+                    animate_motion(path, file.motion, progress=frames, **options)
                 elif file.motion:
-                    export_motion(path, file.motion)
+                    export_motion(path, file.motion, dark=dark)
                 elif file.film is None:
                     export(path, file.scene)
                 else:  # one thread, so that pages stay responsive

@@ -1,0 +1,145 @@
+"""A motion in time as one HTML file that plays without a network, with its chart and numbers."""
+
+from html import escape
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from numpy.typing import NDArray
+
+from beamviz.drawing import BeamScene, camera
+from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import significant
+from beamviz.dynamics import Motion
+from beamviz.exports.html_page import (
+    RESOLUTION,
+    beam_record,
+    controls,
+    document,
+    figure_element,
+    palette,
+    player,
+    steps,
+)
+from beamviz.exports.motion_scene import MotionScene
+from beamviz.plotting import STYLE, axis_of
+from beamviz.plotting.motion import draw_motion, scales_of
+from beamviz.server.viser_private import RecordedServer, ViserScene
+from beamviz.tables import html_table, significant_decimals
+
+CHART_SIZE = 4.4, 4.8  # [in], as wide as the panel
+LONGEST = 40.0  # [s] on the screen
+
+
+def motion_page(motion: Motion, *, dark: bool = False) -> str:
+    """viser's self-contained page with offline_motion.js, which plays the motion, and a panel."""
+    scene, recorded = MotionScene(motion, dark=dark), RecordedServer()
+    camera.place(recorded.initial_camera, scene.camera(1.0))
+    beams = scene.draw(ViserScene(recorded.scene))
+    beams.move(scene.shapes.phases(0.0), scene.shapes.angle(0.0))
+    values = readings(motion, scene.shapes.t)
+    script = player("motion", motion_data(scene, beams, values), "exports/offline_motion.js")
+    return document(recorded, motion.beam, panel(motion, values), script, dark=dark)
+
+
+def panel(motion: Motion, values: list[dict[str, Any]]) -> str:
+    """The beam and what happens to it, the present moment, the chart and a table of moments."""
+    beam, scales = motion.beam, scales_of(motion.beam.units)
+    rows = "".join(
+        f'<tr><th scope="row">{escape(one["label"])}</th><td id="reading-{k}"></td>'
+        f"<td>{escape(one['unit'])}</td></tr>"
+        for k, one in enumerate(values[1:], 1)
+    )
+    known = significant(scales.length * motion.error, 1)
+    return (
+        f"<h1>{beam.described(beam.numbers)}</h1><p>{escape(described(motion))}</p>"
+        + controls("time")
+        + f'<table class="readings" aria-label="this moment">{rows}</table>'
+        + chart(motion)
+        + f"<p>The tip is known to {known} {scales.metres}.</p>"
+        + f"<details><summary>Numbers</summary>{html_table('', motion.table)}</details>"
+    )
+
+
+def described(motion: Motion) -> str:
+    """The motion in words."""
+    parts = [motion.drive.described]
+    if motion.release:
+        where = "the tip" if motion.release_at == 1 else f"{motion.release_at:g} L"
+        parts.append(f"held by a force of {motion.release:g} E I / L² at {where}, let go")
+    parts += [f"started with {size:g} L of {mode}" for mode, size in motion.start.items()]
+    for event, time in (("caught", motion.catch), ("dropped", motion.drop)):
+        if time is not None:
+            parts.append(f"the mass is {event} at {time:g} T*")
+    if damping := motion.model["damping"]:
+        parts.append(f"damping {100 * damping:g} %")
+    text = "; ".join(parts)
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def readings(motion: Motion, t: NDArray) -> list[dict[str, Any]]:
+    """The numbers over time (n,) that the panel shows, the first of which is the time, beside its
+    slider."""
+    scales, (convert, speed, _) = scales_of(motion.beam.units), axis_of("gamma", motion.beam.units)
+    tip = scales.length * motion.position(t, [1.0])[:, 0]
+    decimals = significant_decimals(scales.length * motion.error)
+    gamma = convert(np.interp(t, motion.t, motion.gamma))
+    rows = [
+        ("time t", scales.seconds, scales.time * t, 3),
+        ("deflection of the tip", scales.metres, tip[:, 1], decimals),
+        ("tip along the beam", scales.metres, tip[:, 0], decimals),
+        (speed, "", gamma, 3),
+    ]
+    return [
+        {"label": label, "unit": unit, "values": column.tolist(), "decimals": places}
+        for label, unit, column, places in rows
+    ]
+
+
+def chart(motion: Motion) -> str:
+    """The tip over time, with a line at the present moment, and its spectrum."""
+    with rc_context(STYLE):
+        columns = motion.t, motion.tip[:, 1], motion.gamma, motion.spectrum()
+        figure = draw_motion(*columns, motion.beam.units, CHART_SIZE)
+        return figure_element(figure, figure.axes[0], 0.0, moves=True)
+
+
+def motion_data(
+    scene: MotionScene, beams: BeamScene, values: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """What offline_motion.js needs: the shapes of the beam, and everything over time at equal
+    intervals (n,). fields: points of the unloaded beam, and their change by each shape (4 j,), see
+    `steps`; parts: the sizes of the shapes over time."""
+    motion, (row,), t = scene.motion, beams.rows, scene.shapes.t
+    still = points_of(row.shapes, np.zeros_like(row.shapes.centreline))
+    fields = [still, *(points_of(row.shapes, mode) - still for mode in row.shapes.modes)]
+    speeds, speed = [], row.surroundings.speed if row.surroundings else None
+    if row.surroundings and speed and speed.text:
+        gamma = np.interp(t, motion.t, motion.gamma).tolist()
+        speeds = [row.surroundings.speed_text(one, motion.beam.units) for one in gamma]
+    return {
+        "until": float(t[-1]),
+        "rate": max(scene.rate, float(t[-1]) / LONGEST),
+        "resolution": RESOLUTION,
+        "turning": ["floor", -1],
+        "palette": palette(scene.scene.view),
+        "strain": False,
+        "angle": np.interp(t, motion.t, motion.angle).tolist(),
+        "with_mass": [motion.has_mass(float(time)) for time in t],
+        "readings": values,
+        "captions": [caption.data for caption in beams.captions],
+        "speed": speed.point.name if speed and speeds else "",
+        "speeds": speeds,
+        "of_mass": [caption.point.name for caption in row.bodies.captions if caption.text],
+        "beams": [
+            beam_record(row)
+            | {"fields": steps(np.transpose(fields)), "parts": steps(scene.shapes.parts)}
+        ],
+    }
+
+
+def points_of(shapes: SampledModes, moved: NDArray) -> NDArray:
+    """Points of the axis displaced by `moved` (j, 2), each with a strain of 0: (4 j,)."""
+    points, _ = to_hub_frame(shapes, shapes.centreline + moved)
+    return np.column_stack([points, np.zeros(len(points))]).ravel()

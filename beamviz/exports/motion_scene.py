@@ -1,0 +1,65 @@
+"""A motion in time as a scene of films and pages."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam
+from beamviz.drawing import BeamScene, camera
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
+from beamviz.drawing.modes import playback_rate
+from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn, drawn_beam
+from beamviz.drawing.scene_graph import DrawnScene
+from beamviz.dynamics import Motion
+from beamviz.scene import Camera, Scene
+
+SECONDS = 3.0, 20.0  # shortest and longest film
+SAMPLES, MOST_SAMPLES = 40, 4001  # of the shapes, for each T* and in all
+
+
+class MotionScene:
+    """A motion as a scene, in the rotating frame. rate: time [T*] per second on the screen;
+    seconds: of a film."""
+
+    def __init__(self, motion: Motion, *, dark: bool = False):
+        self.motion, self.scene = motion, Scene.of(nodes=False, dark=dark)
+        count = min(math.ceil(SAMPLES * motion.t[-1]) + 1, MOST_SAMPLES)
+        t = np.linspace(0.0, motion.t[-1], max(count, len(motion.t)))
+        self.shapes = MotionShapes(motion, t)
+        self.rate = playback_rate(dominant_frequency(motion), float(abs(motion.gamma).max()))
+        self.seconds = float(np.clip(motion.t[-1] / self.rate, *SECONDS))
+
+    def beam(self, *, with_mass: bool) -> Beam:
+        """The beam to draw."""
+        beam = drawn_beam(self.motion)
+        return beam if with_mass else beam.replace(alpha=0.0)
+
+    def drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam:
+        """The beam, at `scale` [pixels per beam length]."""
+        beam, shapes = self.beam(with_mass=with_mass), self.shapes
+        return drawn(shapes.sampled, shapes.amplitudes, beam, self.scene.view, scale)
+
+    def camera(self, aspect: float) -> Camera:
+        """A camera that sees the beam at all times."""
+        position = camera.viewpoint(self.shapes.sampled, True, aspect)
+        reach = 1 + np.linalg.norm(self.reach(), ord=np.inf)
+        return Camera((position * reach).tolist())
+
+    def reach(self) -> NDArray:
+        """How far the tip moves from the mean (2,)."""
+        return abs(self.motion.tip - self.motion.tip.mean(axis=0)).max(axis=0)
+
+    def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
+        """The scene, at `scale` [pixels per beam length]."""
+        beams = BeamScene(scene)
+        beams.show(self.drawn(scale, with_mass=bool(self.motion.beam.alpha)))
+        return beams
+
+    def move(self, beams: BeamScene, moment: float) -> None:
+        """Move the beam drawn to a time."""
+        drawn, with_mass = beams.view(0).drawn, self.motion.has_mass(moment)
+        if with_mass != bool(drawn.shapes.beam.alpha):
+            beams.show(self.drawn(drawn.scale, with_mass=with_mass))
+        beams.tell_speed(self.shapes.gamma(moment))
+        beams.move(self.shapes.phases(moment), self.shapes.angle(moment))

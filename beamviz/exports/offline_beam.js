@@ -1,0 +1,119 @@
+/* Draws beams into the scene of an exported page. Repeats beam_mesh.segments of the package on the
+data of html_page.beam_record. */
+"use strict";
+const beamvizOffline = (() => {
+  const MAX_WEDGE = Math.tan(0.5), MIN_STEP = 10; // of a mode, in resolutions; less is rounding
+  const byId = (id) => document.getElementById(id);
+
+  /* The data of a script element, compressed JSON. */
+  async function unpacked(id) {
+    const packed = Uint8Array.from(atob(byId(id).textContent), (c) => c.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new Response(stream).json();
+  }
+
+  /* Turns columns of second differences, in integers, into numbers, in place. */
+  function undoSteps(columns, resolution) {
+    for (const values of columns)
+      for (const unit of [1, resolution])
+        values.forEach((step, k) => { values[k] = unit * step + (k ? values[k - 1] : 0); });
+  }
+
+  const send = (type, name, values) =>
+    window.__viserMutable?.messageQueue?.push({ type, name, owner: "", ...values });
+
+  /* Sets the properties of a node, from those of each of its instances. */
+  function update(name, instances) {
+    send("SceneNodeUpdateMessage", name, { updates: Object.fromEntries(
+      Object.keys(instances[0]).map((key) => {
+        const type = { batched_colors: Uint8Array, faces: Uint32Array }[key] ?? Float32Array;
+        return [key, type.from(instances.flatMap((one) => one[key]))];
+      })) });
+  }
+
+  /* Draws a beam. still, moved: four numbers of each station, x, y, z and strain, at rest and their
+  change; mode: the same of the mode whose nodes are marked, if one is. */
+  function draw(data, { root, normal, ...beam }, still, moved, mode) {
+    const now = moved.map((x, i) => x + still[i]), points = [];
+    for (let i = 0; i < now.length; i += 4) points.push([...now.slice(i, i + 3)]);
+    const steps = points.slice(1).map((b, i) => b.map((x, j) => x - points[i][j]));
+    const along = steps.map(([x, y, z]) => Math.atan2(normal[2] * y - normal[1] * z, x));
+    const wedge = along.map((direction, i) => // at the start of a piece
+      i && Math.min(Math.abs(Math.tan((direction - along[i - 1]) / 2)), MAX_WEDGE));
+    const on = (i, share) => ({ // at a part of the way along a piece
+      batched_positions: points[i].map((x, j) => x + share * steps[i][j]),
+      batched_wxyzs: [Math.cos(along[i] / 2), ...normal.map((x) => x * Math.sin(along[i] / 2))],
+    });
+    const pieces = steps.map((step, i) => {
+      const middle = [0, 1, 2].map((j) => moved[4 * i + j] + moved[4 * i + 4 + j]);
+      const value = data.strain ? beam.largest + now[4 * i + 3] : Math.hypot(...middle);
+      const share = Math.min(Math.max(value / (2 * beam.largest), 0), 1);
+      const colour = 3 * Math.round(share * (data.palette.length / 3 - 1));
+      const wedges = (beam.thicknesses[i] / 2) * (wedge[i] + (wedge[i + 1] ?? 0));
+      const scales = [Math.hypot(...step) + wedges, ...beam.sections[i]];
+      const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
+      return { ...on(i, 0.5), batched_scales: scales, ...colours };
+    });
+    update(`${root}/rotor/beam`, pieces);
+    update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));
+    const body = (station) => {
+      const piece = Math.min(station, pieces.length - 1);
+      return on(piece, station - piece);
+    };
+    for (const [name, at] of Object.entries(beam.bodies)) update(name, at.map(body));
+    for (const { name, station, above } of beam.labels_of_bodies)
+      send("SetPositionMessage", name, { position: above.map((x, j) => x + points[station][j]) });
+    if (!mode) return;
+    const ring = (i, share, size) =>
+      ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
+    const [length, larger] = beam.ring;
+    const rings = pieces.flatMap((_, i) => { // where the mode changes its sign
+      const [u, v] = [i, i + 1].map((n) => mode[4 * n + beam.component]);
+      const node = i && u * v < 0 && Math.abs(u - v) > MIN_STEP * data.resolution;
+      const whole = [length, ...beam.sections[i].map((x) => larger * x)];
+      return node ? [ring(i, u / (u - v), whole)] : [];
+    });
+    update(`${root}/rotor/nodes`, rings.length ? rings : [ring(0, 0, [0, 0, 0])]);
+  }
+
+  /* Turns the hub of a beam, or the ground, by an angle. */
+  function turn(data, { root }, angle) {
+    const half = (data.turning[1] * angle) / 2, wxyz = [Math.cos(half), 0, 0, Math.sin(half)];
+    send("SetOrientationMessage", `${root}/${data.turning[0]}`, { wxyz });
+  }
+
+  /* Calls `advance` with the seconds since the last frame in every frame, and `show` in those in
+  which the scene is there. */
+  function play(data, advance, show) {
+    let before = 0;
+    requestAnimationFrame(function frame(now) {
+      const viewer = window.__viserMutable;
+      advance(Math.min(now - before, 100) / 1000);
+      before = now;
+      requestAnimationFrame(frame);
+      if (!viewer?.camera || !viewer.nodeRefFromName[`${data.beams[0].root}/rotor/ends`]) return;
+      const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
+      viewer.cameraControl?.zoomTo(Math.min(1, clientWidth / clientHeight));
+      show();
+      viewer.requestRender();
+    });
+  }
+
+  /* A button that starts and pauses; it plays at first unless the visitor prefers reduced motion.
+  */
+  function playButton() {
+    const button = byId("play");
+    const state = {
+      playing: !matchMedia("(prefers-reduced-motion: reduce)").matches,
+      set(playing) {
+        state.playing = playing;
+        button.textContent = playing ? "Pause" : "Play";
+      },
+    };
+    state.set(state.playing);
+    button.onclick = () => state.set(!state.playing);
+    return state;
+  }
+
+  return { byId, unpacked, undoSteps, send, update, draw, turn, play, playButton };
+})();
