@@ -31,6 +31,7 @@ from beamviz.explorer.blade_table import (
     with_station,
     without,
     wrong_entries,
+    wrong_order,
 )
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.real_beam import ALONG, BUTTONS, MATERIALS, STEEL_BEAM, load
@@ -72,6 +73,12 @@ class BladePanel(Feature):
                 lambda draft, beam: draft._replace(masses=with_mass(draft.masses, beam))
             ),
         )
+        on(
+            "blade.stations.sort",
+            lambda _: self.edit(
+                lambda draft, _: draft._replace(stations=sorted_rows(draft.stations))
+            ),
+        )
         on("blade.root", self.choose_root)
         on(
             "blade.spring",
@@ -108,7 +115,6 @@ class BladePanel(Feature):
                 refused = Refused("blade", "", str(error))
                 visitor.change(lambda state: replace(state, refused=refused))
                 return
-            draft = draft._replace(stations=sorted_rows(draft.stations))
             try:
                 beam = None if wrong_entries(draft) else beam_of(draft, physical)
             except InvalidInput:
@@ -147,7 +153,7 @@ class BladePanel(Feature):
             refused = Refused(key, text if key == PASTE else "", str(error))
             self.visitor.change(lambda state: replace(state, refused=refused))
             return
-        self.edit(lambda draft, _: draft._replace(stations=rows))
+        self.edit(lambda draft, _: draft._replace(stations=sorted_rows(rows)))
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
@@ -346,6 +352,8 @@ def reasons_content(
     more = len(reasons) - MOST
     reasons = [*reasons[:MOST], *([f"and {more} more"] if more > 0 else [])]
     text = "".join(map(page.note, reasons))
+    if draft and wrong_order(draft.stations):
+        text += page.button("sort the stations", data_do="blade.stations.sort")
     text += "<p>Until then the scene shows the beam before.</p>" if draft else ""
     return page.html("blade-reasons", text) | page.value(PASTE, entry)
 
