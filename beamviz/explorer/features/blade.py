@@ -235,14 +235,14 @@ def is_shown(state: State) -> bool:
 def tables_read(snapshot: Snapshot) -> tuple[Any, ...]:
     state = snapshot.state
     case = state.case
-    values = case.numbers["mu"], case.units, case.blade, case.masses, case.root
+    values = case.nearest_beam().mu, case.units, case.blade, case.masses, case.root
     return is_shown(state), state.draft, *values
 
 
 def tables_content(
     shown: bool,
     draft: Draft | None,
-    mu: Any,
+    mu: float,
     units: Units,
     blade: Blade | None,
     masses: tuple[Mass, ...],
@@ -251,10 +251,7 @@ def tables_content(
     """The tables, as they are typed while they describe no beam."""
     if not shown:
         return page.html("blade", "")
-    try:
-        physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
-    except InvalidInput:
-        return {}
+    physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
     assert physical
     tables = draft or draft_of(physical)
     wrong = wrong_entries(tables) if draft else []
@@ -323,10 +320,7 @@ def numbers_content(shown: bool, case: Case) -> Content:
     """The dimensionless numbers, and values that are likely in another unit."""
     if not shown:
         return {}
-    try:
-        beam = case.beam()
-    except InvalidInput:
-        return {}
+    beam = case.nearest_beam()
     assert beam.units
     text = f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * beam.units.time:.4g} ms</p>"
     return page.html("blade-numbers", "".join(map(page.note, beam.doubts)) + text)
