@@ -295,7 +295,9 @@ def test_a_mistyped_position_stays_in_its_row(guest, session):
     type_in(guest, 1, 0, "4")
     guest.wait(lambda _: "blade.stations.sort" in guest.texts["blade-reasons"])
     guest.do("blade.stations.sort")
-    guest.wait(lambda _: [row[:2] for row in rows(guest)] == [["0", "1.2"], ["1", "0.5"], ["4", "1"]])
+    guest.wait(
+        lambda _: [row[:2] for row in rows(guest)] == [["0", "1.2"], ["1", "0.5"], ["4", "1"]]
+    )
     guest.wait(lambda _: guest.texts["blade-reasons"] == "")
 
 
