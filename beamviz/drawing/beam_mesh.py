@@ -112,6 +112,10 @@ MAX_PIECES = 256
 DEVIATION = 0.1  # [pixels] of a piece from a curve of the same curvature, in mid-picture
 STEP = 1 / 60  # largest difference of neighbouring pieces on the colour map
 STEP_OF_SECTION = 1.0  # [pixels] largest difference of their thickness or breadth
+# Least ends of the colour map. Differences of shapes have a rounding error of 1e-11 in the strain,
+# by which pieces move less than 1e-6 beam lengths with this end, and up to 2e-3 with 1e-9.
+LEAST_STRAIN = 1e-6
+LEAST_DISPLACEMENT = 1e-9  # [beam lengths]
 LONGEST = 1 / 4  # [beam lengths] longest piece
 ROUNDING = 1e-6  # of a number of pieces: it is whole where the colours run through all their map
 DEFAULT_SCALE = 1000.0  # [pixels per beam length]
@@ -144,10 +148,10 @@ class DrawnBeam:
     @cached_property
     def largest(self) -> float:
         """The end of the colour map, not 0: a bound of displacement or |axial strain| over time."""
-        largest = self.amplitudes.sum()
         if self.view.colouring == "axial strain":
             largest = (np.abs(self.shapes.strain) + self.amplitudes @ self.shapes.strains).max()
-        return max(float(largest), 1e-9)
+            return max(float(largest), LEAST_STRAIN)
+        return max(float(self.amplitudes.sum()), LEAST_DISPLACEMENT)
 
     @property
     def shown(self) -> list[int]:

@@ -199,7 +199,7 @@ def column_of(head: str, columns: Sequence[Column]) -> int:
 
 
 def sorted_rows(rows: Rows) -> Rows:
-    """Stations by position, unless one of them is no number."""
+    """Stations by position; unchanged where one of them is no number."""
     if not all(is_number(row[0]) for row in rows):
         return rows
     return tuple(sorted(rows, key=lambda row: number_of(row[0])))
@@ -224,6 +224,18 @@ def wrong_cells(name: str, columns: Sequence[Column], rows: Rows) -> list[Wrong]
     return found
 
 
+def wrong_order(rows: Rows) -> list[Wrong]:
+    """The positions of stations that are below the one before. They stay where they are typed: a
+    mistyped one would else be in another row."""
+    found = []
+    for i, ((before, *_), (here, *_)) in enumerate(pairwise(rows), 1):
+        if is_number(before) and is_number(here) and number_of(here) < number_of(before):
+            reason = f"below that of station {i}, {before}: correct it, or sort the stations"
+            text = f"station {i + 1}, {STATIONS[0].head} = {here}: {reason}"
+            found.append(Wrong("stations", i, 0, text))
+    return found
+
+
 def wrong_entries(draft: Draft) -> list[Wrong]:
     """What is wrong in the tables, cell by cell, and with positions."""
     found = wrong_cells("stations", STATIONS, draft.stations)
@@ -235,6 +247,7 @@ def wrong_entries(draft: Draft) -> list[Wrong]:
         head = STATIONS[-1].head
         text = f"station {missing + 1}, {head} = nothing: {reason}"
         found.append(Wrong("stations", missing, len(STATIONS) - 1, text))
+    found += wrong_order(draft.stations)
     if not found and (first := number_of(draft.stations[0][0])) > 0:
         reason = "must be 0, at the root; the distance from the axis to the root is the hub radius"
         found.append(Wrong("stations", 0, 0, f"station 1, position [m] = {first:g}: {reason}"))

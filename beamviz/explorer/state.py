@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -20,7 +20,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.blade_table import Draft
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
-from beamviz.solver.problem import CHOICES, OPTIONS
+from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, supported_options
 from beamviz.units import Units
 
 # Terms of the equations, each on or off.
@@ -77,11 +77,18 @@ class Case:
 
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
+        return self._beam
+
+    @cached_property
+    def _beam(self) -> Beam:
+        """A frame asks a dozen times: to check the numbers anew takes 6 % of it."""
         return Beam(**self.numbers, **self.structure)
 
     def nearest_beam(self) -> Beam:
         """The beam with each number that is out of range replaced by the nearest one allowed, by
         the default where it is no number."""
+        with contextlib.suppress(InvalidInput):
+            return self.beam()
         numbers: dict[str, Any] = {}
         for name, parameter in NUMBERS.items():
             value = self.numbers[name]
@@ -90,6 +97,13 @@ class Case:
             numbers[name] = min(max(float(value), low), high) if known else getattr(Beam, name)
         numbers["gamma"] = min(numbers["gamma"], MAX_GAMMA_OVER_MU * numbers["mu"])
         return Beam(**numbers, **self.structure)
+
+    @property
+    def nearest(self) -> Self:
+        """The nearest case that is valid: with its nearest beam, and options that its method takes."""
+        beam = self.nearest_beam()
+        numbers = {name: getattr(beam, name) for name in NUMBERS}
+        return replace(self, numbers=numbers, options=supported_options(self.options))
 
     def changed(self, name: str, value: Any) -> Self:
         """With one number or keyword of `solve` changed; a spin-up replaces straight by stable."""
@@ -100,8 +114,16 @@ class Case:
         if name in TERMS:
             return self.with_options(**{name: bool(value)})
         if name in CHOICES and value in CHOICES[name]:
-            return self.with_options(**{name: value})
+            case = self.with_options(**{name: value})
+            return case.with_resolution() if name == "method" else case
         return self
+
+    def with_resolution(self) -> Self:
+        """With the usual resolution where the method does not take the present one, which no
+        control shows."""
+        unsupported = METHODS[self.options["method"]].unsupported
+        names = (name for name in unsupported if OPTIONS[name].resolution)
+        return self.with_options(**{name: OPTIONS[name].default for name in names})
 
     def with_options(self, **options: Any) -> Self:
         return replace(self, options={**self.options, **options})

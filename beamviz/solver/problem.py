@@ -6,7 +6,7 @@ links, scene files, JSON and the documentation follow from `OPTIONS`.
 
 import inspect
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields
 from functools import cached_property, lru_cache
@@ -327,6 +327,16 @@ def _checked_problem(**values: Any) -> Problem:
                 f" methods that do: {', '.join(entry.methods)}"
             )
     return problem
+
+
+def supported_options(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Valid options, those that their method does not take by default."""
+    try:
+        parse_keywords(**values)
+    except InvalidInput:
+        unsupported = METHODS[values["method"]].unsupported
+        return {**values, **{name: OPTIONS[name].default for name in unsupported}}
+    return dict(values)
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -92,6 +92,7 @@ def test_a_job_takes_few_clicks(opened, clicks, result):
             opened.call("Input.insertText", text=text)
             opened.key("Enter")
     opened.wait(result)
+    assert opened.problems == []
 
 
 def test_a_picture_is_saved_in_two_clicks(opened, tmp_path):

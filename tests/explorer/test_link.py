@@ -128,6 +128,57 @@ def test_the_address_is_updated_and_a_reload_shows_the_same(guest, url):
         shows(later, f"{query}&nodes=false")
 
 
+IMPOSSIBLE = {  # edits
+    "number": [("alpha", 1e9)],
+    "no number": [("gamma", "fast")],
+    "two numbers": [("mu", 20.0), ("gamma", 150.0)],
+    "real beam": [("link", f"?{STEEL}&mass=0.1"), ("beta", -3.0)],
+    "term": [("softening", False), ("method", "ancf")],
+    "method": [("method", "chebyshev"), ("coriolis", True), ("keep", None), ("beta", 2.0)],
+}
+
+
+@pytest.mark.parametrize("edits", IMPOSSIBLE.values(), ids=IMPOSSIBLE)
+def test_the_address_of_an_impossible_state_is_that_state(guest, url, edits):
+    """With its numbers out of range and the options that its method does not take."""
+    guest.do("link", "?gamma=7")
+    shows(guest, "gamma=7.0")
+    for name, value in edits:
+        guest.do(name, value)
+    guest.wait(lambda _: "entered=" in guest.parts["address"])
+    guest.wait(lambda _: "state bad" in guest.texts["equilibrium"])
+    address = guest.parts["address"]
+    with visitor(url) as later:
+        later.do("link", f"?{address}")
+        shows(later, address)
+        later.wait(lambda _: later.texts["equilibrium"] == guest.texts["equilibrium"])
+        assert later.said == []
+    guest.do("link", "?gamma=7")
+    shows(guest, "gamma=7.0")
+
+
+@pytest.mark.parametrize("entered", ["3", "{alpha = [1]}", "{beta = {a = 1}}", "{colour = 1}"])
+def test_what_is_no_number_or_option_is_not_entered(entered):
+    """A link that no page wrote."""
+    with pytest.raises(InvalidInput, match=r"entered|before"):
+        parse_link(f"entered={entered}")
+
+
+def test_a_beam_that_is_too_long_for_a_link_has_none(guest):
+    """The link of an earlier beam would be copied in its place."""
+    guest.do("link", "?gamma=7")
+    shows(guest, "gamma=7.0")
+    guest.do("blade.begin", until="Paste a table")
+    x = [k / 199 for k in range(200)]
+    guest.do("blade.paste", "\n".join(f"{at:.7f} {1 + at:.7f} 300 3e7 150" for at in x))
+    guest.wait(lambda _: guest.props["copy-link"].get("disabled"))
+    assert "save it as a scene file" in guest.props["copy-link"]["title"]
+    assert guest.parts["address"] == ""
+    guest.do("undo")
+    guest.wait(lambda _: not guest.props["copy-link"].get("disabled"))
+    assert "length=" in guest.parts["address"]
+
+
 def test_the_address_names_the_lesson_and_its_step(guest):
     """With the changes to its scene. An invalid link leaves that of the server, with a message."""
     guest.do("link", "?lesson=magic")

@@ -205,19 +205,12 @@ def test_on_a_phone_the_line_is_dragged_by_touch_and_a_crossing_is_tapped(desk):
     desk.resize(390, 844)
     desk.wait(f"{MARKS}.length === 2")
 
-    def touch(kind: str, *points: tuple[float, float]) -> None:
-        places = [{"x": x, "y": y} for x, y in points]
-        desk.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
-
     left, top, width, height = desk.box(PLOT, frames=40)
     y = top + 0.25 * height
-    touch("touchStart", (left + 0.4 * width, y))
-    for step in range(1, 9):
-        touch("touchMove", (left + (0.4 + 0.03 * step) * width, y))
-    touch("touchEnd")
+    desk.swipe((left + 0.4 * width, y), (left + 0.64 * width, y))
     wait_until(lambda: 8 < desk.number("gamma") == pytest.approx(value(desk)))
     left, top, width, height = desk.box(f"{MARKS}[0]", frames=40)
-    touch("touchStart", (left + width / 2, top + height / 2))
-    touch("touchEnd")
+    desk.touch("touchStart", (left + width / 2, top + height / 2))
+    desk.touch("touchEnd")
     wait_until(lambda: desk.number("gamma") == crossing(TIP))
     assert desk.evaluate("document.documentElement.scrollWidth") <= 390

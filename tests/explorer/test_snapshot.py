@@ -270,8 +270,7 @@ SEEDS = 1, 2  # the fastest
     "seed", [*SEEDS, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, *range(3, 8)))]
 )
 def test_a_page_equals_a_fresh_one_on_its_address(start, frame_loops, seed):
-    """Four times, each after 25 edits without a pause, with reduced motion: no clock runs. The last
-    number of each is a valid one, as an address has no other."""
+    """Four times, each after 25 edits without a pause, with reduced motion: no clock runs."""
     chance = random.Random(seed)
     with visitor(start) as guest:
         guest.do("preferences", "still")
@@ -280,19 +279,14 @@ def test_a_page_equals_a_fresh_one_on_its_address(start, frame_loops, seed):
         for _ in range(4):
             done = [edit(chance) for _ in range(25)]
             done += [("real.length", chance.uniform(200, 900)), ("tab", chance.choice(TABS))]
-            done += [(name, one) for name, one in VALID.items() if chance.random() < 0.5]
+            done += [(name, one) for name, one in VALID.items() if chance.random() < 0.4]
             for action, value in done:
                 guest.do(action, value)
             settled(guest, loop, session)
-            if "out of range" in guest.texts["equilibrium"]:
-                for name, value in (VALID | SOLVED).items():
-                    guest.do(name, value)
-                settled(guest, loop, session)
             compare_with_fresh(start, guest, loop, done)
 
 
 TABS = ("frequencies", "veering", "compare", "lessons", "export", "map")
-SOLVED = {"method": "auto", "state": "straight", "softening": True, "stiffening": True}
 VALID = {"alpha": 1.0, "beta": 0.5, "gamma": 5.0, "delta": 0.25, "mu": 70.0, "spin_up": 0.0}
 
 

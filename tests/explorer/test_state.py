@@ -46,6 +46,14 @@ def test_shares_of_modes_are_clamped_and_a_spin_up_bends_a_straight_beam():
     assert START.changed("spin_up", 0.0) == START
 
 
+def test_another_method_has_its_own_resolution():
+    """No control shows the number of elements of a link, and not every method takes one."""
+    case = Case.of(Scene(PAPER, {"method": "linear", "elements": 30}))
+    assert case.changed("method", "ancf").options["elements"] == 30
+    for method in ("auto", "chebyshev"):
+        assert case.changed("method", method).options["elements"] is None
+
+
 def test_a_fixed_viewpoint_is_dropped_if_the_beam_leaves_the_picture():
     """Other edits keep it."""
     state = START.loaded(Scene(PAPER, camera=Camera((1, 2, 3))))

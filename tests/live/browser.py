@@ -111,6 +111,21 @@ class Page:
             self.next_frame()
         self.mouse("mouseReleased", *end)
 
+    def touch(self, kind: str, *points: Sequence[float]) -> None:
+        """A touch event at points of the page; none at its end."""
+        places = [{"x": x, "y": y} for x, y in points]
+        self.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
+
+    def swipe(self, start: Sequence[float], end: Sequence[float]) -> None:
+        """Drag a finger from one point of the page to another."""
+        (x, y), (to_x, to_y) = start, end
+        self.touch("touchStart", start)
+        for k in range(1, 11):
+            self.next_frame()
+            self.touch("touchMove", (x + k / 10 * (to_x - x), y + k / 10 * (to_y - y)))
+        self.next_frame()
+        self.touch("touchEnd")
+
     def drag_along(self, script: str, *parts: float) -> None:
         """Drag along an element from one fraction of its width to another."""
         left, top, width, height = self.box(script)

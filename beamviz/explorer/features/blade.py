@@ -31,6 +31,7 @@ from beamviz.explorer.blade_table import (
     with_station,
     without,
     wrong_entries,
+    wrong_order,
 )
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.real_beam import ALONG, BUTTONS, MATERIALS, STEEL_BEAM, load
@@ -72,6 +73,12 @@ class BladePanel(Feature):
                 lambda draft, beam: draft._replace(masses=with_mass(draft.masses, beam))
             ),
         )
+        on(
+            "blade.stations.sort",
+            lambda _: self.edit(
+                lambda draft, _: draft._replace(stations=sorted_rows(draft.stations))
+            ),
+        )
         on("blade.root", self.choose_root)
         on(
             "blade.spring",
@@ -108,7 +115,6 @@ class BladePanel(Feature):
                 refused = Refused("blade", "", str(error))
                 visitor.change(lambda state: replace(state, refused=refused))
                 return
-            draft = draft._replace(stations=sorted_rows(draft.stations))
             try:
                 beam = None if wrong_entries(draft) else beam_of(draft, physical)
             except InvalidInput:
@@ -147,7 +153,7 @@ class BladePanel(Feature):
             refused = Refused(key, text if key == PASTE else "", str(error))
             self.visitor.change(lambda state: replace(state, refused=refused))
             return
-        self.edit(lambda draft, _: draft._replace(stations=rows))
+        self.edit(lambda draft, _: draft._replace(stations=sorted_rows(rows)))
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
@@ -229,14 +235,14 @@ def is_shown(state: State) -> bool:
 def tables_read(snapshot: Snapshot) -> tuple[Any, ...]:
     state = snapshot.state
     case = state.case
-    values = case.numbers["mu"], case.units, case.blade, case.masses, case.root
+    values = case.nearest_beam().mu, case.units, case.blade, case.masses, case.root
     return is_shown(state), state.draft, *values
 
 
 def tables_content(
     shown: bool,
     draft: Draft | None,
-    mu: Any,
+    mu: float,
     units: Units,
     blade: Blade | None,
     masses: tuple[Mass, ...],
@@ -245,10 +251,7 @@ def tables_content(
     """The tables, as they are typed while they describe no beam."""
     if not shown:
         return page.html("blade", "")
-    try:
-        physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
-    except InvalidInput:
-        return {}
+    physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
     assert physical
     tables = draft or draft_of(physical)
     wrong = wrong_entries(tables) if draft else []
@@ -317,10 +320,7 @@ def numbers_content(shown: bool, case: Case) -> Content:
     """The dimensionless numbers, and values that are likely in another unit."""
     if not shown:
         return {}
-    try:
-        beam = case.beam()
-    except InvalidInput:
-        return {}
+    beam = case.nearest_beam()
     assert beam.units
     text = f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * beam.units.time:.4g} ms</p>"
     return page.html("blade-numbers", "".join(map(page.note, beam.doubts)) + text)
@@ -346,6 +346,8 @@ def reasons_content(
     more = len(reasons) - MOST
     reasons = [*reasons[:MOST], *([f"and {more} more"] if more > 0 else [])]
     text = "".join(map(page.note, reasons))
+    if draft and wrong_order(draft.stations):
+        text += page.button("sort the stations", data_do="blade.stations.sort")
     text += "<p>Until then the scene shows the beam before.</p>" if draft else ""
     return page.html("blade-reasons", text) | page.value(PASTE, entry)
 

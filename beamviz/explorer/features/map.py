@@ -179,9 +179,11 @@ def map_content(
 
 
 def place_content(answer: Answer[MapRequest, BeamMap] | None, beam: Beam | None) -> Content:
-    """The place of the beam in the map."""
-    if answer is None or beam is None:
+    """The place of the beam in the map; none where a number is out of range."""
+    if answer is None:
         return {}
+    if beam is None:
+        return page.chart("map-chart", {"cursor": None})
     x, y = (
         float(one.factor * getattr(beam, name))
         for one, name in zip(answer.request.measures, answer.request.over, strict=False)

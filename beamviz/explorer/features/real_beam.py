@@ -18,7 +18,6 @@ from beamviz.explorer.page import Content
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
-from beamviz.scene import Scene
 from beamviz.si import SI_REQUIRED, PhysicalBeam
 
 RPM = math.pi / 30  # [rad/s]
@@ -286,12 +285,10 @@ class RealBeamPanel(Feature):
 def load(
     visitor: Visitor, key: str, edit: Callable[[Beam], Beam], entry: Any = "", **values: Any
 ) -> None:
-    """Show another beam, with other values of the state by field name; or refuse the entry of the
-    field with this key."""
-    try:
-        scene = visitor.to_scene()
-    except InvalidInput:  # a number is out of range
-        scene = Scene()
+    """Show another beam, made of the one that is shown, with other values of the state by field
+    name; or refuse the entry of the field with this key."""
+    state = visitor.state
+    scene = replace(state, case=state.case.nearest).to_scene()
     try:
         beam = edit(scene.beam)
     except InvalidInput as error:
@@ -305,11 +302,9 @@ def load(
 
 
 def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
-    """The values of the beam, unless a number is out of range; a refused entry with the reason."""
-    try:
-        beam = case.beam()
-    except InvalidInput:
-        return {}
+    """The values of the beam, of the nearest one where a number is out of range; a refused entry
+    with the reason."""
+    beam = case.nearest_beam()
     if beam.physical and (section == ALONG or not beam.is_uniform):
         return page.html("real-beam", "")  # it has a panel of its own
     if not entries(beam):

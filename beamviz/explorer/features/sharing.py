@@ -116,6 +116,19 @@ def check_draft(text: Any) -> Draft:
     return draft
 
 
+ENTERED = "entered"  # key of a link: what of the case is out of range, or not taken by its method
+
+
+def check_entered(values: Any) -> dict[str, Any]:
+    """Numbers as entered, and options of the model. Raises InvalidInput."""
+    values = values if isinstance(values, dict) else {"": values}
+    numbers = {name: one for name, one in values.items() if name in NUMBERS}
+    if any(isinstance(one, dict | list) for one in numbers.values()):
+        raise InvalidInput(f"{ENTERED} = {numbers!r}: must be numbers")
+    others = {name: one for name, one in values.items() if name not in NUMBERS}
+    return numbers | check_before(others)
+
+
 # Keys of a link besides those of a scene: the field of the state, and the check of its value.
 KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "lesson": ("lesson", lambda name: lesson(str(name)).name),
@@ -199,8 +212,11 @@ def described(keys: dict[str, Any]) -> Link:
     """The link of these keys and values. Raises InvalidInput."""
     known = {key: KEYS[key] for key in KEYS if keys.get(key) is not None}
     values = {name: check(keys[key]) for key, (name, check) in known.items()}
+    if ENTERED in keys:
+        values[ENTERED] = check_entered(keys[ENTERED])
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
-    scene = Scene.from_query({key: keys[key] for key in keys if key not in known}, base)
+    of_scene = {key: keys[key] for key in keys if key not in known and key != ENTERED}
+    scene = Scene.from_query(of_scene, base)
     return Link(within_limits(scene), values)
 
 
@@ -214,12 +230,17 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     else:
         scene = scene.changed(dark=state.view.dark)
         state = replace(state.loaded(scene), opened=scene)
+    state = replace(state, case=changed_case(state.case, values.pop(ENTERED, {})))
     if (kept := values.pop("kept", None)) is not None:
-        case = state.case
-        for key, value in kept.items():
-            case = case.changed(key, value)
-        state = replace(state, kept=case)
+        state = replace(state, kept=changed_case(state.case, kept))
     return replace(state, **values)
+
+
+def changed_case(case: Case, values: dict[str, Any]) -> Case:
+    """A case with other values of some numbers and options."""
+    for key, value in values.items():
+        case = case.changed(key, value)
+    return case
 
 
 class Links(Feature):
@@ -256,20 +277,22 @@ class Links(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state, s.chosen), self.address),
+            Part(lambda s: (s.state, s.chosen), self.address, waits=True),
             Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content),
         )
 
     def address(self, state: State, chosen: Camera | None) -> Content:
-        """The address of the state, unless the page has not sent its own or a number is out of
-        range."""
+        """The address of the state, unless the page has not sent its own; none, with the reason,
+        for a beam that is too long for one."""
         if state.reserved is None:
             return {}
+        query = reason = ""
         try:
             query = query_of(state, chosen, self.start)
-        except InvalidInput:
-            return {}
-        return {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
+        except InvalidInput as error:
+            reason = str(error)
+        found = {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
+        return found | page.props("copy-link", disabled=bool(reason), title=reason or None)
 
 
 def shown_content(is_shown: bool) -> Content:
@@ -280,7 +303,8 @@ def shown_content(is_shown: bool) -> Content:
 def query_of(state: State, chosen: Camera | None, start: State) -> str:
     """The query of a link to a state and a viewpoint; "" for those at the start, or of a presenter.
     start: the state of a page that opens without a query."""
-    scene = replace(state.to_scene(), camera=chosen)
+    nearest = replace(state, case=state.case.nearest)
+    scene = replace(nearest.to_scene(), camera=chosen)
     own = {name: getattr(state.view, name) for name in OWN}
     first = replace(start, view=replace(start.view, **own))
     pairs = extra_pairs(state)
@@ -315,8 +339,10 @@ def extra_pairs(state: State) -> dict[str, Any]:
         values["motion"] = state.experiment.text
     if "draft" in values:
         values["draft"] = text_of_draft(state.draft) if state.draft else ""
+    if entered := inline_table(state.case, state.case.nearest):
+        values[ENTERED] = entered
     if "before" in values:
-        values["before"] = inline_table(state.kept, state.case) if state.kept else "{}"
+        values["before"] = (state.kept and inline_table(state.kept, state.case)) or "{}"
     words = {True: "true", False: "false"}
     return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
 
@@ -328,11 +354,12 @@ def is_same(one: Any, other: Any) -> bool:
 
 
 def inline_table(case: Case, other: Case) -> str:
-    """What a case has otherwise than another one, as an inline table of TOML."""
+    """What a case has otherwise than another one, as an inline table of TOML; "" for nothing."""
     values, others = case.options | case.numbers, other.options | other.numbers
     known = (*NUMBERS, *CHOICES, *TERMS)
     changed = {k: v for k, v in values.items() if k in known and not is_same(v, others[k])}
-    return f"{{{', '.join(f'{key} = {json.dumps(value)}' for key, value in changed.items())}}}"
+    pairs = ", ".join(f"{key} = {json.dumps(value)}" for key, value in changed.items())
+    return f"{{{pairs}}}" if pairs else ""
 
 
 # Files

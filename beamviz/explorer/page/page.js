@@ -462,7 +462,11 @@ const beamviz = (() => {
     });
     document.addEventListener("paste", onPaste);
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
-    document.addEventListener("pointerdown", (event) => (held = event.target.closest(ALL)), true);
+    document.addEventListener("pointerdown", (event) => {
+      held = event.target.closest(ALL);
+      // viser calls it in a passive listener: without effect, but with an error in the console
+      if (event.target.matches("#root canvas")) event.preventDefault = () => {};
+    }, true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
     for (const query of Object.values(PREFERENCES)) media(query).addEventListener("change", sendPreferences);

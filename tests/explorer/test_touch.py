@@ -1,0 +1,82 @@
+"""What is dragged in the scene by a finger, on a phone."""
+
+import contextlib
+from collections.abc import Iterator
+
+import pytest
+from live.browser import NODES, READY, Page, page
+from live.server import wait_until
+
+from beamviz.beam import Beam
+from beamviz.dynamics import motion
+from beamviz.explorer import explorer
+from beamviz.explorer.session import Session
+from beamviz.scene import Scene
+
+pytestmark = pytest.mark.slow
+BEAM = Beam(alpha=1, beta=0.5, gamma=3)
+FIRST = Scene.of(BEAM, shares=[1.0], amplitude=0.0, playing=False, rotating_frame=True)
+PULL = "?alpha=1&beta=0.5&gamma=3&tab=motion&moving=true&motion={until=4.0}"
+
+
+@pytest.fixture
+def phone(frame_loops) -> Iterator[tuple[Page, Session]]:
+    """A page on a phone, and its session."""
+    with explorer(FIRST) as url, page(url, 390, 844) as shown:
+        shown.wait(READY)
+        shown.resize(390, 844)
+        shown.evaluate("scrollTo(0, 0)")
+        (session,) = frame_loops[-1].sessions.values()
+        yield shown, session
+
+
+def place(shown: Page, x: float, y: float) -> list[float]:
+    """Where a point of the plane of rotation, in the frame of the hub, is on the page."""
+    return shown.evaluate(f"""(() => {{
+      const {{ camera, canvas }} = window.__viserMutable, wheel = {NODES}['/scene/rotor'];
+      const at = wheel.localToWorld(wheel.position.clone().set({x}, {y}, 0)).project(camera);
+      const r = canvas.getBoundingClientRect();
+      return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2]; }})()""")
+
+
+def scrolled(shown: Page) -> float:
+    return shown.evaluate("scrollY")
+
+
+def test_the_mass_is_dragged_by_a_finger(phone):
+    """To where the finger leaves it, to a hundredth; the page does not scroll meanwhile."""
+    shown, _ = phone
+    shown.wait(f"!!{NODES}?.['/scene/rotor/mass']")
+    for _ in range(4):  # a busy machine may see the finger go by
+        shown.swipe(place(shown, 0.5, 0.0), place(shown, 0.8, 0.0))
+        with contextlib.suppress(TimeoutError):
+            wait_until(lambda: abs(shown.number("beta") - 0.8) < 0.01, 10)
+            break
+        shown.send("beta", 0.5)
+        wait_until(lambda: shown.number("beta") == 0.5)
+    assert shown.number("beta") == pytest.approx(0.8, abs=0.01)
+    assert scrolled(shown) == 0
+    assert shown.problems == []
+
+
+def test_the_tip_is_pulled_by_a_finger(phone):
+    """And let go: the motion begins with the force that held it there."""
+    shown, session = phone
+    shown.send("link", PULL)
+    wait_until(lambda: session.snapshot.film)
+    shown.evaluate("scrollTo(0, 0)")
+    for _ in range(4):
+        shown.send("playing", False)
+        shown.send("moment", 0.4)
+        wait_until(lambda: session.visitor.clock.moment == 0.4)
+        x, y, _ = session.view.beam.line[-1]
+        shown.swipe(place(shown, x - 0.02, y), place(shown, 0.93, -0.3))
+        with contextlib.suppress(TimeoutError):
+            wait_until(lambda: session.visitor.state.experiment.pull < 0, 10)
+            break
+    own = session.visitor.state.experiment
+    held = motion(BEAM, 0.1, release=own.pull, release_at=own.pull_at)
+    assert own.pull_at == 1.0
+    assert held.tip[0, 1] == pytest.approx(-0.3, abs=0.02)
+    assert scrolled(shown) == 0
+    assert shown.problems == []
