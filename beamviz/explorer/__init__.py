@@ -27,7 +27,8 @@ from beamviz.signals import Terminated, terminate_on_signal
 from beamviz.solver import solve
 
 KEY_BYTES = 16
-M_ARENA_MAX = -8  # parameter of glibc's mallopt
+M_MMAP_THRESHOLD, M_ARENA_MAX = -3, -8  # parameters of glibc's mallopt
+LARGE = 4 * 2**20  # [bytes] of an array that is returned to the system as soon as it is freed
 SLEEP = 0.5  # [s] between two checks for a signal
 
 
@@ -61,7 +62,7 @@ def serve(
     access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
     access |= {"max_visitors": visitors}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
-    limit_arenas()
+    limit_memory()
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
     with suppress(Terminated), terminate_on_signal(), ExitStack() as stack:
         if count > 1:
@@ -78,12 +79,15 @@ def serve(
         run()
 
 
-def limit_arenas() -> None:
+def limit_memory() -> None:
     """Let all threads allocate from one arena of glibc: what one has freed, another takes. In five
-    minutes of random use by one visitor the server then takes 160 MB instead of 250."""
+    minutes of random use by one visitor the server then takes 160 MB instead of 250. Arrays of
+    charts of long blades are LARGE: between them the arena would keep what they have freed."""
     if sys.platform == "linux":
         with suppress(OSError, AttributeError):  # another C library
-            ctypes.CDLL(None).mallopt(M_ARENA_MAX, 1)
+            libc = ctypes.CDLL(None)
+            libc.mallopt(M_ARENA_MAX, 1)
+            libc.mallopt(M_MMAP_THRESHOLD, LARGE)
 
 
 def check_scene(scene: Scene) -> None:
