@@ -389,8 +389,9 @@ def blade_page(url) -> Iterator[Page]:
         yield opened
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
+@pytest.mark.parametrize(
+    ("size", "scheme"), [((1440, 900), "light"), ((390, 844), "dark")], ids=str
+)
 def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, size, scheme):
     """With a wrong cell; letters of 14 px, targets of 24 px, of 44 px on a phone; nothing is wider
     than a phone."""

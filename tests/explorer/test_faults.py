@@ -83,14 +83,14 @@ def alone(frame_loops: list[FrameLoop], count: int = 1) -> None:
 
 
 @pytest.mark.slow
-def test_a_thousand_visits_leak_nothing(url, other, frame_loops):
-    """Of 1000 every 50th opens a session: no session, thread, socket or object for each is left."""
+def test_many_visits_leak_nothing(url, other, frame_loops):
+    """Of 400 every 50th opens a session: no session, thread, socket or object for each is left."""
     come_and_go(url, visits=100)  # what is built once, is built
     alone(frame_loops)
     threads, files, objects = left()
-    come_and_go(url, visits=1000)
+    come_and_go(url, visits=400)
     alone(frame_loops)
-    most = threads, files, objects + 500  # a visit that left one object would leave 1000
+    most = threads, files, objects + 200  # a visit that left one object would leave 400
     wait_until(lambda: all(now <= limit for now, limit in zip(left(), most, strict=True)))
 
 
