@@ -363,6 +363,14 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
         opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
         assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
+        assert opened.problems == []
+
+
+@pytest.mark.slow
+def test_a_blade_of_many_stations_outlives_a_reload(url):
+    """By its address."""
+    with page(url, 1440, 900) as opened:
+        opened.wait(says("Real beam"))
         opened.send("blade.preset", "nrel-5mw-blade")
         opened.wait(f"{CELLS}.length === 5 * 49 && location.search.includes('61.5')")
         opened.wait("location.search.length > 2000")

@@ -192,7 +192,8 @@ def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
         "?tab=veering": f"{height} < innerHeight - 160",
         "?lesson=buckling": f"!{by_id('lesson')}.hidden && {end} <= innerHeight + 1",
     }
-    for query, shown in expected.items():
-        with page(f"{url}/{query}", 390, 844) as fresh:
-            fresh.wait(f"{READY} && {says('1st bending')}")
+    with page("about:blank", 390, 844) as fresh:
+        for query, shown in expected.items():
+            fresh.call("Page.navigate", url=f"{url}/{query}")
+            fresh.wait(f"location.search === '{query}' && {READY} && {says('1st bending')}")
             fresh.wait(shown)

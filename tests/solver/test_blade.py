@@ -71,7 +71,7 @@ def test_random_blades(seed):
     assert found["kind"] in ("within", "no-equilibrium", "another-state", "unknown"), found
 
 
-@pytest.mark.parametrize("seed", [*range(4), *slow(*range(4, 40))])
+@pytest.mark.parametrize("seed", [0, 2, 3, *slow(1, *range(4, 40))])
 def test_random_deflected_blades(seed):
     """Inward ones past buckling, and ones that spin up."""
     found = bent_verdict(random_bent_scene(seed, blades=True))
