@@ -194,7 +194,13 @@ def test_letters_do_not_move_the_camera_and_can_be_switched_off(shown):
     """W and A do nothing; P plays and pauses, but not when single-letter keys are off."""
     camera = "Object.values(window.__viserMutable.camera.position).map(x => x.toFixed(6)).join()"
     shown.evaluate("document.activeElement.blur()")
-    before = shown.evaluate(camera)
+
+    def at_rest() -> str | None:
+        before = shown.evaluate(camera)
+        shown.next_frame(20)
+        return before if shown.evaluate(camera) == before else None
+
+    before = wait_until(at_rest)
     for letter in "waqe":
         shown.key(letter, frames=5)
     assert shown.evaluate(camera) == before

@@ -115,6 +115,7 @@ def test_each_row_shows_one_mode(guest, session, beam):
     """Five rows instead of one beam, and back; in row k the beam moves as mode k; titles name the
     modes. At the clamp is a small drum: whole hubs above each other would cover the beams."""
     guest.do("load", f"beam.toml\n{Scene.of(beam, all_modes=True, playing=False).to_toml()}")
+    guest.shows(beam)
     guest.wait(lambda _: guest.nodes["/mode 5"].get("visible"))
     catch_up(guest)
     assert guest.nodes["/scene"]["visible"] is False
