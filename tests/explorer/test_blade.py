@@ -371,11 +371,11 @@ def test_a_blade_of_many_stations_outlives_a_reload(url):
     """By its address."""
     with page(url, 1440, 900) as opened:
         opened.wait(says("Real beam"))
-        opened.send("blade.preset", "nrel-5mw-blade")
-        opened.wait(f"{CELLS}.length === 5 * 49 && location.search.includes('61.5')")
-        opened.wait("location.search.length > 2000")
+        shown = f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49"
+        opened.send("blade.preset", "nrel-5mw-blade", until=shown)
+        opened.wait("location.search.includes('61.5') && location.search.length > 2000")
         opened.call("Page.reload")
-        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49")
+        opened.wait(shown)
         assert opened.problems == []
 
 
