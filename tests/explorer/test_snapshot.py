@@ -257,10 +257,10 @@ def start(frame_loops) -> Iterator[str]:
         yield url
 
 
-SEEDS = 4, 5  # the fastest
+SEEDS = 1, 5  # fast ones
 
 
-@pytest.mark.parametrize("seed", [*SEEDS, *slow(1, 2, 6)])
+@pytest.mark.parametrize("seed", [*SEEDS, *slow(2, 4, 6)])
 def test_a_page_equals_a_fresh_one_on_its_address(start, frame_loops, seed):
     """Four times, each after 25 edits without a pause, with reduced motion: no clock runs. The last
     number of each is a valid one, as an address has no other."""
