@@ -1,5 +1,6 @@
 """Cases and charts for tests."""
 
+from functools import cache
 from typing import Any
 
 from beamviz.beam import Beam
@@ -15,6 +16,7 @@ def case(beam: Beam, **options: Any) -> Case:
     return Case.of(Scene(beam)).with_options(**options)
 
 
+@cache
 def chart_of(beam: Beam, over: str = "gamma", per_rev: int = 0, **options: Any) -> Chart:
-    """The chart around a beam, with resonances up to a multiple of the speed."""
+    """The chart around a beam, with resonances up to a multiple of the speed; computed once."""
     return ChartRequest.around(case(beam, **options), over, per_rev).chart()

@@ -7,7 +7,6 @@ from hypothesis import HealthCheck, example, given, settings
 from beamviz.beam import Beam
 
 # Inputs that once failed.
-HEAVY = Beam(alpha=4, gamma=37, delta=2.66, mu=115)
 BUCKLED = Beam(alpha=100, beta=0.2, delta=-2, mu=10000)
 FAILED = {
     "solve": [
@@ -17,7 +16,6 @@ FAILED = {
     ],
     "solve, odd keywords": [(Beam(mu=10), {"elements": "\n"})],
     "loci": [
-        ((HEAVY, "beta", (0.0, 1.0)), 5, 1, {"strain": "hencky"}),
         ((Beam(alpha=50, beta=0.5, gamma=10, mu=85), "delta", (-2.0, 6.0)), 2, 3, {}),
     ],
     "loci, wild": [((BUCKLED, "gamma", (0.0, 200.0)), 5, 1, {})],

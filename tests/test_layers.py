@@ -61,11 +61,17 @@ MODULES = {module_name(path): path for path in sorted((ROOT / "beamviz").rglob("
 
 
 @cache
+def nodes(path: Path) -> list[ast.AST]:
+    """All nodes of the syntax tree of a file."""
+    return [*ast.walk(ast.parse(path.read_text()))]
+
+
+@cache
 def imports(path: Path) -> set[str]:
     """Every module a file imports anywhere in it: at its top, in functions, for its types, and by
     its name in a string, as `import_module` and tables of modules have it."""
     names = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -144,8 +150,7 @@ def test_modules_are_imported_by_a_whole_name():
     """A name that is put together could not be resolved by `imports`. The package itself imports
     its public names on first use, from a table of whole names."""
     for module in MODULES.keys() - {"beamviz"} - WHOLE_FOLDERS:
-        tree = ast.parse(MODULES[module].read_text())
-        for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
+        for call in (node for node in nodes(MODULES[module]) if isinstance(node, ast.Call)):
             if names_of(call.func) in ("import_module", "__import__"):
                 assert isinstance(call.args[0], ast.Constant), f"{module}, line {call.lineno}"
 

@@ -100,9 +100,9 @@ class Session:
         are only computed for a beam that the last frame had too."""
         visitor, before = self.visitor, self.snapshot.state.case
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        self.last_shown = now
+        since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
         for feature in self.features:
-            feature.react(self.snapshot, elapsed)
+            feature.react(self.snapshot, since)
         self.mass_drag.react(self.snapshot)
         self.beam_pull.react(self.snapshot)
         self.snapshot = snapshot = self.with_picture(visitor.take())

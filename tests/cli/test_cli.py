@@ -239,11 +239,6 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     assert scenes == list(expected.values())
 
 
-def test_no_text_of_the_program_refers_to_a_section_of_the_readme():
-    """Help texts and reports are complete in themselves: a README changes without them."""
-    assert not [path for path in ROOT.glob("beamviz/**/*.py") if "README" in path.read_text()]
-
-
 # As a process
 
 

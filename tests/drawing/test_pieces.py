@@ -73,7 +73,7 @@ class Drawn:
 
 
 @pytest.mark.parametrize("options", [{}, {"coriolis": True}, {"plane": "flapwise"}], ids=str)
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(BEAMS | FASTEST, mixes, st.floats(0, 0.4), st.sampled_from(COLOURINGS))
 def test_pieces_deviate_little_from_the_curve(options, beam, shares, amplitude, colouring):
     """By at most a fifth of a pixel, also in the thin layers of the fastest beams, and neighbours

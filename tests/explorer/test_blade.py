@@ -392,11 +392,19 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
         opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
         assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
-        opened.send("blade.preset", "nrel-5mw-blade")
-        opened.wait(f"{CELLS}.length === 5 * 49 && location.search.includes('61.5')")
-        opened.wait("location.search.length > 2000")
+        assert opened.problems == []
+
+
+@pytest.mark.slow
+def test_a_blade_of_many_stations_outlives_a_reload(url):
+    """By its address."""
+    with page(url, 1440, 900) as opened:
+        opened.wait(says("Real beam"))
+        shown = f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49"
+        opened.send("blade.preset", "nrel-5mw-blade", until=shown)
+        opened.wait("location.search.includes('61.5') && location.search.length > 2000")
         opened.call("Page.reload")
-        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49")
+        opened.wait(shown)
         assert opened.problems == []
 
 
@@ -418,8 +426,9 @@ def blade_page(url) -> Iterator[Page]:
         yield opened
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
+@pytest.mark.parametrize(
+    ("size", "scheme"), [((1440, 900), "light"), ((390, 844), "dark")], ids=str
+)
 def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, size, scheme):
     """With a wrong cell; letters of 14 px, targets of 24 px, of 44 px on a phone; nothing is wider
     than a phone."""

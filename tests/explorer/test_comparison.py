@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import PAPER, TIMEOUT, Visitor, final_text, pause
+from live.visitor import PAPER, TIMEOUT, Visitor, catch_up, pause
 
 from beamviz.beam import Beam
 from beamviz.drawing import stacked_heights
@@ -85,7 +85,7 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
     guest.set(stacked=stacked, comparison="mass")
     double = PAPER.replace(alpha=2)
     guest.says(frequency(double))
-    final_text(guest)
+    catch_up(guest)
     picture, clock, solution = session.snapshot.picture, session.visitor.clock, solve(double)
     main, ours = picture.modes.labels, clock.phases
     assert clock.other_phases == pytest.approx([ours[main.index(one)] for one in solution.labels])
@@ -115,8 +115,9 @@ def test_each_row_shows_one_mode(guest, session, beam):
     """Five rows instead of one beam, and back; in row k the beam moves as mode k; titles name the
     modes. At the clamp is a small drum: whole hubs above each other would cover the beams."""
     guest.do("load", f"beam.toml\n{Scene.of(beam, all_modes=True, playing=False).to_toml()}")
+    guest.shows(beam)
     guest.wait(lambda _: guest.nodes["/mode 5"].get("visible"))
-    final_text(guest)
+    catch_up(guest)
     assert guest.nodes["/scene"]["visible"] is False
     rows, phases = session.view.scene.rows, session.visitor.clock.phases
     levels = [part.frame.position[2] for part in rows]

@@ -1,6 +1,8 @@
 """The run-up: the speed rises, and the scene shows the forced response."""
 
+import asyncio
 import math
+import time
 from dataclasses import replace
 from typing import Any
 
@@ -127,6 +129,25 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
         guest.do(name, value)
     guest.edit(alpha=2.0, gamma=5.0)
     assert (guest.values["damping"], guest.values["force_per_rev"]) == (20, 3)
+
+
+def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loops):
+    """Though moments of the scene are drawn between the frames that show a new speed."""
+    guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
+
+    async def speeds() -> tuple[float, float]:
+        """At a frame, and at that a tenth of a second later; on the event loop, so between other
+        frames."""
+        now, found = time.monotonic(), list[float]()
+        for after in (0.0, 0.1):
+            session.move(now + after)
+            session.tick(now + after)
+            found.append(session.visitor.state.run_speed)
+        session.last_tick = session.last_shown = time.monotonic()
+        return found[0], found[1]
+
+    before, after = asyncio.run_coroutine_threadsafe(speeds(), frame_loops[0].loop).result(60)
+    assert after == pytest.approx(next_speed(run_up.run_of(session.snapshot), before, 0.1))
 
 
 def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):

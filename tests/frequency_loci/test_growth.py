@@ -63,7 +63,7 @@ def bent_truth_of(solution):
 
 
 @pytest.mark.slow
-@settings(max_examples=5)
+@settings(max_examples=3)
 @given(st.floats(0, 1), st.floats(0.3, 1), st.floats(0.01, 2))
 def test_coalescences_of_random_beams(alpha, beta, gamma):
     """By the differential equations no vibration grows just before a coalescence, and one grows

@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from helpers import sorted_frequencies
+from helpers import slow, sorted_frequencies
 from oracle.bent import bent_truth
 from scipy.optimize import brentq
 
 from beamviz import Beam, NoEquilibrium, NotConverged, loci, solve, solve_many
-from beamviz.frequency_loci import path
+from beamviz.frequency_loci import Loci, path
 from beamviz.frequency_loci.tracking import INTERVALS
 from beamviz.solver.bent import end_of_bent_state, other_stable_states
 
@@ -55,7 +55,6 @@ def test_beyond_the_limit_of_equilibrium():
 @pytest.mark.parametrize(
     ("beam", "over", "values"),
     [
-        (Beam(gamma=30), "delta", np.linspace(0, 2, 11)),
         (Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11)),
         (Beam(gamma=40), "mu", np.linspace(40, 80, 11)),
     ],
@@ -201,13 +200,12 @@ def test_nowhere_an_equilibrium():
     assert caught.value.limit == pytest.approx(45.42, abs=0.01)
 
 
-@pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize(
-    ("beam", "over", "values", "at"),
+    ("beam", "over", "values", "at", "coriolis"),
     [
-        (INWARD, "gamma", np.linspace(2, 5, 16), 2.9960),
-        (Beam(gamma=4), "delta", np.linspace(-1.5, 0.5, 16), None),
-        (INWARD.replace(gamma=2.5), "alpha", np.linspace(0, 2, 16), None),
+        *((INWARD, "gamma", np.linspace(2, 5, 16), 2.9960, on) for on in (False, True)),
+        (Beam(gamma=4), "delta", np.linspace(-1.5, 0.5, 16), None, False),
+        (INWARD.replace(gamma=2.5), "alpha", np.linspace(0, 2, 16), None, True),
     ],
 )
 def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
@@ -238,28 +236,28 @@ def test_a_kink_of_a_gap_is_no_crossing(values):
     assert (found["S1"].frequency < found["B4"].frequency).all()
 
 
-def test_a_limit_point_of_the_spin_up():
-    """A bent beam that is accelerated snaps through to the other side where the lowest omega^2
-    vanishes, as the root of the distance."""
-    options = {"modes": 2, "state": "stable", "tolerance": 1e-9, **SOFT}
-    found = loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **options)
-    (event,) = [event for event in found.events if event.kind == "limit point"]
-    near = loci(FOLDING, "spin_up", [0.0, event.at - 4e-5, event.at - 1e-5], **options)
+PRECISE = {"modes": 2, "state": "stable", "tolerance": 1e-9, **SOFT}
+
+
+@pytest.fixture(scope="module")
+def folding() -> Loci:
+    """Over the spin-up: a bent beam that is accelerated snaps through."""
+    return loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **PRECISE)
+
+
+def test_a_limit_point_of_the_spin_up(folding):
+    """To the other side, where the lowest omega^2 vanishes, as the root of the distance."""
+    (event,) = [event for event in folding.events if event.kind == "limit point"]
+    near = loci(FOLDING, "spin_up", [0.0, event.at - 4e-5, event.at - 1e-5], **PRECISE)
     squares = near["B1"].omega_squared
     assert squares[1] / squares[2] == pytest.approx(2, rel=0.02)
-    tips = [solution.equilibrium.tip[1] for solution in found["B1"].solutions]
-    assert [tip > 0 for tip in tips] == [value < event.at for value in found.values]
+    tips = [solution.equilibrium.tip[1] for solution in folding["B1"].solutions]
+    assert [tip > 0 for tip in tips] == [value < event.at for value in folding.values]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("over", "values"),
-    [
-        ("gamma", np.linspace(4.45, 4.6, 6)),
-        ("delta", np.linspace(-0.6, -0.45, 6)),
-        ("alpha", np.linspace(0, 0.02, 5)),
-        ("spin_up", np.linspace(0, 0.6, 4)),
-    ],
+    [("gamma", np.linspace(4.45, 4.6, 6)), *slow(("spin_up", np.linspace(0, 0.6, 4)))],
 )
 def test_a_limit_point_of_the_bent_state(over, values):
     """A short beam of logarithmic strain has no bent state beyond it: by the differential
@@ -308,20 +306,18 @@ def test_the_command_line_names_the_event(run, tmp_path):
     assert event["at"] == pytest.approx(2.99604, abs=1e-5)
 
 
-def test_a_second_stable_state():
+def test_a_second_stable_state(folding):
     """A bent beam with a small spin-up has two: one bent by the Euler force and one against it,
     which ends where the beam snaps through. With a larger spin-up, or unbent, it has one."""
-    against, given = FOLDING.replace(spin_up=0.05), {"modes": 2, "state": "stable", **SOFT}
-    along = solve(against, **given)
+    along = solve(FOLDING.replace(spin_up=0.05), **PRECISE)
     (other,) = other_stable_states(along)
     assert other.equilibrium.stable
     assert other.stats.seconds > 0
     assert other.equilibrium.tip[1] > 0 > along.equilibrium.tip[1]
     end = end_of_bent_state(other, "spin_up", 0.3)
     assert end_of_bent_state(along, "spin_up", 0.3) is None
-    found = loci(FOLDING, "spin_up", np.linspace(0, 0.3, 13), **given)
-    events = {event.kind: event for event in found.events}
+    events = {event.kind: event for event in folding.events}
     assert events["limit point"].at == pytest.approx(end, abs=1e-7)
     assert events["second state"].branches == ("B1", "B1 (state 2)")
-    assert other_stable_states(solve(FOLDING.replace(spin_up=0.2), **given)) == []
+    assert other_stable_states(solve(FOLDING.replace(spin_up=0.2), **PRECISE)) == []
     assert other_stable_states(solve(Beam(delta=-1, gamma=4), state="stable")) == []

@@ -16,7 +16,7 @@ from beamviz import Beam, BeamvizError, loci, resonances, solve, solve_many
 from beamviz.frequency_loci.avoided_crossings import CLOSE
 from beamviz.frequency_loci.events import ROTATED
 
-SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "20"))))]
+SEEDS = [*range(4), *slow(*range(4, int(os.environ.get("BEAMVIZ_CHARTS", "14"))))]
 PLACES = 12  # of each chart, drawn anew: solved with a thousandth of the tolerance
 GAMMA_OVER_MU = 4.99
 
@@ -86,9 +86,9 @@ def test_frequencies_lie_within_their_error_bars(seed):
 @pytest.mark.slow
 def test_most_random_charts_have_answers():
     """Otherwise the other tests would show nothing."""
-    drawn = (random_chart(seed) for seed in range(20))
+    drawn = (random_chart(seed) for seed in range(8))
     found = [charts(beam, over, values[[0, -1]], **o) for beam, over, values, _, o in drawn]
-    assert sum(map(len, found)) > 14
+    assert sum(map(len, found)) > 5
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -236,7 +236,9 @@ def test_anything_else_has_to_be_as_in_the_lesson(one: Lesson):
     }
     if options["coriolis"]:
         back["Coriolis back to on"] = one.check(beam, {"coriolis": False}, at)
-    assert back == {words: (False, f"Put {words} first.") for words in back}
+    for words, (met, said) in back.items():
+        assert not met
+        assert words in said
 
 
 def test_what_is_free_may_differ():
@@ -244,8 +246,9 @@ def test_what_is_free_may_differ():
     nodes, planes = NAMED["nodes"], NAMED["two-planes"]
     beam = nodes.scene.beam.replace(beta=0.785)
     assert nodes.check(beam.replace(alpha=3), {}).met
-    lighter = "Make the mass α at least 0.5: a lighter one has little effect."
-    assert nodes.check(beam.replace(alpha=MIN_MASS / 2), {}) == (False, lighter)
+    met, said = nodes.check(beam.replace(alpha=MIN_MASS / 2), {})
+    assert not met
+    assert f"{MIN_MASS:g}" in said
     assert planes.check(Beam(gamma=8), {"plane": "flapwise"}).met
 
 
@@ -280,4 +283,4 @@ def test_lessons_are_listed(run):
     assert row["scene"]["model"]["coriolis"] is True
     assert row["scene"]["beam"] == TIP.replace(gamma=2).numbers
     assert row["challenge"]["answers"] == pytest.approx([4.650], abs=1e-3)
-    assert row["proof"]["words"] == "The gap never falls below 0.241, at γ = 4.650."
+    assert "0.241" in row["proof"]["words"]

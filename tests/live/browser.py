@@ -20,7 +20,8 @@ from websockets.sync.connection import Connection
 
 NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
-KEY_CODES = {"Tab": 9, "Enter": 13, "ArrowLeft": 37, "ArrowRight": 39}  # that it acts on
+# Those that it acts on.
+KEY_CODES = {"Tab": 9, "Enter": 13, "PageUp": 33, "End": 35, "ArrowLeft": 37, "ArrowRight": 39}
 CONNECTION: dict[str, Any] = {"max_size": None, "close_timeout": 1, "ping_interval": None}
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 Until = str | Callable[[], Any]  # an expression in the page, or a function

@@ -1,15 +1,19 @@
-"""A real Jupyter kernel, whose cells show live pages."""
+"""A real Jupyter kernel, whose cells show live pages.
+
+Jupyter's packages are imported where a kernel is used: they are a third of what tests import.
+"""
 
 import contextlib
 import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import nbformat
 from live.server import ROOT
-from nbclient import NotebookClient
+
+if TYPE_CHECKING:
+    from nbclient import NotebookClient
 
 FRAME = re.compile(r'<iframe src="([^"]+)"')
 DIRECTORIES = ("JUPYTER_CONFIG_DIR", "JUPYTER_DATA_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")
@@ -24,11 +28,13 @@ def jupyter_environment(folder: Path) -> dict[str, str]:
 class Kernel:
     """A running kernel; `run` runs a cell in its folder."""
 
-    def __init__(self, client: NotebookClient, folder: Path):
+    def __init__(self, client: "NotebookClient", folder: Path):
         self.client, self.folder = client, folder
 
     def run(self, code: str) -> list[dict[str, Any]]:
         """The outputs of a cell with this code. Raises CellExecutionError."""
+        import nbformat
+
         cells = self.client.nb.cells
         cells.append(nbformat.v4.new_code_cell(code))
         return self.client.execute_cell(cells[-1], len(cells) - 1).outputs
@@ -57,6 +63,9 @@ def frame_address(shown: str) -> str:
 @contextlib.contextmanager
 def kernel(folder: Path) -> Iterator[Kernel]:
     """A new kernel that works in a new folder inside this one, ended at last."""
+    import nbformat
+    from nbclient import NotebookClient
+
     work = folder / "work"
     work.mkdir()
     client = NotebookClient(

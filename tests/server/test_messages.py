@@ -17,7 +17,7 @@ from live.server import (
     url_of,
     wait_until,
 )
-from live.visitor import BEAM, Visitor, beam_moved, final_text, pause, visitor
+from live.visitor import BEAM, PAPER, Visitor, beam_moved, catch_up, frequency_text, pause, visitor
 from websockets.sync.connection import Connection
 
 from beamviz.server import connection, run_server
@@ -152,18 +152,22 @@ def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, l
         for mine, others in ((one.controls, other.controls), (one.commands, other.commands)):
             assert mine.keys() == others.keys() != set()
             assert not set(mine.values()) & set(others.values())
-        pause(one)
-        pause(other, quiet=2.0)  # longer than the page waits to update its address
-        before, received = other.text, final_text(one) and one.received
+        for guest in (one, other):
+            pause(guest)
+        before = one.values.copy(), other.values.copy()
         for uuid in other.controls.values():
             one.send(type="GuiUpdateMessage", uuid=uuid, updates={"value": "1"})
         action = {"value": '[1, "gamma", 20]'}
         one.send(type="GuiUpdateMessage", uuid=other.parts["bridge"], updates=action)
-        assert final_text(other) == before
+        for guest in (one, other):
+            catch_up(guest)
+        assert (one.values, other.values) == before
+        assert frequency_text(PAPER) in other.text
         other.edit(gamma=11.0)
-        final_text(one)
-        assert one.received == received
-        assert (one.values["gamma"], other.values["gamma"]) == (10.0, 11.0)
+        catch_up(one)
+        assert one.values == before[0]
+        assert frequency_text(PAPER) in one.text
+        assert frequency_text(other.beam) not in one.text
 
 
 # The log

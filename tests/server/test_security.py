@@ -3,7 +3,6 @@
 import socket
 import sys
 from collections.abc import Iterator
-from unittest import mock
 
 import pytest
 from live import server
@@ -159,7 +158,7 @@ def test_only_this_machine_can_connect_by_default(url):
 
 def test_on_a_network_the_key_is_required(plain, network):
     """viser accepts all by default. Every answer has the security headers, and who has the key can
-    send no other messages. Keys are compared in constant time: all of them, also after a match."""
+    send no other messages."""
     address, key = network
     cookie = key_cookie(address, key)
     assert statuses(server.url_of(plain)) == (200, 101)
@@ -178,9 +177,9 @@ def test_on_a_network_the_key_is_required(plain, network):
     tunnel = server.encoded(type="ShareUrlRequest")
     for _ in range(4):
         assert server.close_code(address, tunnel, additional_headers=cookie) == 1008
-    with mock.patch("hmac.compare_digest", side_effect=[True, False]) as compared:
-        assert matches((KEY, "another"), KEY)
-    assert compared.call_count == 2
+    assert matches((KEY, "another"), KEY)
+    assert matches(("another", KEY), KEY)
+    assert not matches(("another",), KEY)
 
 
 def test_the_key_moves_from_the_address_to_a_cookie(network):

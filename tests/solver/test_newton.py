@@ -24,17 +24,15 @@ NO_ANSWER = {
 def test_no_answer(increment):
     """Where the iteration does not converge the answer is None, neither an exception nor a guess;
     a state that is no number ends it at once."""
-    calls = []
-    assert newton(lambda q: calls.append(q) or increment(q), np.array([0.7])) is None
-    assert np.isfinite(calls).all()
+    states = []
+    assert newton(lambda q: states.append(q) or increment(q), np.array([0.7])) is None
+    assert np.isfinite(states).all()
 
 
 def test_rounding_is_not_mistaken_for_failure():
     """Increments that stop shrinking at the level of rounding end the iteration with an answer."""
     noise = iter([0.1, 1e-4, 4e-10, 3e-10, 5e-10, 4e-10])
-    root = newton(lambda q: np.array([next(noise)]), np.zeros(1))
-    assert root is not None
-    assert root.iterations == 4
+    assert newton(lambda q: np.array([next(noise)]), np.zeros(1)) is not None
 
 
 def follow(target, load, margin=None, reach=lambda load, q: True):

@@ -21,8 +21,8 @@ from beamviz import Beam, solve
 from beamviz.cli.commands import KEPT
 from beamviz.sweeps import open_sweep, sweep
 
-LINE = ["--over", "gamma=0:10:401", "--over", "alpha=0:3:13", "--coriolis"]
-CHUNKS = 7
+LINE = ["--over", "gamma=0:10:401", "--over", "alpha=0:3:26"]
+CHUNKS, SOLVED = 13, "10426 solved\n"
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of Unix")
 
@@ -48,7 +48,7 @@ def undisturbed(tmp_path_factory) -> dict[str, bytes]:
     store = tmp_path_factory.mktemp("undisturbed") / "a.zarr"
     with start(store, "--workers", "1") as process:
         out, _ = process.communicate(timeout=120)
-    assert out == "5213 solved\n"
+    assert out == SOLVED
     return contents(store)
 
 
@@ -56,35 +56,43 @@ def finish(store: Path, undisturbed: dict[str, bytes]) -> str:
     """Resume a sweep; the same store as that of one run, byte by byte. Returns its progress."""
     with start(store) as process:
         out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (0, "5213 solved\n"), err
+    assert (process.returncode, out) == (0, SOLVED), err
     assert contents(store) == undisturbed
     return err
 
 
+def ended(store: Path, number: signal.Signals, count: int) -> None:
+    """Start a sweep, and end it when it has so many chunks. By Ctrl-C, which its workers get too,
+    or SIGTERM: one line and the exit code of the signal. Killed, its workers end too."""
+    with start(store, "--workers", "2", start_new_session=True) as process:
+        wait_until(partial(has_chunks, store, count))
+        (os.kill if number == signal.SIGKILL else os.killpg)(process.pid, number)
+        out, err = process.communicate(timeout=10)  # when the workers have ended, too
+    if number == signal.SIGKILL:
+        (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
+        return
+    assert (process.returncode, out) == (128 + number, "")
+    *progress, last = err.splitlines()
+    assert last == f"beamviz: {KEPT}"
+    assert all("a second" in line for line in progress), err
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("number", "counts"),
-    [(signal.SIGKILL, (1, 3)), (signal.SIGINT, (0, 2)), (signal.SIGTERM, (0, 2))],
-)
-def test_ended_by_a_signal(number, counts, undisturbed, tmp_path):
-    """While its workers start and while they work. Killed, its workers end too; by Ctrl-C, which
-    its workers get too, or SIGTERM: one line and the exit code of the signal. Then the same store,
-    byte by byte."""
-    store, killed = tmp_path / "a.zarr", number == signal.SIGKILL
-    for count in counts:
-        with start(store, "--workers", "2", start_new_session=True) as process:
-            wait_until(partial(has_chunks, store, count))
-            (os.kill if killed else os.killpg)(process.pid, number)
-            out, err = process.communicate(timeout=10)  # when the workers have ended, too
-        if killed:
-            (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
-            continue
-        assert (process.returncode, out) == (128 + number, "")
-        *progress, last = err.splitlines()
-        assert last == f"beamviz: {KEPT}"
-        assert all("a second" in line for line in progress), err
-    assert count <= chunks(store) < CHUNKS
-    assert "100 %, 5,213 of 5,213 beams" in finish(store, undisturbed)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ended_by_a_signal_while_its_workers_start(number, tmp_path):
+    """As soon as the store is there."""
+    ended(tmp_path / "a.zarr", number, 0)
+
+
+@pytest.mark.slow
+def test_ended_by_signals_while_its_workers_work(undisturbed, tmp_path):
+    """One after the other; resumed at last it has the same store as in one run, byte by byte."""
+    store = tmp_path / "a.zarr"
+    for number in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        before = chunks(store)
+        ended(store, number, before + 1)
+        assert before < chunks(store) < CHUNKS
+    assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
 
 
 def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
@@ -141,7 +149,7 @@ def test_memory_does_not_grow(tmp_path):
     """Neither that of the first process nor that of a worker, for a sweep of 4 times as many
     beams; and at a hundred of its places the numbers are those of solve."""
     peaks = []
-    for count in (4, 16):
+    for count in (2, 8):
         store = tmp_path / f"{count}.zarr"
         axes = ("gamma=0:2:1001", "alpha=0:5:4", f"beta=0.1:1:{count}")
         over = (word for axis in axes for word in ("--over", axis))
@@ -181,6 +189,6 @@ def test_a_dask_cluster_loses_a_worker(undisturbed, tmp_path):
             wait_until(partial(has_chunks, store, 3))
             first.kill()
             out, err = process.communicate(timeout=120)
-        assert (process.returncode, out) == (0, "5213 solved\n"), err
+        assert (process.returncode, out) == (0, SOLVED), err
         assert first.wait() == -signal.SIGKILL
         assert contents(store) == undisturbed
