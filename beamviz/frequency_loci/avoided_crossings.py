@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.frequency_loci.mode_vectors import Points
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import Modes, Path
 from beamviz.frequency_loci.tracking import Track
 from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
 
@@ -181,20 +181,19 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
     first = _nearest(track.values, at - REACH * width, before, at)
     last = _nearest(track.values, at + REACH * width, at, after)
     ends = np.column_stack((first, last))
-    values = np.unique(np.concatenate((near, ends)))
-    points, modes = path.points(values), path.modes(values)
     family = np.array([search.candidate.family for search in searches])
     k = np.array([search.candidate.k for search in searches])
     pair = np.stack((k, k + 1), axis=1)
 
-    def ranks(at: NDArray) -> NDArray:
-        """The indices (n, 2, 2) among all modes of both modes at two values (n, 2)."""
-        return modes.rank[
-            np.searchsorted(values, at)[..., None], family[:, None, None], pair[:, None]
-        ]
+    def ranks(modes: Modes, at: NDArray) -> NDArray:
+        """The indices (n, 2, 2) among all modes of both modes at two of the values (n, 2)."""
+        value = np.searchsorted(modes.at, at)
+        return modes.rank[value[..., None], family[:, None, None], pair[:, None]]
 
-    coupling, index = veering_indices(points, near, ranks(near)[:, 0])
-    rotation = rotations(points, ends, ranks(ends))
+    values = np.unique(near)
+    ranks_there = ranks(path.modes(values), near)[:, 0]
+    coupling, index = veering_indices(path.points(values), near, ranks_there)
+    rotation = rotations(track.points, ends, ranks(track.modes, ends))
     return [
         AvoidedCrossing(
             search.candidate.family,

@@ -58,12 +58,12 @@ class Track:
 
     @cached_property
     def points(self) -> Points:
-        """Their mode vectors."""
+        """The mode vectors at these values."""
         return self.path.points(self.values)
 
     @cached_property
     def continuity(self) -> Continuity:
-        """How they continue from one value to the next."""
+        """How the modes continue from one value to the next."""
         return continuity(self.modes, self.points, self.path.problem.modes)
 
 
