@@ -53,7 +53,7 @@ RATES = [
 
 @pytest.mark.parametrize(("method", "beam", "options", "number", "label", "declared"), RATES)
 def test_methods_converge_as_declared(method, beam, options, number, label, declared):
-    """The error against the converged solution of the same model, at each doubling of the number."""
+    """The error against the converged solution of the same model, at each doubling of a number."""
     limit = "foac" if METHODS[method].rigid_tension else "auto"
     converged = solve(beam, 6, method=limit, tolerance=1e-11, **options)
     resolution, errors = METHODS[method].resolution.option, []
