@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.frequency_loci.mode_vectors import Points
-from beamviz.frequency_loci.path import Path
+from beamviz.frequency_loci.path import Modes, Path
 from beamviz.frequency_loci.tracking import Track
 from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
 
@@ -25,7 +25,7 @@ FINEST = 1e-6  # of the bracket: the same
 ROUGH = 1e-3  # of the bracket: shift below which one that no longer shrinks is rounding error
 SAME = 1e-3  # relative change of the gap below which a search ends
 DIFFERENCE_STEP = 0.01  # of the width: step of central differences
-REACH = 10.0  # widths of a veering beyond which its shapes hardly rotate
+REACH = 2.0  # widths from a veering, where its shapes have rotated by 63 of 90 degrees
 
 
 class Candidate(NamedTuple):
@@ -72,23 +72,32 @@ def candidates(track: Track) -> list[Candidate]:
     gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
     least = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
     least &= (gap[1:-1] < WIDER * CLOSE * f[1:-1, :, 1:]) & requested[1:-1, :, :-1]
-    # First and last value of the grid, family and k of each candidate.
-    places = {(i, i + 2, family, k) for i, family, k in np.argwhere(least).tolist()}
     exchanged = (
         track.continuity.exchanged & requested[:-1, :, :-1] & np.isfinite(gap[:-1] + gap[1:])
     )
+    least &= ~(exchanged[:-1] & exchanged[1:])  # else there are two, one in either interval
+    # First and last value of the grid, family and k of each candidate.
+    places = {(i, i + 2, family, k) for i, family, k in np.argwhere(least).tolist()}
     for i, family, k in np.argwhere(exchanged).tolist():
         if not {(i - 1, i + 1, family, k), (i, i + 2, family, k)} & places:
             places.add((i, i + 1, family, k))
     found = []
     for low, high, family, k in sorted(places):
-        first, last = low, high
-        while first > 0 and gap[first - 1, family, k] >= gap[first, family, k]:
-            first -= 1
-        while last < len(at) - 1 and gap[last + 1, family, k] >= gap[last, family, k]:
-            last += 1
+        pair = gap[:, family, k]
+        others = [ends for *ends, other_family, j in places if (other_family, j) == (family, k)]
+        first = _end_of_growth(pair, low, -1, {last for _, last in others})
+        last = _end_of_growth(pair, high, 1, {first for first, _ in others})
         found.append(Candidate(family, k, *at[[low, high, first, last]].tolist()))
     return found
+
+
+def _end_of_growth(gap: NDArray, start: int, step: int, others: set[int]) -> int:
+    """The index up to which the gaps (n,) of a pair grow from `start`, in steps of 1 or -1, and not
+    beyond where another candidate of the pair begins."""
+    i = start
+    while 0 <= i + step < len(gap) and gap[i + step] >= gap[i] and i not in others:
+        i += step
+    return i
 
 
 class Search:
@@ -181,20 +190,19 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
     first = _nearest(track.values, at - REACH * width, before, at)
     last = _nearest(track.values, at + REACH * width, at, after)
     ends = np.column_stack((first, last))
-    values = np.unique(np.concatenate((near, ends)))
-    points, modes = path.points(values), path.modes(values)
     family = np.array([search.candidate.family for search in searches])
     k = np.array([search.candidate.k for search in searches])
     pair = np.stack((k, k + 1), axis=1)
 
-    def ranks(at: NDArray) -> NDArray:
-        """The indices (n, 2, 2) among all modes of both modes at two values (n, 2)."""
-        return modes.rank[
-            np.searchsorted(values, at)[..., None], family[:, None, None], pair[:, None]
-        ]
+    def ranks(modes: Modes, at: NDArray) -> NDArray:
+        """The indices (n, 2, 2) among all modes of both modes at two of the values (n, 2)."""
+        value = np.searchsorted(modes.at, at)
+        return modes.rank[value[..., None], family[:, None, None], pair[:, None]]
 
-    coupling, index = veering_indices(points, near, ranks(near)[:, 0])
-    rotation = rotations(points, ends, ranks(ends))
+    values = np.unique(near)
+    ranks_there = ranks(path.modes(values), near)[:, 0]
+    coupling, index = veering_indices(path.points(values), near, ranks_there)
+    rotation = rotations(track.points, ends, ranks(track.modes, ends))
     return [
         AvoidedCrossing(
             search.candidate.family,

@@ -85,6 +85,7 @@ class Part:
 
     @cached_property
     def _searches(self) -> tuple[list[AvoidedCrossing], list[tuple[float, float]]]:
+        """The avoided crossings located, and the intervals of those that were not."""
         return avoided_crossings(self.track)
 
     @property

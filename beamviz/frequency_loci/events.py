@@ -134,7 +134,7 @@ def veerings(tracked: Tracked) -> Iterator[Event | Limit]:
     """Where two loci come close, turn away and exchange their shapes."""
     for part in tracked.parts:
         for low, high in part.unlocated:
-            yield not_located("veering", tracked.path.over, low, high)
+            yield not_located("least gap", tracked.path.over, low, high)
         for avoided in part.avoided_crossings:
             least = avoided.least
             veers = avoided.veering_index >= MIN_INDEX and avoided.rotation >= ROTATED

@@ -89,7 +89,7 @@ class Range(NamedTuple):
     low: float
     high: float
     ends_low: bool  # whether equilibrium ends at `low`; else the path does, or convergence
-    ends_high: bool  # the same at `high`
+    ends_high: bool  # whether equilibrium ends at `high`
 
 
 class Excess(NamedTuple):

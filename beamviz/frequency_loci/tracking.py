@@ -18,7 +18,9 @@ from beamviz.solver.solution import Solution
 INTERVALS = 80  # of the grid: its values are the 81 points of a page
 HALVINGS = 6  # most of an interval
 RECOGNISED = 0.8  # least share of a shape that the same mode and a neighbour have at the next value
-TOWARDS_LIMIT = np.array([0.75, 0.5, 0.25, 0.1, 0.03])  # roots of the relative distances from it
+TOWARDS_LIMIT = np.array(
+    [0.75, 0.5, 0.25, 0.1, 0.03, 0.01]
+)  # roots of the relative distances from it
 
 
 def grid_values(low: float, high: float) -> NDArray:
@@ -58,12 +60,12 @@ class Track:
 
     @cached_property
     def points(self) -> Points:
-        """Their mode vectors."""
+        """The mode vectors at these values."""
         return self.path.points(self.values)
 
     @cached_property
     def continuity(self) -> Continuity:
-        """How they continue from one value to the next."""
+        """How the modes continue from one value to the next."""
         return continuity(self.modes, self.points, self.path.problem.modes)
 
 

@@ -10,7 +10,6 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial.polynomial import polyvander
 from scipy.optimize import brentq
 
 from beamviz.frequency_loci.mode_vectors import Points
@@ -115,8 +114,8 @@ def closest(reduced: Reduced, near: float, low: float, high: float) -> LeastGap:
         if len(nearest) < NEAREST and (abs(p[k] - p[nearest]) >= SPACING * (high - low)).all():
             nearest.append(k)
     values, scale = reduced.entries[nearest], float(np.ptp(p[nearest]))
-    powers = polyvander((p[nearest] - near) / scale, len(nearest) - 1)
-    coefficients = np.linalg.solve(powers, values)[::-1].tolist()
+    powers = np.vander((p[nearest] - near) / scale)  # the highest first
+    coefficients = np.linalg.solve(powers, values).tolist()
     mean, c = values[:, 0], values[:, 2]
     uncoupled = bool((abs(c) <= TOUCHING * abs(mean)).all())
     local = TwoModes(near, scale, coefficients, uncoupled)

@@ -7,7 +7,7 @@ as in the textbooks, cosh bx - cos bx - s (sinh bx - sin bx): cosh and sinh canc
 e^b, so digits are lost from the eighth mode on and all at the twelfth. An interior mass bends the
 beam more sharply than any basis function: convergence is slow.
 
-Power series (Wright, Smith, Thresher & Wang, J. Appl. Mech. 49, 1982), exact in their limit: with
+Power series (Wright, Smith, Thresher & Wang, J. Appl. Mech. 49, 1982), which converge: with
 the tension of the reference length, N(x) a polynomial of degree two, w'''' - (N w')' = Lambda w has
 solutions sum c_k xi^k by recurrence. Two of them satisfy the clamp; at the mass N and the shear are
 discontinuous, and the series start again; at the tip moment and shear vanish where Lambda is an

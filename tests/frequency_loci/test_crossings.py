@@ -158,6 +158,59 @@ def test_three_modes_close_together(coriolis, points):
     assert np.ptp([event.frequency for event in found.events]) < 0.05 * event.frequency
 
 
+@pytest.mark.parametrize(
+    ("beam", "options", "k", "places"),
+    [
+        # Two narrow ones of one pair in neighbouring intervals of the chart's grid.
+        (
+            Beam(alpha=4.405385057193533, gamma=0.57234, delta=2.8526, mu=412.88464),
+            {"strain": "hencky", "modes": 9},
+            6,
+            [(0.2358, 0.2359), (0.2460, 0.2461)],
+        ),
+        # A wide one: the upper mode veers with the next one where their gap begins to shrink.
+        (
+            Beam(alpha=2.41905799, gamma=2.0829447, mu=20.33692185),
+            {"strain": "biot", "modes": 5},
+            4,
+            [(0.65, 0.67)],
+        ),
+        # Two of one pair with the greatest gap between them in half an interval.
+        (
+            Beam(alpha=0.071239045, gamma=200, delta=1.80749973, mu=268.34366377),
+            {"modes": 6},
+            4,
+            [(0.95, 0.962), (0.965, 0.98)],
+        ),
+    ],
+)
+def test_veerings_beside_others(beam, options, k, places):
+    """Of random charts: the least gaps of modes k and k + 1 are those that direct solves have."""
+    events = loci(beam, "beta", [0, 1], coriolis=True, **options).events
+    precise = options | {"coriolis": True, "modes": k + 2, "tolerance": 1e-9}
+
+    def pair(beta):
+        return solve(beam.replace(beta=beta), **precise).frequencies[k:]
+
+    for ends in places:
+        least = minimize_scalar(
+            lambda beta: np.diff(pair(beta))[0],
+            bounds=ends,
+            method="bounded",
+            options={"xatol": 1e-8},
+        )
+        lower, upper = pair(least.x)
+        (event,) = [
+            event
+            for event in events
+            if ends[0] < event.at < ends[1]
+            and lower - least.fun < event.frequency < upper + least.fun
+        ]
+        assert event.kind == "veering"
+        assert event.gap == pytest.approx(least.fun, rel=1e-4)
+        assert event.at == pytest.approx(least.x, abs=0.05 * event.width)
+
+
 @pytest.mark.parametrize("points", [2, 201])
 def test_a_pair_of_a_family_leaves_the_modes_solved(points):
     """S2 and S3 veer among the modes solved; on one side so many bending modes are below S3 that it

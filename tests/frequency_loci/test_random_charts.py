@@ -70,17 +70,19 @@ def test_frequencies_lie_within_their_error_bars(seed):
     beam, over, values, places, options = random_chart(seed)
     for found in charts(beam, over, values, **options):
         beams = [beam.replace(**{over: value}) for value in places]
-        for value, exact in zip(places, solve_many(beams, tolerance=1e-9, **options), strict=True):
+        for value, converged in zip(
+            places, solve_many(beams, tolerance=1e-9, **options), strict=True
+        ):
             k = int(np.searchsorted(found.values, value))
             rows = {branch.mode_index[k]: branch for branch in found.branches}
             rows.pop(-1, None)
-            if isinstance(exact, BeamvizError) or not rows:  # within the tolerance of the chart
+            if isinstance(converged, BeamvizError) or not rows:  # within the tolerance of the chart
                 continue
             assert sorted(rows) == list(range(options["modes"]))
             for i, branch in rows.items():
-                if exact.omega_squared[i] > 0 and branch.omega_squared[k] > 0:
-                    off = abs(branch.frequency[k] - exact.frequencies[i])
-                    assert off <= branch.error[k] + exact.errors[i]
+                if converged.omega_squared[i] > 0 and branch.omega_squared[k] > 0:
+                    off = abs(branch.frequency[k] - converged.frequencies[i])
+                    assert off <= branch.error[k] + converged.errors[i]
 
 
 @pytest.mark.slow

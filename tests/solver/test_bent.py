@@ -111,7 +111,7 @@ def test_no_state_beyond_the_limit_of_the_law():
 
 
 def test_a_spin_up_beyond_the_limit_of_an_outward_beam():
-    """The limit is that of the straight beam, which is exact."""
+    """The limit is that of the straight beam, which is converged."""
     beam, options = Beam(gamma=40, delta=1), {"strain": "hencky"}
     with pytest.raises(NoEquilibrium) as straight:
         solve(beam, **options)
@@ -182,17 +182,17 @@ def test_the_papers_elements_converge_to_the_same_state(beam, order, model, cori
     """Tip, frequencies and growth rates, at the rate of cubic elements: of fourth order in their
     length, of first where the stretch jumps inside the beam; the error they report is theirs."""
     model = model | {"state": "bent", "modes": 4, "coriolis": coriolis}
-    exact = solve(beam, tolerance=1e-9, **model)
+    converged = solve(beam, tolerance=1e-9, **model)
     distances = []
     for elements in (40, 80) if order == 4 else (160, 320):
         found = solve(beam, method="ancf-planar", elements=elements, **model)
         assert found.equilibrium.shape == "bent"
-        distance = abs(found.frequencies - exact.frequencies) / exact.frequencies
-        tip = np.linalg.norm(found.equilibrium.tip - exact.equilibrium.tip)
-        assert found.growth_rates == pytest.approx(exact.growth_rates, abs=1e-4)
+        distance = abs(found.frequencies - converged.frequencies) / converged.frequencies
+        tip = np.linalg.norm(found.equilibrium.tip - converged.equilibrium.tip)
+        assert found.growth_rates == pytest.approx(converged.growth_rates, abs=1e-4)
         shares = found.bending_energy_fraction
-        assert shares == pytest.approx(exact.bending_energy_fraction, abs=5e-3)
-        assert (distance * exact.frequencies <= 1.01 * found.errors + exact.errors).all()
+        assert shares == pytest.approx(converged.bending_energy_fraction, abs=5e-3)
+        assert (distance * converged.frequencies <= 1.01 * found.errors + converged.errors).all()
         distances.append(np.append(distance, tip))
     rates = np.log2(distances[0] / distances[1])
     assert (rates > order - 0.3).all()
@@ -203,11 +203,11 @@ def test_the_papers_elements_converge_to_the_same_state(beam, order, model, cori
 @pytest.mark.parametrize(("delta", "gamma"), [(-0.333, 57), (-1.222, 32)])
 def test_few_elements_of_a_folded_beam(delta, gamma):
     """They are too long for the layer at the clamp, and yet their state is the one next to the
-    exact one, not that of a beam that is clamped pointing inward."""
+    converged one, not that of a beam that is clamped pointing inward."""
     beam = Beam(delta=delta, gamma=gamma)
-    exact = solve(beam, state="bent").equilibrium.tip
+    converged = solve(beam, state="bent").equilibrium.tip
     found = solve(beam, state="bent", method="ancf-planar", elements=20).equilibrium.tip
-    assert found == pytest.approx(exact, abs=0.025)
+    assert found == pytest.approx(converged, abs=0.025)
 
 
 @pytest.mark.parametrize(

@@ -213,7 +213,8 @@ def _on_mesh(state: BentState, refined: Mesh) -> BentState:
         finer = finer or descend(beam, q) or paths.follow_speed(beam)
     if finer is None:
         raise NotConverged("Newton's method left a bent state when its mesh was refined")
-    return BentState(beam, finer.q, state.iterations + finer.iterations)
+    # A state followed from a slower beam is on a mesh of its own.
+    return BentState(finer.beam, finer.q, state.iterations + finer.iterations)
 
 
 def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:

@@ -104,7 +104,7 @@ def _ancf(model: PlanarBeam) -> Assembled:
 
 
 def _ancf_planar(model: PlanarBeam) -> Assembled:
-    """The full planar tangent."""
+    """The matrices of the paper's elements, along and across, from the full planar tangent."""
     root = straight_equilibrium(model)
     K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
     return root.state[::2], root.iterations, dense(K[ALONG][:, 1:]), dense(K[ACROSS][:, 2:])

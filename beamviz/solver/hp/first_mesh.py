@@ -82,7 +82,7 @@ class Span(NamedTuple):
 
     @property
     def length(self) -> float:
-        """Its length."""
+        """The length of the span, a share of that of the beam."""
         return self.end.x - self.start.x
 
 
