@@ -11,9 +11,11 @@ import pytest
 from live.browser import Page, by_id, page
 
 from beamviz import Beam, Ramp, motion
+from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.dynamics import Motion
 from beamviz.exports.motion_files import export_motion
-from beamviz.exports.motion_page import LONGEST
+from beamviz.exports.motion_page import LONGEST, motion_page
+from beamviz.exports.motion_scene import MotionScene
 
 BEAM = Beam(alpha=1, beta=0.5)
 DROPPED = 1.5
@@ -87,6 +89,25 @@ def test_it_holds_the_motion(document, moved):
 def test_when_the_mass_is_there(events, moments):
     found = motion(Beam(alpha=1, gamma=1), 3, tolerance=1e-2, points=3, **events)
     assert {t: found.has_mass(t) for t in moments} == moments
+
+
+def test_a_film_has_the_mass_and_the_speed_of_its_moment(moved):
+    """The mass until it is dropped, the speed by the arrow, and the tip where the motion has it."""
+    scene = MotionScene(moved)
+    beams = scene.draw(SceneGraph())
+    for t in (0.5, 2.5, 1.0):  # a film may be drawn in any order
+        scene.move(beams, t)
+        (row,) = beams.rows
+        assert bool(row.bodies.shown) is (t < DROPPED)
+        gamma = float(np.interp(t, moved.t, moved.gamma))
+        assert any(f"= {gamma:.4g}" in caption.text for caption in beams.captions)
+        (tip,) = moved.position([t], [1.0])[:, 0]
+        assert row.line[-1, :2] == pytest.approx(tip, abs=5e-3)  # a sum of few shapes
+
+
+def test_a_page_of_a_dark_page_is_dark(moved):
+    assert "color-scheme: dark" in motion_page(moved, dark=True)
+    assert "color-scheme: light" in motion_page(moved)
 
 
 def tip_of(shown: Page) -> float:

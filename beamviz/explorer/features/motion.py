@@ -515,7 +515,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
         parts = [f"the hub turns at {speed} and stops within {duration(STOP, units)}"]
     elif experiment.hub == "torque":
         torque = display("torque", units).text(experiment.torque, 3)
-        parts = [f"the hub turns at {speed} and freely from then on, under a torque {torque}"]
+        parts = [f"the hub turns at {speed} and freely from then on, under a torque of {torque}"]
     else:
         parts = [f"the hub turns at {speed}"]
     if experiment.modes:
