@@ -100,7 +100,7 @@ class Case:
 
     @property
     def nearest(self) -> Self:
-        """The nearest case that is valid: with its nearest beam, and options that its method takes."""
+        """The nearest valid case: with its nearest beam, and options that its method takes."""
         beam = self.nearest_beam()
         numbers = {name: getattr(beam, name) for name in NUMBERS}
         return replace(self, numbers=numbers, options=supported_options(self.options))
