@@ -35,6 +35,7 @@ MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer t
 MORE_UNKNOWNS = 30  # for each discontinuity of a blade, with a layer on either side
 MOST_UNKNOWNS = 1200  # of a blade: two seconds
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
+MAX_ENTRIES = 2**18  # of a matrix of each beam: stacks of large ones save no time, but take memory
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
@@ -101,8 +102,10 @@ def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
     by_orders = grouped((k, (attempts[k].elements.all_orders, properties(k))) for k in others)
     alone = [[k] for k, attempt in attempts.items() if attempt.alone]
     for group in [*shared, *by_orders, *alone]:
-        for first in range(0, len(group), MAX_STACK):
-            yield group[first : first + MAX_STACK]
+        unknowns = sum(attempts[group[0]].elements.orders)
+        size = max(1, min(MAX_STACK, MAX_ENTRIES // unknowns**2))
+        for first in range(0, len(group), size):
+            yield group[first : first + size]
 
 
 def grouped(keys: Iterable[tuple[int, object]]) -> list[list[int]]:
