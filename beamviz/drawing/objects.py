@@ -113,10 +113,14 @@ def equilibrium_body(shapes: SampledModes, section: NDArray) -> tuple[np.ndarray
 
 
 class ReferenceShapes:
-    """The outline of the undeformed beam, and a translucent body of the equilibrium."""
+    """The outline of the undeformed beam, and a translucent body of the equilibrium.
+
+    outlined: points, normal and sections of the outline, which most edits leave as they are: to
+    compute and send it takes an eighth of a frame.
+    """
 
     def __init__(self, scene: DrawnScene, root: str):
-        self.scene = scene
+        self.scene, self.outlined = scene, np.zeros(0)
         name, edges = f"{root}/rotor/undeformed", np.zeros((12, 2, 3))
         thin: Any = {"thickness": 1.2, "thickness_units": "screen"}
         self.outline = scene.add_line_segments(name, edges, colours.GHOST, **thin)
@@ -129,7 +133,11 @@ class ReferenceShapes:
             set_surface(self.scene, self.equilibrium, *equilibrium_body(shapes, section))
             x = shapes.x if shapes.beam.blade else np.array([0.0, 1.0])
             points, normal = to_hub_frame(shapes, np.stack([x, 0 * x], 1))
-            self.outline.points = beam_mesh.outline(points, normal, section[: len(x) - 1])
+            section = section[: len(x) - 1]
+            outlined = np.concatenate([points.ravel(), normal, section.ravel()])
+            if not np.array_equal(outlined, self.outlined):
+                self.outlined = outlined
+                self.outline.points = beam_mesh.outline(points, normal, section)
 
 
 class Nodes:

@@ -41,12 +41,10 @@ def tab_named(key: str) -> str:
 class Part(NamedTuple):
     """A part of the page. reads: returns what the part depends on, of a snapshot; shows: returns
     the contents of the page for these, and depends on nothing else. It is called again when one of
-    them is another object, or, of the plain types, has another value. waits: where frames come
-    late, it is only shown for a beam that the last frame had too."""
+    them is another object, or, of the plain types, has another value."""
 
     reads: Callable[[Snapshot], tuple[Any, ...]]
     shows: Callable[..., Content]
-    waits: bool = False
 
 
 class Feature:

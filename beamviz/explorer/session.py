@@ -96,8 +96,8 @@ class Session:
         return any(job.busy for job in self.visitor.jobs.values())
 
     def tick(self, now: float, *, in_haste: bool = False) -> None:
-        """Draw the frame of the time `now` [s]. in_haste: frames come late; charts and the address
-        are only computed for a beam that the last frame had too."""
+        """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
+        computed for a beam that the last frame had too."""
         visitor, before = self.visitor, self.snapshot.state.case
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
@@ -111,7 +111,7 @@ class Session:
         with visitor.client.atomic():
             self.draw(snapshot, elapsed)
             self.postponed = in_haste and snapshot.state.case is not before
-            self.pages(lambda *_: self.show_page(snapshot), *snapshot.reading, self.postponed)
+            self.pages(lambda *_: self.show_page(snapshot), *snapshot.reading)
             if not (self.postponed or snapshot.is_led):
                 self.requests(lambda *_: self.request(snapshot), *snapshot.reading)
             visitor.page.show_again()
@@ -132,8 +132,7 @@ class Session:
     def show_page(self, snapshot: Snapshot) -> None:
         """Show the parts whose readings have changed."""
         for part, memo in self.parts:
-            if not (part.waits and self.postponed):
-                memo(self.show_part, part, *part.reads(snapshot))
+            memo(self.show_part, part, *part.reads(snapshot))
         captions = [caption.data for caption in self.view.captions]
         self.visitor.page.show({("captions",): captions})
 

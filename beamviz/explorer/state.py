@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -77,11 +77,6 @@ class Case:
 
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
-        return self._beam
-
-    @cached_property
-    def _beam(self) -> Beam:
-        """A frame asks a dozen times: to check the numbers anew takes 6 % of it."""
         return Beam(**self.numbers, **self.structure)
 
     def nearest_beam(self) -> Beam:
@@ -100,7 +95,7 @@ class Case:
 
     @property
     def nearest(self) -> Self:
-        """The nearest case that is valid: with its nearest beam, and options that its method takes."""
+        """The nearest valid case: with its nearest beam, and options that its method takes."""
         beam = self.nearest_beam()
         numbers = {name: getattr(beam, name) for name in NUMBERS}
         return replace(self, numbers=numbers, options=supported_options(self.options))

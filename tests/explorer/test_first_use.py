@@ -1,5 +1,6 @@
 """What a new user does on the real page: reads a text, types a number, goes back, uses keys."""
 
+import numpy as np
 import pytest
 from live.browser import READY, Page, by_id, page, says, tab
 from live.server import wait_until
@@ -147,6 +148,25 @@ def test_on_half_of_a_screen_the_sliders_are_in_view(desk):
     desk.resize(960, 1080)
     for name in ("alpha", "beta", "gamma"):
         assert box(desk, by_id(f"{name}-slider"))["bottom"] <= 1080
+
+
+@pytest.mark.parametrize("size", [(390, 844), (768, 1024), (1024, 768)], ids=str)
+def test_a_tab_stays_at_its_place_when_it_is_opened(desk, size):
+    """In full rows, its name not cut off, though it is bold then."""
+    desk.resize(*size)
+    every = "[...document.querySelectorAll('#dock [role=tab]')]"
+    places = f"{every}.map(e => [e.offsetLeft, e.offsetTop])"
+    before = desk.evaluate(places)
+    for k in range(len(before)):
+        desk.evaluate(f"{every}.forEach((e, k) => e.ariaSelected = k === {k})")  # as if opened
+        assert np.abs(np.subtract(desk.evaluate(places), before)).max() <= 1, k
+        wide = f"{every}.map(e => [e.scrollWidth, e.clientWidth])"
+        assert all(inner <= outer for inner, outer in desk.evaluate(wide))
+    rows = [top for _, top in before]
+    counts = [rows.count(top) for top in sorted({*rows})]
+    assert counts[:-1] == [counts[0]] * (len(counts) - 1)
+    assert counts[-1] > 1
+    desk.open_tab("frequencies")
 
 
 def test_the_mode_shift_by_keys_alone(url):

@@ -221,20 +221,20 @@ def history_content(undo: bool, redo: bool) -> Content:
 
 
 def numbers_content(case: Case, run_speed: float | None) -> Content:
-    """The numbers of the beam in its units, and the ranges of their sliders; run_speed: shown in
-    place of its own."""
+    """The numbers of the beam in its units, and the ranges of their sliders; of what is no number
+    the nearest one; run_speed: shown in place of its own."""
     case = case.changed("gamma", run_speed) if run_speed else case
     units, content = case.units, page.props("mu-row", hidden=case.units is not None)
     for name, number in case.numbers.items():
         own = measure(name, units)
         content |= page.html(f"{name}-label", escape(own.label))
         content |= page.props(f"{name}-field", aria_label=own.label)
-        known = isinstance(number, int | float) and math.isfinite(number)
-        low, high, step = slider_range(name, number if known else 0.0, units)
+        if not (isinstance(number, int | float) and math.isfinite(number)):
+            number = getattr(case.nearest_beam(), name)
+        low, high, step = slider_range(name, number, units)
         limits = {"min": low, "max": high, "step": step, "data_unit": own.unit}
         content |= page.props(f"{name}-slider", **limits)
-        if known:
-            content |= page.value(name, float(f"{own.factor * number:.8g}"))
+        content |= page.value(name, float(f"{own.factor * number:.8g}"))
     return content | page.html("units", "SI units" if units else "Real beam…")
 
 

@@ -277,7 +277,7 @@ class Links(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state, s.chosen), self.address, waits=True),
+            Part(lambda s: (s.state, s.chosen), self.address),
             Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content),
         )
 
