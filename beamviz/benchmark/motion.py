@@ -43,7 +43,7 @@ ORDER, FINE_ORDER, REFERENCE_STEPS = 12, 22, 500
 MAP_ORDER, MAP_UNTIL, MAP_RELEASE, MAP_GAMMA = 8, 4.0, 0.5, 3.0
 FINEST = 0.02  # the step of the reference of the map
 ENERGY_GROWS, INACCURATE = 0.02, 1e-3  # of the energy released; of the tip [L]
-REPEATS = 2
+REPEATS, LEAST = 2, 0.3  # of each motion, and the time [s] for which it is repeated
 
 
 class Scene(NamedTuple):
@@ -167,8 +167,8 @@ def works(
 
 def row_of(row: Row, work: Callable[[], NDArray], reference: NDArray) -> Row:
     """The row with its time and error."""
-    seconds = []
-    for _ in range(REPEATS):
+    seconds: list[float] = []
+    while len(seconds) < REPEATS or sum(seconds) < LEAST:
         start = processor_time()
         try:
             with np.errstate(all="ignore"):
