@@ -226,7 +226,7 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     straight beams.
     """
     bent, s, V = state.beam, modes.s, modes.V
-    energies = _energies(state, V)
+    energies, is_blade = _energies(state, V), bent.beam.blade is not None
     element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
     element = np.append(element, [-1] * bent.hinged)  # the angle at the root is in none
     state_tails, shape_tails = _tails(bent, state.q), _tails(bent, V)
@@ -239,11 +239,15 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
             truncation[k] += abs(dK + s * dC + s**2 * dM)
     slope = np.maximum(2 * abs(s), TINY)  # of s^2
     squared = slope * truncation / np.maximum(modes.pairing, TINY)
-    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode.
-    squared = np.maximum.accumulate(squared, axis=1)
-    lost = lost_stretch(bent.mesh, state.f[None], bent.beam.blade is not None)[0]
-    squared += max(1.0, state.f[0]) * lost[:, None] * abs(s) ** 2
-    return TRUNCATION_FACTOR * squared / slope, modes.rounding
+    rigid = state.rigidities @ abs(V) ** 2 / energies[2].real  # s^2 without any softening
+    scale = np.maximum(abs(s) ** 2, rigid)
+    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
+    # relative to its scale.
+    relative = np.maximum.accumulate(squared / scale, axis=1)
+    relative += lost_stretch(bent.mesh, state.f[None], is_blade).T
+    # A large stretch varies almost singularly along the beam: the error then exceeds the tail.
+    factor = TRUNCATION_FACTOR * max(1.0, state.f[0])
+    return factor * scale * relative / slope, modes.rounding
 
 
 def _energies(state: BentState, V: np.ndarray) -> np.ndarray:

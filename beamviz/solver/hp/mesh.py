@@ -142,7 +142,7 @@ class Mesh(Grid):
     eye: np.ndarray  # (n, n)
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=4)
 def make_mesh(
     breaks: tuple[float, ...], orders: tuple[int, ...], axial_orders: tuple[int, ...] | None = None
 ) -> Mesh:
