@@ -244,10 +244,8 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    relative += lost_stretch(bent.mesh, state.f[None], is_blade).T
-    # A large stretch varies almost singularly along the beam: the error then exceeds the tail.
-    factor = TRUNCATION_FACTOR * max(1.0, state.f[0])
-    return factor * scale * relative / slope, modes.rounding
+    relative += max(1.0, state.f[0]) * lost_stretch(bent.mesh, state.f[None], is_blade).T
+    return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
 
 
 def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
