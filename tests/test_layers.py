@@ -42,7 +42,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
 EVIDENCE = ("paper", "failure_maps", "benchmark")  # for charts and tables, not of the product
 INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the folder that uses them
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
-        *("solver.families", "solver.hp", "solver.bent"),
+        *("solver.quadrature", "solver.hp", "solver.bent"),
     },
     "dynamics": {"solver.constitutive", "solver.fem.elements"},  # strain laws, cubic elements
     "failure_maps": {"solver.bent"},  # other stable states

@@ -21,7 +21,7 @@ from beamviz.errors import InvalidInput
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.events import Event
 from beamviz.solver import solve_many
-from beamviz.solver.families import moment_of_weight, quadrature
+from beamviz.solver.quadrature import moment_of_weight, quadrature
 from beamviz.solver.solution import Solution
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)

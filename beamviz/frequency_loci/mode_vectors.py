@@ -9,8 +9,8 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.solver.families import distributed_mass, gauss
 from beamviz.solver.hp import displacements
+from beamviz.solver.quadrature import distributed_mass, gauss
 from beamviz.solver.solution import Solution
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam

@@ -5,12 +5,10 @@ Errors are estimated by the difference from the default method, which converges 
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache, partial
-from itertools import pairwise
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
@@ -32,10 +30,8 @@ from beamviz.solver.solution import (
     straight,
 )
 
-MOMENT_POINTS = 12  # Gauss points between two discontinuities, of a static moment
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 
-gauss = lru_cache(maxsize=8)(legendre.leggauss)
 Pair = tuple[np.ndarray, np.ndarray]  # matrices along the beam and across it
 Shapes = Callable[[np.ndarray], np.ndarray]  # x -> (len(x), modes); picklable
 Basis = Callable[[np.ndarray], Shapes]  # coordinates (n, modes) -> functions of x
@@ -107,52 +103,6 @@ def modes_of_matrices(
         omega_squared[0] = 0.0
     bending = Family(omega_squared, shapes[1](V))
     return merge(stretching, bending, problem.modes)
-
-
-def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights (n,) of an integral over the mass of a beam: `points` Gauss points on
-    either side of the concentrated mass and, as the last point, the concentrated mass. Of a beam
-    that is not uniform, points between all discontinuities and, at the end, the bodies."""
-    if not beam.is_uniform:
-        bodies = beam.bodies
-        along, mass = distributed_mass(beam, ends_of_spans(beam), points)
-        at = [body.beta for body in bodies]
-        return np.append(along, at), np.append(mass, [body.alpha for body in bodies])
-    xi, weights = gauss(points)
-    parts = list(pairwise(sorted({0.0, beam.beta, 1.0})))
-    x = [a + (b - a) * (xi + 1) / 2 for a, b in parts]
-    w = [(b - a) / 2 * weights for a, b in parts]
-    return np.append(np.concatenate(x), beam.beta), np.append(np.concatenate(w), beam.alpha)
-
-
-def distributed_mass(
-    beam: Beam, ends: tuple[float, ...], points: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights (n,) of an integral over the mass of the beam itself, `points` Gauss
-    points between two ends."""
-    xi, weights = gauss(points)
-    start, length = np.array(ends)[:-1, None], np.diff(ends)[:, None]
-    x, w = (start + length * (xi + 1) / 2).ravel(), (length / 2 * weights).ravel()
-    return x, w if beam.blade is None else w * beam.blade.at("mass", x)
-
-
-def moment_of_weight(beam: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Points (n,), weights (n,) of an integral over x, and the bending moment (n,) at the points of
-    the static force on the mass of the beam, across it and 1 for a unit of mass."""
-    at, mass = quadrature(beam)
-    xi, weights = gauss(MOMENT_POINTS)
-    x, w, moments = [], [], []
-    for start, stop in pairwise(ends_of_spans(beam)):
-        here = start + (stop - start) * (xi + 1) / 2
-        # The rest of the span, and all beyond it.
-        rest = here[:, None] + (stop - here)[:, None] * (xi + 1) / 2
-        rho = 1.0 if beam.blade is None else beam.blade.at("mass", rest)
-        beyond = at >= stop
-        moment = ((rest - here[:, None]) * rho) @ weights * (stop - here) / 2
-        moments.append(moment + (at[beyond] - here[:, None]) @ mass[beyond])
-        x.append(here)
-        w.append((stop - start) / 2 * weights)
-    return np.concatenate(x), np.concatenate(w), np.concatenate(moments)
 
 
 def build_solution(

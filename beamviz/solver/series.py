@@ -48,6 +48,7 @@ from beamviz.solver.constitutive import Function, StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Family, Shapes
 from beamviz.solver.problem import Problem
+from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Solution, false_position, read_only, straight
 
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
@@ -62,7 +63,7 @@ def assumed_modes(beam: Beam, problem: Problem) -> Solution:
     """The modes in terms of the bending modes of a cantilever at rest and as many stretching modes
     of a bar at rest."""
     terms = problem.resolution
-    x, masses = families.quadrature(beam, 2 * terms + 12)  # exact to rounding
+    x, masses = quadrature(beam, 2 * terms + 12)  # exact to rounding
     (u, du), (w, dw, ddw) = fixed_free(terms, x), clamped_free(terms, x)
     lengths = np.append(masses[:-1], 0.0)  # the concentrated mass has no stiffness
     Ka = beam.mu**2 * (du.T * lengths) @ du
@@ -236,7 +237,7 @@ def _sines(beam: Beam, z: NDArray, scale: NDArray | float, x: NDArray) -> NDArra
 
 def _unit_mass(beam: Beam, shapes: Shapes, points: int = 64) -> NDArray:
     """The factors (modes,) that give shapes unit modal mass, by so many Gauss points on a part."""
-    x, weights = families.quadrature(beam, points)
+    x, weights = quadrature(beam, points)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
 
 

@@ -15,11 +15,11 @@ from beamviz.beam import Beam
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import corotational_components, unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
-from beamviz.solver.families import quadrature
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
 from beamviz.solver.hp.properties import ends_of_spans
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
+from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
