@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
-from beamviz.solver.hp import solve_hp
+from beamviz.solver.hp import is_buckled, solve_hp
 from beamviz.solver.hp.modes import turns_freely
 from beamviz.solver.hp.properties import ends_of_spans, stack_of
 from beamviz.solver.loads import Curve, Loads
@@ -118,9 +118,13 @@ def build_solution(
     between which it is smooth."""
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
     s = exponents(omega_squared)
-    softened = problem.softening and not problem.chordwise and beam.delta < 0
-    bending = omega_squared[fraction >= 0.5]
-    buckled = bool(softened and len(bending) and bending[0] < beam.gamma**2)
+    buckled = False
+    if problem.softening and not problem.chordwise and beam.delta < 0:
+        if beam.is_uniform:  # in the plane of rotation, softening lowers every omega^2 by gamma^2
+            bending = omega_squared[fraction >= 0.5]
+            buckled = bool(len(bending) and bending[0] < beam.gamma**2)
+        else:
+            buckled = is_buckled(beam, problem)
     breaks = np.union1d(nodes, ends_of_spans(beam))
     loads = Loads(beam, problem.chordwise, breaks, curve)
     errors = partial(errors_against_reference, beam, problem, omega_squared, fraction)

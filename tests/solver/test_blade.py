@@ -138,6 +138,19 @@ def test_a_hinge_does_not_hold_a_beam_that_spins_up(beam):
     assert solution.equilibrium.root_moment == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.parametrize("method", ["auto", "ancf", "linear"])
+@pytest.mark.parametrize(("gamma", "buckled"), [(2, False), (5, True)])
+def test_a_beam_that_is_soft_flapwise_only_has_not_buckled_chordwise(method, gamma, buckled):
+    """Flapwise it is unstable at both speeds; whether it has buckled in the plane of rotation is
+    what its chordwise modes say."""
+    soft = Blade((0, 1), (1, 1), (1, 1), (1, 1), flap=(0.02, 0.02))
+    beam = Beam(gamma=gamma, delta=-1.2, mu=100, blade=soft)
+    flapwise, chordwise = (solve(beam, 3, method, plane=p) for p in ("flapwise", "chordwise"))
+    assert flapwise.equilibrium.status == "unstable"
+    assert flapwise.equilibrium.buckled_chordwise == buckled
+    assert chordwise.equilibrium.stable != buckled
+
+
 def test_a_body_that_is_a_rod_stands_up():
     """Out of the plane of rotation a slender body along the beam (Jx < Jz) is turned back into the
     plane; across the beam (Jx > Jz) it is turned out of it. In the plane it does neither."""

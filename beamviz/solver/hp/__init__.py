@@ -63,7 +63,8 @@ def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | Beamviz
 
 
 def is_buckled(beam: Beam, problem: Problem) -> bool:
-    """Whether the straight state is unstable in the plane of rotation; solved for."""
+    """Whether the straight state of a beam is unstable in the plane of rotation, where it may have
+    another bending stiffness, and its bodies another inertia, than out of it: solved for."""
     (chordwise,) = solve_hp([beam], replace(problem, plane="chordwise", coriolis=False, modes=1))
     return isinstance(chordwise, Solution) and not chordwise.equilibrium.stable
 
