@@ -97,16 +97,6 @@ class Loci:
         events = self.events[:MAX_HTML_ROWS]
         return html_table(repr(self), event_columns(self.over, self.units, events))
 
-    def labels_at(self, value: float) -> tuple[str, ...]:
-        """The labels of the branches of the lowest modes at a value, by ascending frequency; empty
-        where there is no solution. Raises InvalidInput for a value outside the range."""
-        first, last = self.values[[0, -1]].tolist()
-        if not first <= value <= last:
-            raise InvalidInput(f"{self.over} = {value:g}: must lie in {first:g} .. {last:g}")
-        branches = branches_at(self.path, np.array([float(value)]), self.tracked.parts)
-        labels = {int(branch.mode_index[0]): branch.label for branch in branches}  # by mode
-        return tuple(labels[mode] for mode in sorted(labels) if mode >= 0)
-
     @property
     def path(self) -> Path:
         """The path of these loci, without the outcomes: each use solves anew."""

@@ -162,33 +162,30 @@ def test_a_branch_by_its_label(tip):
         (Beam(alpha=20, gamma=5), "beta", 1, 8, [0.333, 0.777]),
     ],
 )
-def test_labels_at_any_value(beam, over, stop, modes, others):
-    """Without Coriolis they are those of a solution there: bending and stretching, counted; at a
-    value of the sweep they are the inverse of mode_index, also where a branch leaves the modes."""
-    found = loci(beam, over, np.linspace(0, stop, 41), modes)
-    for value in [*others, *found.values]:
-        assert found.labels_at(value) == solve(beam.replace(**{over: value}), modes).labels
-    for i, value in enumerate(found.values):
-        indices = {branch.label: branch.mode_index[i] for branch in found.branches}
-        here = {label: k for label, k in indices.items() if k >= 0}
-        assert here == {label: k for k, label in enumerate(found.labels_at(value))}
+def test_labels_without_coriolis_are_those_of_solutions(beam, over, stop, modes, others):
+    """Bending and stretching, counted, also beside crossings and where a branch leaves the
+    modes."""
+    values = np.union1d(np.linspace(0, stop, 41), others)
+    found = loci(beam, over, values, modes)
+    for i, value in enumerate(values):
+        labels = solve(beam.replace(**{over: value}), modes).labels
+        assert labels_by_mode(found, i) == dict(enumerate(labels))
 
 
-def test_labels_at_a_value_where_shapes_are_exchanged():
+def test_labels_where_shapes_are_exchanged():
     """With Coriolis a branch keeps its label through a veering, a solution numbers its modes by
-    family: at gamma 4.65 the labels are those of the branches, each once."""
+    family."""
     found = loci(TIP, "gamma", np.linspace(0, 20, 81), coriolis=True)
-    for value in (4.65, 4.7, 10.0):
-        assert found.labels_at(value) == ("B1", "B2", "B3", "S1", "B4")
+    for i in np.flatnonzero((found.values >= 4.65) & (found.values <= 10)):
+        assert labels_by_mode(found, i) == dict(enumerate(("B1", "B2", "B3", "S1", "B4")))
     assert solve(TIP.replace(gamma=10), coriolis=True).labels[2:4] == ("S1", "B3")
 
 
-def test_labels_outside_and_without_a_solution(tip):
-    """The range is named; beyond the last equilibrium, at 45.42, there are none."""
-    with pytest.raises(InvalidInput, match=r"gamma = 21: must lie in 0 \.\. 20"):
-        tip.labels_at(21)
-    found = loci(Beam(), "gamma", [40, 50, 60], strain="hencky")
-    assert [len(found.labels_at(value)) for value in (40, 45.4, 45.5, 55)] == [5, 5, 0, 0]
+def labels_by_mode(found, i):
+    """The labels of the branches at value i, by the index of the mode."""
+    indices = {int(branch.mode_index[i]): branch.label for branch in found.branches}
+    return {mode: label for mode, label in indices.items() if mode >= 0}
+
 
 
 def test_repr_is_one_line(tip):
