@@ -16,15 +16,9 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import (
-    TINY,
-    BentBeam,
-    BentModes,
-    BentState,
-    bent_modes,
-    corotational_components,
-)
+from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
+from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh

@@ -13,7 +13,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.solver.bent.beam import corotational_components, unsymmetric_modes
+from beamviz.solver.bent.beam import corotational_components
+from beamviz.solver.bent.modes import unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
 from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
 from beamviz.solver.hp.properties import ends_of_spans
