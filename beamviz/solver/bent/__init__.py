@@ -20,9 +20,9 @@ from beamviz.solver.bent.beam import BentBeam, BentState, corotational_component
 from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
 from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.hp import solve_hp
+from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR, lost_stretch
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.modes import TRUNCATION_FACTOR, lost_stretch
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem

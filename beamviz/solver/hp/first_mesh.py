@@ -36,7 +36,7 @@ from beamviz.solver.hp.equilibrium import (
     has_unique_equilibrium,
     is_small_strain,
 )
-from beamviz.solver.hp.modes import TRUNCATION_FACTOR
+from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.properties import (
     AT_END,
     AnyBeam,

@@ -1,4 +1,4 @@
-"""Vibration of stretched straight beams on a mesh, and the estimated errors of omega^2.
+"""Vibration of stretched straight beams on a mesh.
 
 The unknowns are values at the Gauss points of a few elements of high order: the gradient s = du'
 for stretching, the derivative kappa = theta' of the rotation for bending. Displacements are
@@ -23,14 +23,15 @@ from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
 from beamviz.solver.eigen import EPS
 from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
-from beamviz.solver.hp.mesh import Grid, Mesh
+from beamviz.solver.hp.error_estimates import (
+    ROUNDING_FACTOR,
+    rounding_errors,
+    tail_energies,
+    truncation_errors,
+)
+from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.properties import BeamStack
 from beamviz.solver.problem import Problem
-
-# Safety factors of the two error estimates: twice the least for which the errors of 5000 random
-# beams over the accepted domain were within their estimates (scripts/measure_error_bars.py).
-TRUNCATION_FACTOR = 10.0
-ROUNDING_FACTOR = 30.0
 
 
 class StraightModes(NamedTuple):
@@ -45,16 +46,16 @@ class StraightModes(NamedTuple):
     f: NDArray  # (..., n) stretch at the mesh points
     iterations: int
     margin: NDArray  # (...) of the equilibrium, 0 at a limit
-    kappa: (
-        NDArray  # (..., n, modes) derivative of the rotation; with a root spring n + 1, its angle
-    )
+    # Derivative of the rotation (..., n, modes). Where the root is not clamped the angle there is
+    # one more unknown, (..., n + 1, modes).
+    kappa: NDArray
     s: NDArray  # (..., n, modes) gradient of the displacement along the beam
     mode_order: NDArray | None  # (..., modes)
     bending_energy_fraction: NDArray  # (..., modes) share of the kinetic energy
     omega_squared: NDArray  # (..., modes) ascending
     truncation: NDArray  # (..., modes, elements) error of omega^2 from the order of each element
     rounding: NDArray  # (..., modes) error of omega^2 from rounding
-    lowest_bending: NDArray  # (...) omega^2
+    lowest_bending: NDArray  # (...) omega^2; with Coriolis forces of the lowest mode
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
@@ -187,7 +188,7 @@ def uncoupled_modes(
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
         size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     scale = abs(omega_squared) + eigen.COMPRESSED
-    tail = tail_energies(mesh, matrices, v)
+    tail = tail_energies(mesh, matrices.stiffness, v)
     truncation = truncation_errors(axial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, relative_rounding)
     if problem.softening:
@@ -272,7 +273,7 @@ def gyroscopic_modes(
     size = abs(omega_squared) + gamma[..., 0] ** 2
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
-    tail = tail_energies(mesh, matrices, v).sum(axis=1) * share[..., None]
+    tail = tail_energies(mesh, matrices.stiffness, v).sum(axis=1) * share[..., None]
     if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
         size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
@@ -315,64 +316,3 @@ def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple
         turning = np.broadcast_to(turning, (len(across), *turning.shape[-2:]))
         along, across = np.hstack((along, still)), np.hstack((across, turning))
     return along, across
-
-
-def tail_energies(mesh: Mesh, matrices: Matrices, v: NDArray) -> NDArray:
-    """The energies (beams, 2, k, elements) of the two highest polynomials of each element in shapes
-    v (beams, 2, n, k) of the families, with the absolute value of the tension: an estimate of the
-    change of omega^2 by a higher order. A polynomial of degree 1 or more has an integral in its own
-    element only."""
-    tail = v[..., : mesh.points.shape[-1], :].mT @ mesh.IJT.mT  # (beams, 2, k, 2 n)
-    return (tail * tail) @ (abs(matrices.stiffness)[..., None] * mesh.in_element)
-
-
-def truncation_errors(
-    axial: AxialProblem, state: AxialState, scale: NDArray, tail: NDArray
-) -> NDArray:
-    """Estimated errors of omega^2 (..., k, elements) from the order of each element: what its two
-    highest polynomials contribute to the energy of a mode, and to the stretch that it vibrates
-    about.
-
-    scale: of omega^2 without softening, (..., k), the leading axes those of the families. tail:
-    `tail_energies` (..., k, elements).
-    """
-    margin = state.margin.reshape(-1, *[1] * scale.ndim)
-    elements = tail.shape[-1]
-    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
-    # relative to its scale.
-    relative = np.maximum.accumulate(tail / scale[..., None], axis=-2)
-    # Near a limit of equilibrium a relative error of the load changes the stretch 1 / margin times
-    # as much, and this the least omega^2, which vanishes at the limit, by the same factor.
-    lost = stretch_errors(axial, state).reshape(*margin.shape[:-1], elements) / margin**2
-    # A large stretch varies almost singularly along the beam: the error then exceeds the tail.
-    stretch_at_clamp = np.maximum(state.f[:, 0].reshape(margin.shape), 1.0)
-    return TRUNCATION_FACTOR * stretch_at_clamp * scale[..., None] * (relative + lost)
-
-
-def stretch_errors(axial: AxialProblem, state: AxialState) -> NDArray:
-    """Relative square errors (beams, elements) of the stretch: its two highest polynomials in each
-    element, and what Newton's method leaves of it."""
-    lost = lost_stretch(axial.mesh, state.f, axial.beams.blade is not None)
-    return lost + state.error[:, None] / (2 * lost.shape[-1])
-
-
-def lost_stretch(mesh: Mesh, f: NDArray, is_blade: bool) -> NDArray:
-    """Relative errors (beams, elements) of integrals of a stretch f (beams, n), which is not a
-    polynomial, by Gauss quadrature: squares of its two highest polynomials in each element."""
-    tails = np.matvec(mesh.tails, f).reshape(len(f), -1, 2)
-    lost = 4 * np.vecdot(tails, tails) / np.vecdot(mesh.weights, f)[:, None] ** 2
-    if is_blade:
-        # The stretch of a blade, 1 plus a force over E A, is no polynomial however small the
-        # strain: what a quadrature loses is in proportion to the strain, not to its square.
-        lost /= np.clip(abs(f - 1).max(axis=-1, keepdims=True), EPS, 1.0)
-    return lost
-
-
-def rounding_errors(state: AxialState, scale: NDArray, size: NDArray, relative: NDArray) -> NDArray:
-    """Estimated errors of omega^2 (..., k) from rounding.
-
-    scale: of omega^2 without softening. size: of the terms that are rounded. relative: the error of
-    the eigenvalue problem in units of EPS, beside that of the terms.
-    """
-    margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
-    return ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))
