@@ -16,7 +16,8 @@ from beamviz.errors import BeamvizError
 from beamviz.solver import eigen
 from beamviz.solver.hp import is_buckled, solve_hp
 from beamviz.solver.hp.modes import turns_freely
-from beamviz.solver.hp.properties import ends_of_spans, stack_of
+from beamviz.solver.hp.properties import stack_of
+from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.loads import Curve, Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (

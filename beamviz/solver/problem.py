@@ -221,6 +221,11 @@ class Problem:
         return self.plane == "chordwise"
 
     @cached_property
+    def bending_property(self) -> str:
+        """The property of a `Blade` that is its bending stiffness in this plane."""
+        return "bending" if self.chordwise else "flap"
+
+    @cached_property
     def gyroscopic(self) -> bool:
         """Whether Coriolis forces couple stretching and bending."""
         return self.coriolis and self.plane == "chordwise"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
-from beamviz.solver.hp.properties import ends_of_spans
+from beamviz.solver.hp.spans import ends_of_spans
 
 MOMENT_POINTS = 12  # Gauss points between two discontinuities, of a static moment
 

@@ -72,7 +72,7 @@ def weakest_sections(mesh: Mesh, beam: Beam, masses: NDArray, problem: Problem) 
         nearest=np.append(first, first + np.array(mesh.orders) - 1),
         outboard=outboard(masses),
         bodies=outboard(bodies),
-        EI=both("bending" if problem.chordwise else "flap"),
+        EI=both(problem.bending_property),
         EA=both("axial"),
     )
 

@@ -24,9 +24,10 @@ from beamviz.solver.hp.equilibrium import (
     has_unique_equilibrium,
     is_small_strain,
 )
-from beamviz.solver.hp.first_mesh import MIN_ORDER, Span, find_spans
+from beamviz.solver.hp.first_mesh import MIN_ORDER
 from beamviz.solver.hp.mesh import Mesh, make_mesh
-from beamviz.solver.hp.properties import stack_of, unstretched_positions
+from beamviz.solver.hp.properties import stack_of
+from beamviz.solver.hp.spans import Span, find_spans, unstretched_positions
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
@@ -60,7 +61,7 @@ def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]
     if not is_small_strain(folded, law):
         with suppress(NoEquilibrium, NotConverged):  # more force than the law has
             _, positions = coarse_equilibrium(folded, law)
-    spans = find_spans(folded, positions, law, "bending" if problem.chordwise else "flap")
+    spans = find_spans(folded, positions, law, problem.bending_property)
     power = 2 * problem.curvature_power - 3
     return [
         (span, [math.sqrt(end.EI / (max(end.N, end.EI) * end.f**power)) for end in span])

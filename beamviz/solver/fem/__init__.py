@@ -25,7 +25,7 @@ from beamviz.solver.fem.elements import (
     element_coordinates,
     interpolate,
 )
-from beamviz.solver.hp.properties import ends_of_spans
+from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
 

@@ -139,7 +139,7 @@ class PlanarBeam:
         self.EI, self.EA = np.ones(1), np.ones(1)
         if blade:
             x = nodes[:-1, None] + lengths * points
-            self.EI = blade.at("bending" if problem.chordwise else "flap", x)
+            self.EI = blade.at(problem.bending_property, x)
             self.EA = blade.at("axial", x)
         self.weights = weights * lengths
         _, self.dS, self.ddS = hermite(points, lengths)

@@ -21,13 +21,11 @@ from beamviz.solver.hp.properties import (
     AnyBeam,
     BeamStack,
     Numbers,
-    Positions,
     Properties,
-    ends_of_spans,
-    greatest_force,
     properties_on,
     stack_of,
 )
+from beamviz.solver.hp.spans import Positions, ends_of_spans, greatest_force
 
 # Error of the stretch at which Newton's method ends, relative to the tolerance.
 STRETCH_SHARE = 1e-3

@@ -29,7 +29,6 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade
-from beamviz.solver.constitutive import StrainLaw
 from beamviz.solver.hp.equilibrium import (
     StretchOnMesh,
     coarse_equilibrium,
@@ -37,14 +36,12 @@ from beamviz.solver.hp.equilibrium import (
     is_small_strain,
 )
 from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
-from beamviz.solver.hp.properties import (
+from beamviz.solver.hp.properties import AnyBeam, Numbers, is_uniform, numbers_of
+from beamviz.solver.hp.spans import (
     AT_END,
-    AnyBeam,
-    Numbers,
-    Positions,
+    Span,
     ends_of_spans,
-    is_uniform,
-    numbers_of,
+    find_spans,
     properties_of_spans,
     unstretched_positions,
 )
@@ -57,33 +54,6 @@ MAX_ORDER = 30  # of an element: from here two halves with the same digits have 
 GRADING = 6.0  # ratio of the length of an element to its distance from a singularity, at most
 CANCELLED = 1e-2  # least omega^2 that centrifugal and Coriolis forces leave of strain energy 1
 ROUNDED = 0.8  # least ratio of the width of a layer to that of the rounded numbers
-JUMP = 1e-3  # relative, of a property, from which a layer gets an element of its own at once
-NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
-
-
-class End(NamedTuple):
-    """An end of a span: its place x, the tension and the stretch there."""
-
-    x: float
-    inward: int  # 1 where the span begins at x, -1 where it ends
-    N: float
-    f: float
-    slope: float  # -dN/dx
-    singularity: float  # the distance from x, away from the span, of a singularity of the stretch
-    EI: float  # bending stiffness
-    smooth: bool  # whether the next span only has another slope of a property
-
-
-class Span(NamedTuple):
-    """A part of the beam between clamp, bodies, ends of the segments of a blade, and tip."""
-
-    start: End
-    end: End
-
-    @property
-    def length(self) -> float:
-        """The length of the span, a share of that of the beam."""
-        return self.end.x - self.start.x
 
 
 class Layer(NamedTuple):
@@ -112,8 +82,8 @@ class Layer(NamedTuple):
         return start == 0 if self.inward > 0 else stop == 1
 
 
-class Part(NamedTuple):
-    """The elements of a span."""
+class SpanElements(NamedTuple):
+    """The elements of one span."""
 
     ends: tuple[float, ...]  # where each element ends, as a fraction of the span: the last is 1
     orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
@@ -131,72 +101,6 @@ class Elements(NamedTuple):
     def all_orders(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """The orders across the beam and along it: meshes with the same ones form a stack."""
         return self.orders, self.axial_orders
-
-
-class Ends(NamedTuple):
-    """Properties at both ends of each span."""
-
-    EI: Sequence[tuple[float, float]]
-    EA: Sequence[tuple[float, float]]
-    mass: Sequence[tuple[float, float]]
-
-
-def properties_at_ends(beam: AnyBeam, ends: tuple[float, ...], bending: str) -> Ends:
-    """The properties of a beam at both ends of each span between `ends`."""
-    if beam.blade is None:
-        uniform = [(1.0, 1.0)] * (len(ends) - 1)
-        return Ends(uniform, uniform, uniform)
-    spans = properties_of_spans(beam.blade, ends, bending)
-    return Ends(
-        [span.bending_at_ends for span in spans],
-        [span.axial_at_ends for span in spans],
-        [span.mass_at_ends for span in spans],
-    )
-
-
-def find_spans(
-    beam: AnyBeam, positions: Positions, law: StrainLaw | None, bending: str = "bending"
-) -> list[Span]:
-    """The spans of a beam, clamp first, with N = gamma^2 int_x^1 rho (u + delta) at their ends.
-    law: None where the strain is small, and the stretch taken to be 1. bending: "bending" or
-    "flap"."""
-    ends, u, means, masses = positions
-    properties = properties_at_ends(beam, ends, bending)
-    bodies = [(beam.alpha, beam.beta), *((mass.alpha, mass.beta) for mass in beam.masses)]
-    spans: list[Span] = []
-    load, N = beam.gamma**2, 0.0
-
-    def end_of_span(k: int, inward: int) -> End:
-        span, side = (k, 0) if inward > 0 else (k - 1, 1)
-        EI, EA, rho = (values[span][side] for values in properties)
-        slope = load * rho * (u[k] + beam.delta)
-        smooth = is_smooth(properties, bodies, ends, k)
-        if law is None:
-            return End(ends[k], inward, N, 1.0, slope, math.inf, EI, smooth)
-        f = float(law.stretch_from_force(np.array(N / (beam.mu**2 * EA))))
-        # Continued beyond the end, away from the span, the tension grows or falls to a limit.
-        least, most = law.force_limits
-        limit = beam.mu**2 * EA * (most if inward * slope > 0 else least)
-        distance = max(inward * (limit - N) / slope, NEAREST) if slope else math.inf
-        return End(ends[k], inward, N, f, slope, distance, EI, smooth)
-
-    for k in range(len(means), 0, -1):  # from the tip
-        for alpha, beta in bodies:
-            if alpha and abs(ends[k] - beta) <= AT_END:
-                N += alpha * load * (u[k] + beam.delta)
-        end = end_of_span(k, -1)
-        N += load * masses[k - 1] * (means[k - 1] + beam.delta)
-        spans.insert(0, Span(end_of_span(k - 1, 1), end))
-    return spans
-
-
-def is_smooth(
-    properties: Ends, bodies: list[tuple[float, float]], ends: tuple[float, ...], k: int
-) -> bool:
-    """Whether no property jumps at end k, between two spans, and no body is there."""
-    if k in (0, len(ends) - 1) or any(abs(ends[k] - beta) <= AT_END for _, beta in bodies):
-        return False
-    return all(abs(values[k][0] - values[k - 1][1]) <= JUMP * values[k][0] for values in properties)
 
 
 def layers(span: Span, power: int) -> list[Layer]:
@@ -226,19 +130,19 @@ def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnMes
     law = problem.strain_law
     limited = not (problem.rigid_tension or is_small_strain(beam, law))
     if limited and (beam.delta < 0 or not law.stiffens):
-        parts, start = first_parts(beam, problem)
-        return elements(beam, parts), None if has_unique_equilibrium(beam, law) else start
-    parts, _ = rounded_parts(rounded(beam), problem)
-    return elements(beam, parts), None
+        spans, start = first_elements_of_spans(beam, problem)
+        return joined_elements(beam, spans), None if has_unique_equilibrium(beam, law) else start
+    spans, _ = cached_elements_of_spans(rounded(beam), problem)
+    return joined_elements(beam, spans), None
 
 
-def elements(beam: Beam, parts: Sequence[Part]) -> Elements:
+def joined_elements(beam: Beam, spans: Sequence[SpanElements]) -> Elements:
     """The elements of a beam from those of each of its spans."""
     breaks = [0.0]
-    for part, (start, end) in zip(parts, pairwise(ends_of_spans(beam)), strict=True):
-        breaks += [start + (end - start) * fraction for fraction in part.ends[:-1]] + [end]
-    orders = tuple(order for part in parts for order in part.orders)
-    axial_orders = tuple(order for part in parts for order in part.axial_orders)
+    for span, (start, end) in zip(spans, pairwise(ends_of_spans(beam)), strict=True):
+        breaks += [start + (end - start) * fraction for fraction in span.ends[:-1]] + [end]
+    orders = tuple(order for span in spans for order in span.orders)
+    axial_orders = tuple(order for span in spans for order in span.axial_orders)
     return Elements(tuple(breaks), orders, axial_orders)
 
 
@@ -264,7 +168,9 @@ def four_digits(x: float) -> float:
     return math.ldexp(round(16 * mantissa), exponent - 4)
 
 
-def first_parts(beam: AnyBeam, problem: Problem) -> tuple[list[Part], StretchOnMesh | None]:
+def first_elements_of_spans(
+    beam: AnyBeam, problem: Problem
+) -> tuple[list[SpanElements], StretchOnMesh | None]:
     """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
     large, else None. Raises NoEquilibrium and NotConverged."""
     law, start, positions = problem.strain_law, None, unstretched_positions(beam)
@@ -276,13 +182,13 @@ def first_parts(beam: AnyBeam, problem: Problem) -> tuple[list[Part], StretchOnM
     if not problem.stiffens:
         properties = beam.blade, beam.masses, beam.root
         loaded = Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu, *properties)
-    bending = "bending" if problem.chordwise else "flap"
+    bending = problem.bending_property
     spans = find_spans(loaded, positions, None if small else law, bending)
     densities = None if beam.blade is None else wave_densities(beam.blade, positions.ends, bending)
-    return parts_of_spans(beam.mu, spans, problem, densities), start
+    return elements_of_spans(beam.mu, spans, problem, densities), start
 
 
-rounded_parts = lru_cache(maxsize=1024)(first_parts)
+cached_elements_of_spans = lru_cache(maxsize=1024)(first_elements_of_spans)
 
 
 class WaveDensities(NamedTuple):
@@ -309,9 +215,9 @@ def wave_densities(blade: Blade, ends: tuple[float, ...], bending: str) -> WaveD
     return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()))
 
 
-def parts_of_spans(
+def elements_of_spans(
     mu: float, spans: list[Span], problem: Problem, densities: WaveDensities | None = None
-) -> list[Part]:
+) -> list[SpanElements]:
     """Elements where polynomials beyond their orders have at most the share of the energy that the
     tolerance allows. densities: None of a uniform beam."""
     share = problem.tolerance / TRUNCATION_FACTOR
@@ -332,12 +238,14 @@ def parts_of_spans(
     axial_waves = waves if problem.gyroscopic or stretched or densities else stretching
     factors = densities.of_spans if densities else [1.0] * len(spans)
     return [
-        part_of_span(span, factor * waves, factor * axial_waves, power, share)
+        elements_of_span(span, factor * waves, factor * axial_waves, power, share)
         for span, factor in zip(spans, factors, strict=True)
     ]
 
 
-def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share: float) -> Part:
+def elements_of_span(
+    span: Span, waves: float, axial_waves: float, power: int, share: float
+) -> SpanElements:
     """The elements of a span, of a beam with so many half-waves."""
     length = span.length
     breaks = {0.0, 1.0}  # from the start of the span, in its lengths
@@ -372,7 +280,7 @@ def part_of_span(span: Span, waves: float, axial_waves: float, power: int, share
 
     rows = chain.from_iterable(starmap(elements_between, pairwise(sorted(breaks))))
     stops, orders, axial_orders = zip(*rows, strict=True)
-    return Part(stops, orders, axial_orders)
+    return SpanElements(stops, orders, axial_orders)
 
 
 def reach_of_element(layer: Layer, length: float, beside: int, share: float) -> float:

@@ -89,7 +89,7 @@ def lowest_modes(
     where one of several is unstable.
     """
     matrices = stiffness_and_mass(axial, state.f, problem)
-    coupled = problem.gyroscopic and axial.beams.turning
+    coupled = problem.gyroscopic and axial.beams.rotating
     solve = gyroscopic_modes if coupled else uncoupled_modes
     return solve(axial, state, matrices, count, problem)
 
@@ -118,7 +118,7 @@ def stiffness_and_mass(axial: AxialProblem, f: NDArray, problem: Problem) -> Mat
     M = across.mT @ (properties.G @ across)
     if beams.hinged:
         K[:, n, n] += beams.root
-    if any(any(mass.inertia) for mass in beams.masses):
+    if beams.has_inertia:
         add_rotary_inertia(K, M, axial, problem)
     return Matrices(K, M, d, properties.G, stiffness)
 
@@ -223,9 +223,10 @@ def uncoupled_modes(
 
 def may_be_indefinite(beams: BeamStack, problem: Problem) -> bool:
     """Whether the stiffness of bending, without softening, may not be positive definite."""
-    free = beams.root == 0 and not (beams.turning and problem.stiffens)
-    unsteady = not problem.chordwise and any(Jx > Jz for Jx, _, Jz in inertias_of(beams))
-    return beams.inward or free or unsteady
+    free = beams.root == 0 and not (beams.rotating and problem.stiffens)
+    # Flapwise, centrifugal forces turn a body that is long along the axis of rotation away from it.
+    tilts = not problem.chordwise and any(Jx > Jz for Jx, _, Jz in inertias_of(beams))
+    return beams.inward or free or tilts
 
 
 def inertias_of(beams: BeamStack) -> list[tuple[float, float, float]]:
@@ -309,7 +310,7 @@ def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple
     F[..., :n, :] = properties.rooted
     F[..., n:, :] = properties.alpha[..., None] ** 0.5 * properties.to_bodies
     along, across = F @ S, F @ (f[..., None] * rotation_matrix(mesh.J, beams))
-    if any(any(mass.inertia) for mass in beams.masses):
+    if beams.has_inertia:
         Jz = np.array(inertias_of(beams))[:, 2]
         turning = np.sqrt(Jz)[:, None] * rotations_of_bodies(axial)
         still = np.zeros((len(along), len(Jz), along.shape[-1]))

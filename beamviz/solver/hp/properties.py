@@ -1,4 +1,4 @@
-"""Mass and stiffness of straight beams: on a mesh, and of the spans between its discontinuities.
+"""Mass and stiffness of straight beams on a mesh.
 
 rho A, E I and E A are relative to those of the root section. A body on the beam has a mass alpha
 and principal moments of inertia; those turn with the section that carries it.
@@ -6,27 +6,22 @@ and principal moments of inertia; those turn with the section that carries it.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from itertools import pairwise
 from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.blade import MAX_DEGREE, Blade, Mass
+from beamviz.blade import Blade, Mass
 from beamviz.solver.hp.mesh import Mesh
 
-AT_END = 1e-13  # distance to the clamp or the tip, by rounding, of a mass that is taken to be there
-SAMPLES = 9  # of a span, besides its ends, at which its least stiffness is sought
-LEAST = 0.9  # of the least sample of a polynomial, which may fall below it between two samples
-
-numbers_of = attrgetter(*PARAMETERS)
+numbers_of = attrgetter(*PARAMETERS)  # alpha, beta, gamma, delta, mu
 
 
 class Numbers(NamedTuple):
-    """The numbers of a straight beam, and its properties where it is not uniform."""
+    """The numbers of a straight beam, and its properties where it is not uniform: as of a `Beam`,
+    but not checked, because rounded numbers may be just outside their limits."""
 
     alpha: float
     beta: float
@@ -55,7 +50,7 @@ class BeamStack(NamedTuple):
     gamma: NDArray
     delta: NDArray
     mu: NDArray
-    turning: bool  # whether all have a speed
+    rotating: bool  # whether all have a speed
     inward: bool  # whether any points inward
     blade: Blade | None
     masses: tuple[Mass, ...]  # the bodies but the first, which may have no mass
@@ -66,13 +61,18 @@ class BeamStack(NamedTuple):
         """Whether the angle at the root is free, or held by a spring."""
         return self.root < np.inf
 
+    @property
+    def has_inertia(self) -> bool:
+        """Whether a body has rotary inertia."""
+        return any(any(mass.inertia) for mass in self.masses)
+
 
 def stack_of(beams: Sequence[AnyBeam]) -> BeamStack:
     """The parameters of some beams."""
     alpha, beta, gamma, delta, mu = np.array([numbers_of(beam) for beam in beams]).T[..., None]
     if len({(beam.alpha, beam.beta) for beam in beams}) == 1:
         alpha, beta = alpha[:1], beta[:1]
-    turning = all(beam.gamma for beam in beams)
+    rotating = all(beam.gamma for beam in beams)
     inward = any(beam.delta < 0 for beam in beams)
     masses = beams[0].masses
     if masses:
@@ -82,7 +82,7 @@ def stack_of(beams: Sequence[AnyBeam]) -> BeamStack:
             for column, row in zip((alpha, beta), more, strict=True)
         )
     blade, root = beams[0].blade, beams[0].root
-    return BeamStack(alpha, beta, gamma, delta, mu, turning, inward, blade, masses, root)
+    return BeamStack(alpha, beta, gamma, delta, mu, rotating, inward, blade, masses, root)
 
 
 class Properties(NamedTuple):
@@ -166,107 +166,3 @@ def properties_of(mesh: Mesh, alpha: NDArray, beta: NDArray, blade: Blade | None
         to_ends=(distributed @ mesh.J + concentrated @ to_bodies) / axial[..., None],
         total=total / axial,
     )
-
-
-class Positions(NamedTuple):
-    """Positions u of an equilibrium, measured from the clamp, and the mass of the spans."""
-
-    ends: tuple[float, ...]  # x of the ends of the spans
-    u: tuple[float, ...]  # at the ends
-    means: tuple[float, ...]  # of u in each span, by mass
-    masses: tuple[float, ...]  # of each span
-
-
-class SpanProperties(NamedTuple):
-    """Properties of a span between two discontinuities."""
-
-    x: NDArray  # (k,) Gauss points
-    weights: NDArray  # (k,)
-    mass: NDArray  # (k,) rho A at the points
-    bending: NDArray  # (k,) E I
-    axial: NDArray  # (k,) E A
-    bending_at_ends: tuple[float, float]
-    axial_at_ends: tuple[float, float]
-    mass_at_ends: tuple[float, float]
-    least_axial: float
-
-
-def ends_of_spans(beam: AnyBeam) -> tuple[float, ...]:
-    """x of the clamp, of what is not smooth between clamp and tip (bodies, ends of the segments of
-    a blade), and of the tip."""
-    if is_uniform(beam):
-        inside = beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
-        return (0.0, beam.beta, 1.0) if inside else (0.0, 1.0)
-    bodies = [beam.beta] * (beam.alpha > 0) + [mass.beta for mass in beam.masses]
-    ends = [0.0]
-    for x in sorted({*bodies, *(beam.blade.breaks if beam.blade else ())}):
-        if ends[-1] + AT_END < x < 1 - AT_END:
-            ends.append(x)
-    return (*ends, 1.0)
-
-
-def unstretched_positions(beam: AnyBeam) -> Positions:
-    """The positions of an unstretched beam, u = x."""
-    ends = ends_of_spans(beam)
-    if beam.blade is None:
-        means, masses = zip(*(((a + b) / 2, b - a) for a, b in pairwise(ends)), strict=True)
-        return Positions(ends, ends, means, masses)
-    spans = properties_of_spans(beam.blade, ends, "bending")
-    masses = tuple(float(span.weights @ span.mass) for span in spans)
-    moments = (float(span.weights @ (span.mass * span.x)) for span in spans)
-    means = tuple(moment / mass for moment, mass in zip(moments, masses, strict=True))
-    return Positions(ends, ends, means, masses)
-
-
-@lru_cache(maxsize=64)
-def properties_of_spans(
-    blade: Blade, ends: tuple[float, ...], bending: str
-) -> tuple[SpanProperties, ...]:
-    """The properties of the spans of a blade. bending: "bending" or "flap"."""
-    xi, weights = legendre.leggauss(MAX_DEGREE // 2 + 2)  # exact for the static moment
-    spans = []
-    for start, stop in pairwise(ends):
-        x, w = start + (stop - start) * (xi + 1) / 2, (stop - start) / 2 * weights
-        mass, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
-        at_ends = {
-            name: (float(blade.at(name, start)), float(blade.at(name, stop, inboard=True)))
-            for name in (bending, "axial", "mass")
-        }
-        inside = blade.at("axial", np.linspace(start, stop, SAMPLES + 2)[1:-1]).min()
-        least = min(*at_ends["axial"], float(inside)) * (1.0 if blade.degree == 1 else LEAST)
-        spans.append(
-            SpanProperties(
-                x=x,
-                weights=w,
-                mass=mass,
-                bending=EI,
-                axial=EA,
-                bending_at_ends=at_ends[bending],
-                axial_at_ends=at_ends["axial"],
-                mass_at_ends=at_ends["mass"],
-                least_axial=least,
-            )
-        )
-    return tuple(spans)
-
-
-def greatest_force(beam: AnyBeam) -> float:
-    """An upper bound of the axial force of the unstretched beam over E A, in units of gamma^2."""
-    hub = abs(beam.delta)
-    if beam.blade is None:
-        moment = 0.5 + hub + beam.alpha * (beam.beta + hub)
-        return moment + sum(mass.alpha * (mass.beta + hub) for mass in beam.masses)
-    ends, _, means, masses = unstretched_positions(beam)
-    spans = properties_of_spans(beam.blade, ends, "bending")
-    bodies = [(beam.alpha, beam.beta), *((mass.alpha, mass.beta) for mass in beam.masses)]
-    greatest, moment = 0.0, 0.0
-    for k in range(len(spans) - 1, -1, -1):  # from the tip
-        start, stop = ends[k], ends[k + 1]
-        moment += masses[k] * (means[k] + hub)
-        moment += sum(
-            alpha * (beta + hub)
-            for alpha, beta in bodies
-            if start + AT_END < beta <= stop + AT_END and alpha
-        )
-        greatest = max(greatest, moment / spans[k].least_axial)
-    return greatest

@@ -27,7 +27,8 @@ from beamviz.solver.hp.equilibrium import (
 from beamviz.solver.hp.first_mesh import MAX_ORDER, Elements, first_elements
 from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
-from beamviz.solver.hp.properties import ends_of_spans, stack_of
+from beamviz.solver.hp.properties import stack_of
+from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.problem import Problem
 
 MAX_ATTEMPTS = 12  # for each beam
