@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.frequency_loci.mode_vectors import Points
+from beamviz.frequency_loci.mode_vectors import ModeVectors
 from beamviz.frequency_loci.path import Modes, Path
 from beamviz.frequency_loci.tracking import Track
 from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
@@ -105,13 +105,13 @@ class Search:
     The basis are the shapes of the two modes in the middle of the bracket."""
 
     def __init__(self, track: Track, candidate: Candidate):
-        self.candidate, points = candidate, track.points
+        self.candidate, vectors = candidate, track.vectors
         middle = (candidate.low + candidate.high) / 2
         i = int(abs(track.values - middle).argmin())
         rank = track.modes.rank[i, candidate.family, candidate.k : candidate.k + 2]
         near = slice(max(i - 2, 0), i + 3)
-        self.reference = points.shapes[i, rank]
-        self.reduced = reduce(self.reference, Points(*(array[near] for array in points)))
+        self.reference = vectors.shapes[i, rank]
+        self.reduced = reduce(self.reference, ModeVectors(*(array[near] for array in vectors)))
         self.least = LeastGap(float(track.values[i]), 0.0, math.inf, 0.0, (0, 1))
         self.shift = math.inf  # of the place of the least gap by the last solve
         self.is_settled = False
@@ -147,10 +147,10 @@ class Search:
         widest = int(np.diff(ends).argmax())
         return float(ends[widest] + ends[widest + 1]) / 2
 
-    def add(self, points: Points) -> None:
-        """Take in further solves; where none succeeded there are no points."""
-        if len(points.at):
-            self.reduced = self.reduced.joined(reduce(self.reference, points))
+    def add(self, vectors: ModeVectors) -> None:
+        """Take in further solves; where none succeeded there are no vectors."""
+        if len(vectors.at):
+            self.reduced = self.reduced.joined(reduce(self.reference, vectors))
             self.estimate()
 
     def is_wanted(self, modes: int) -> bool:
@@ -170,9 +170,9 @@ def locate(searches: list[Search], path: Path) -> None:
         if not active:
             break
         values = [search.next_value for search in active]
-        points = path.points(np.unique(values))
+        vectors = path.vectors(np.unique(values))
         for search, value in zip(active, values, strict=True):
-            search.add(points.among(np.array([value])))
+            search.add(vectors.among(np.array([value])))
 
 
 def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
@@ -201,8 +201,8 @@ def _measured(track: Track, searches: list[Search]) -> list[AvoidedCrossing]:
 
     values = np.unique(near)
     ranks_there = ranks(path.modes(values), near)[:, 0]
-    coupling, index = veering_indices(path.points(values), near, ranks_there)
-    rotation = rotations(track.points, ends, ranks(track.modes, ends))
+    coupling, index = veering_indices(path.vectors(values), near, ranks_there)
+    rotation = rotations(track.vectors, ends, ranks(track.modes, ends))
     return [
         AvoidedCrossing(
             search.candidate.family,
@@ -224,37 +224,37 @@ def _nearest(grid: NDArray, wanted: NDArray, low: NDArray, high: NDArray) -> NDA
     return grid[apart.argmin(axis=1)]
 
 
-def _places(points: Points, values: NDArray) -> tuple[NDArray, NDArray]:
-    """The indices (n, 2) of values among the points, and whether both are among them (n,)."""
-    places = np.searchsorted(points.at, values).clip(max=max(len(points.at) - 1, 0))
-    return places, (points.at[places] == values).all(axis=1)
+def _places(vectors: ModeVectors, values: NDArray) -> tuple[NDArray, NDArray]:
+    """The indices (n, 2) of values among those of the vectors; whether both are there (n,)."""
+    places = np.searchsorted(vectors.at, values).clip(max=max(len(vectors.at) - 1, 0))
+    return places, (vectors.at[places] == values).all(axis=1)
 
 
-def rotations(points: Points, ends: NDArray, ranks: NDArray) -> NDArray:
+def rotations(vectors: ModeVectors, ends: NDArray, ranks: NDArray) -> NDArray:
     """The angles (n,) by which the shapes of two modes, of these ranks (n, 2, 2) by frequency at
     two ends (n, 2), rotate into each other between them; 90 degrees where that is not known."""
-    places, known = _places(points, ends)
-    known &= (ranks < points.shapes.shape[1]).all(axis=(1, 2))  # else above the modes solved for
+    places, known = _places(vectors, ends)
+    known &= (ranks < vectors.shapes.shape[1]).all(axis=(1, 2))  # else above the modes solved for
     places, ranks = places[..., None], np.where(known[:, None, None], ranks, 0)
-    before = points.shapes[places[:, 0], ranks[:, 0]]
-    O = abs(before.conj() @ points.duals[places[:, 1], ranks[:, 1]].mT)
+    before = vectors.shapes[places[:, 0], ranks[:, 0]]
+    O = abs(before.conj() @ vectors.duals[places[:, 1], ranks[:, 1]].mT)
     angles = np.arctan2(O[:, 0, 1] + O[:, 1, 0], O[:, 0, 0] + O[:, 1, 1])
     return np.where(known, angles, math.pi / 2)
 
 
-def veering_indices(points: Points, near: NDArray, pair: NDArray) -> tuple[NDArray, NDArray]:
+def veering_indices(vectors: ModeVectors, near: NDArray, pair: NDArray) -> tuple[NDArray, NDArray]:
     """s_ab and the veering index (n,) of pairs of modes (n, 2) (du Bois, Adhikari & Lieven 2011),
     from the rates at which the modes rotate into each other at the least gap, s_ab / (lambda_b -
-    lambda_a), by central differences of the points `near` (n, 2), 2 h apart; index 0 where the
-    points or the modes are not known."""
-    places, known = _places(points, near)
+    lambda_a), by central differences between the values `near` (n, 2), 2 h apart; index 0 where the
+    vectors or the modes are not known."""
+    places, known = _places(vectors, near)
     known &= near[:, 1] > near[:, 0]
     h, each = np.where(known, near[:, 1] - near[:, 0], 1.0)[:, None] / 2, np.arange(len(near))
-    O = points.shapes[places[:, 0]].conj() @ points.duals[places[:, 1]].mT  # (n, modes, modes)
+    O = vectors.shapes[places[:, 0]].conj() @ vectors.duals[places[:, 1]].mT  # (n, modes, modes)
     diagonal = np.diagonal(O, axis1=1, axis2=2)[:, None]
     O = O * diagonal.conj() / np.maximum(abs(diagonal), TINY)  # phases: real on the diagonal
     rates = abs(O - O.conj().mT) / (4 * h[:, None])
-    squares = points.omega_squared[places]  # (n, 2, modes)
+    squares = vectors.omega_squared[places]  # (n, 2, modes)
     mean, slope = squares.mean(axis=1), np.diff(squares, axis=1)[:, 0] / (2 * h)
     known &= (pair < O.shape[1]).all(axis=1)  # else above the modes solved for
     pair = np.where(known[:, None], pair, 0)

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from beamviz.frequency_loci.avoided_crossings import AvoidedCrossing, avoided_crossings
 from beamviz.frequency_loci.path import Path
 from beamviz.frequency_loci.tracking import Track
-from beamviz.solver.solution import Solution, family_of, read_only
+from beamviz.solver.solution import (
+    Solution,
+    family_of,
+    frequencies_of,
+    omega_squared_of,
+    read_only,
+)
 
 Place = tuple[int, int]  # of a mode: its family and its index in it
 
@@ -41,8 +47,7 @@ class Branch:
     @cached_property
     def frequency(self) -> NDArray:
         """Frequencies (values,) in units of 1/T*; nan also where a mode has none."""
-        vibrates = (self.s.imag > 0) | (self.s == 0)
-        return read_only(np.where(vibrates, self.s.imag, np.nan))
+        return read_only(frequencies_of(self.s))
 
     @cached_property
     def growth_rate(self) -> NDArray:
@@ -52,7 +57,7 @@ class Branch:
     @cached_property
     def omega_squared(self) -> NDArray:
         """omega^2 (values,); of a mode without a frequency minus its squared growth rate."""
-        return read_only(np.where(self.s.imag > 0, self.s.imag**2, -(self.s.real**2)))
+        return read_only(omega_squared_of(self.s))
 
     @cached_property
     def error(self) -> NDArray:

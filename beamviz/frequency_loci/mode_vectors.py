@@ -21,7 +21,7 @@ RIGID = 1e-6  # for the frequency of a rigid rotation
 Outcome = Solution | BeamvizError  # at one value of a parameter
 
 
-class Points(NamedTuple):
+class ModeVectors(NamedTuple):
     """Modes at n ascending values of one parameter, m at each, as vectors with shape_i . dual_j = 1
     for i = j and 0 otherwise. Shapes and duals are smooth functions of the parameter."""
 
@@ -30,10 +30,10 @@ class Points(NamedTuple):
     shapes: np.ndarray  # (n, m, d)
     duals: np.ndarray  # (n, m, d)
 
-    def among(self, values: np.ndarray) -> "Points":
-        """The points at these values (n,) of the parameter."""
+    def among(self, values: np.ndarray) -> "ModeVectors":
+        """Those at these values (n,) of the parameter."""
         index = (self.at[:, None] == values).any(axis=1)
-        return self if index.all() else Points(*(array[index] for array in self))
+        return self if index.all() else ModeVectors(*(array[index] for array in self))
 
 
 def gauss_points(solutions: Sequence[Solution]) -> int:
@@ -48,7 +48,7 @@ def gauss_points(solutions: Sequence[Solution]) -> int:
     return GAUSS_POINTS + 2 * s.shape[1] + math.ceil(math.sqrt(growth / 2))
 
 
-def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Points:
+def mode_vectors(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> ModeVectors:
     """The modes, equal in number, of the outcomes at values (n,) that are solutions. Shapes are
     sampled at `count` Gauss points of the whole beam and at the mass; inner products of shapes and
     duals contain the weights and the mass."""
@@ -56,19 +56,18 @@ def mode_points(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Poin
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
         no_vectors = np.empty((0, 0, 0))
-        return Points(at, np.empty((0, 0)), no_vectors, no_vectors)
-    s = np.array([solution.s for solution in solutions])
-    squares = np.where(s.imag > 0, s.imag**2, -(s.real**2))
+        return ModeVectors(at, np.empty((0, 0)), no_vectors, no_vectors)
+    squares = np.array([solution.omega_squared for solution in solutions])
     fields, masses = _fields(solutions, count)
     if solutions[0].problem.state != "straight":
         vectors = fields * np.sqrt(masses)
-        return Points(at, squares, *_complex_vectors(vectors, solutions))
+        return ModeVectors(at, squares, *_complex_vectors(vectors, solutions))
     gamma = np.array([solution.beam.gamma for solution in solutions])
     if np.iscomplexobj(fields) and gamma.any():
         fields = _in_phase(fields, squares)
-        return Points(at, squares, *_gyroscopic_vectors(fields, masses, squares, gamma))
+        return ModeVectors(at, squares, *_gyroscopic_vectors(fields, masses, squares, gamma))
     shapes = fields.reshape(*squares.shape, -1)
-    return Points(at, squares, shapes, (fields * masses).reshape(shapes.shape))
+    return ModeVectors(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
 
 def mass_weighted(

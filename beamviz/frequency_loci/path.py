@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from beamviz.beam import NUMBERS, Beam
 from beamviz.checks import check_float
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
-from beamviz.frequency_loci.mode_vectors import Outcome, Points, gauss_points, mode_points
+from beamviz.frequency_loci.mode_vectors import ModeVectors, Outcome, gauss_points, mode_vectors
 from beamviz.solver import solve_many
 from beamviz.solver.problem import METHODS, Problem
-from beamviz.solver.solution import Solution, read_only
+from beamviz.solver.solution import Solution, frequencies_of, omega_squared_of, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
 
@@ -58,12 +58,12 @@ class Modes(NamedTuple):
     def omega_squared(self) -> NDArray:
         """omega^2 (values, families, k); of a mode without a frequency minus its squared growth
         rate."""
-        return np.where(self.s.imag > 0, self.s.imag**2, -(self.s.real**2))
+        return omega_squared_of(self.s)
 
     @property
     def frequencies(self) -> NDArray:
         """Frequencies (values, families, k); nan where a mode has none."""
-        return np.where(self.s.imag > 0, self.s.imag, np.where(self.s == 0, 0.0, np.nan))
+        return frequencies_of(self.s)
 
     @property
     def rank(self) -> NDArray:
@@ -151,9 +151,9 @@ class Path:
             return Modes(values, s[:, None], bending[:, None])
         return Modes(values, *_by_family(s, bending))
 
-    def points(self, values: NDArray) -> Points:
+    def vectors(self, values: NDArray) -> ModeVectors:
         """The mode vectors at those of the ascending values that have a solution."""
-        return mode_points(values, self.solve(values), self.gauss_points)
+        return mode_vectors(values, self.solve(values), self.gauss_points)
 
     @cached_property
     def gauss_points(self) -> int:

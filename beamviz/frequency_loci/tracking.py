@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.frequency_loci.mode_vectors import Points
+from beamviz.frequency_loci.mode_vectors import ModeVectors
 from beamviz.frequency_loci.path import Modes, Path
 from beamviz.solver.solution import Solution
 
@@ -59,14 +59,14 @@ class Track:
         return self.path.modes(self.values)
 
     @cached_property
-    def points(self) -> Points:
+    def vectors(self) -> ModeVectors:
         """The mode vectors at these values."""
-        return self.path.points(self.values)
+        return self.path.vectors(self.values)
 
     @cached_property
     def continuity(self) -> Continuity:
         """How the modes continue from one value to the next."""
-        return continuity(self.modes, self.points, self.path.problem.modes)
+        return continuity(self.modes, self.vectors, self.path.problem.modes)
 
 
 def track_loci(path: Path, low: float, high: float, values: NDArray) -> Track:
@@ -89,10 +89,10 @@ def _with_solution(path: Path, values: NDArray) -> NDArray:
     return values[[isinstance(outcome, Solution) for outcome in outcomes]]
 
 
-def continuity(modes: Modes, points: Points, count: int) -> Continuity:
+def continuity(modes: Modes, vectors: ModeVectors, count: int) -> Continuity:
     """How the modes on a grid continue, `count` of them requested, by the shares of each shape in
     those at the next value."""
-    before, after = points.shapes[:-1], points.duals[1:]
+    before, after = vectors.shapes[:-1], vectors.duals[1:]
     shares = abs(before.conj() @ after.mT) ** 2  # (n - 1, m, m) among all modes, by frequency
     rank = modes.rank
     n, families, k = rank.shape

@@ -1,6 +1,6 @@
 """Two modes near their least gap, as a 2 x 2 problem in a basis that is constant along the loci.
 
-Its entries are smooth however sharply the loci veer, so few points suffice to locate the gap. With
+Its entries are smooth however sharply the loci veer, so few solves suffice to locate the gap. With
 half the difference d of its diagonal and the entry c beside it,
 
     omega_b^2 - omega_a^2 = 2 sqrt(d^2 + |c|^2).
@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from beamviz.frequency_loci.mode_vectors import Points
+from beamviz.frequency_loci.mode_vectors import ModeVectors
 
 TOUCHING = 1e-8  # relative gap, of omega^2, below which it is rounding error
-NEAREST = 6  # most points from which the entries are interpolated
-CAPTURED = 0.7  # least share of the reference shapes in the two modes of a point used
-SPACING = 1e-3  # of the interval: least distance of the points interpolated from
+NEAREST = 6  # most values from which the entries are interpolated
+CAPTURED = 0.7  # least share of the reference shapes in the two modes at a value used
+SPACING = 1e-3  # of the interval: least distance of the values interpolated from
 SAMPLES = 33  # of an interpolated gap, between two of which is the minimum
 FLOOR = 1e-12  # replaces an interpolated omega^2 below it, whose root is taken
 TINY = float(np.finfo(float).tiny)
@@ -45,19 +45,19 @@ class Reduced(NamedTuple):
         return Reduced(*map(np.concatenate, zip(self, other, strict=True)))
 
 
-def reduce(reference: np.ndarray, points: Points) -> Reduced:
+def reduce(reference: np.ndarray, vectors: ModeVectors) -> Reduced:
     """The 2 x 2 problem of the two modes of each point most like two reference shapes
-    (2, components). Points whose modes do not contain the shapes are left out."""
-    B = reference.conj() @ points.duals.swapaxes(1, 2)
+    (2, components). ModeVectors whose modes do not contain the shapes are left out."""
+    B = reference.conj() @ vectors.duals.swapaxes(1, 2)
     modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
     U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
     Q = U @ V
-    squares = np.take_along_axis(points.omega_squared, modes, axis=1)
+    squares = np.take_along_axis(vectors.omega_squared, modes, axis=1)
     H = (Q * squares[:, None, :]) @ Q.conj().swapaxes(1, 2)
     mean, d = (H[:, 0, 0] + H[:, 1, 1]) / 2, (H[:, 0, 0] - H[:, 1, 1]) / 2
     entries = np.column_stack((mean, d, H[:, 0, 1]))
     captured = size[:, 1] ** 2 > CAPTURED
-    return Reduced(points.at[captured], entries[captured], np.sort(modes)[captured])
+    return Reduced(vectors.at[captured], entries[captured], np.sort(modes)[captured])
 
 
 class TwoModes(NamedTuple):

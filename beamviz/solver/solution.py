@@ -239,7 +239,7 @@ class Solution:
     @cached_property
     def frequencies(self) -> NDArray:
         """Frequencies (modes,), ascending, in units of 1/T*; nan where a mode has none."""
-        return read_only(np.where(self.s.imag > 0, self.s.imag, np.where(self.s == 0, 0.0, np.nan)))
+        return read_only(frequencies_of(self.s))
 
     @cached_property
     def growth_rates(self) -> NDArray:
@@ -252,7 +252,7 @@ class Solution:
     def omega_squared(self) -> NDArray:
         """omega^2 (modes,), the squared frequency; of a mode without one, minus its squared growth
         rate."""
-        return read_only(np.where(self.s.imag > 0, self.s.imag**2, -(self.s.real**2)))
+        return read_only(omega_squared_of(self.s))
 
     @cached_property
     def omega_squared_errors(self) -> NDArray:
@@ -336,6 +336,17 @@ class Solution:
 def exponents(omega_squared: NDArray) -> NDArray:
     """s (modes,), growth rate + i frequency, of modes that either vibrate or grow."""
     return np.sqrt(-omega_squared + 0j)
+
+
+def omega_squared_of(s: NDArray) -> NDArray:
+    """omega^2 of modes s = growth rate + i frequency (...); of a mode without a frequency minus its
+    squared growth rate."""
+    return np.where(s.imag > 0, s.imag**2, -(s.real**2))
+
+
+def frequencies_of(s: NDArray) -> NDArray:
+    """The frequencies of modes s (...): 0 of a rigid motion, nan of a mode without one."""
+    return np.where(s.imag > 0, s.imag, np.where(s == 0, 0.0, np.nan))
 
 
 def labels_of(shares: Iterable[float]) -> tuple[str, ...]:

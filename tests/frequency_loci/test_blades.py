@@ -7,7 +7,7 @@ from beamviz import Beam, InvalidInput, loci, solve
 from beamviz.blade import Blade, Mass
 from beamviz.frequency_loci.forced_response import run_up, static_deflection
 from beamviz.frequency_loci.identity import match_modes
-from beamviz.frequency_loci.mode_vectors import mode_points
+from beamviz.frequency_loci.mode_vectors import mode_vectors
 
 ONES = (1, 1, 1)
 UNIFORM = Blade((0, 0.4, 1), ONES, ONES, ONES)
@@ -22,8 +22,8 @@ BLADE = Beam(alpha=0.2, beta=0.8, gamma=3, delta=0.1, blade=JUMP, masses=(BODY,)
 def test_mode_vectors_are_orthogonal(options):
     """In the product with the mass of the blade and the rotary inertia of its body: 5e-3 is that of
     the body, 1e-4 the error of a quadrature across the concentrated mass."""
-    points = mode_points(np.array([1.0]), [solve(BLADE, 6, **options)], 28)
-    products = points.shapes[0] @ points.duals[0].T
+    vectors = mode_vectors(np.array([1.0]), [solve(BLADE, 6, **options)], 28)
+    products = vectors.shapes[0] @ vectors.duals[0].T
     assert products == pytest.approx(np.eye(6), abs=3e-4)
 
 
@@ -33,8 +33,8 @@ def test_mode_vectors_of_a_rigid_rotation_are_orthogonal(state):
     Its share in other modes is as small as the frequency used in place of 0."""
     solution = solve(Beam(gamma=5, root=0), 6, coriolis=True, state=state)
     assert solution.frequencies[0] == 0
-    points = mode_points(np.array([1.0]), [solution], 28)
-    products = points.shapes[0] @ points.duals[0].T
+    vectors = mode_vectors(np.array([1.0]), [solution], 28)
+    products = vectors.shapes[0] @ vectors.duals[0].T
     assert products == pytest.approx(np.eye(6), abs=1e-4)
 
 

@@ -187,7 +187,6 @@ def labels_by_mode(found, i):
     return {mode: label for mode, label in indices.items() if mode >= 0}
 
 
-
 def test_repr_is_one_line(tip):
     """The range, the branches, and the number of events and limits."""
     assert repr(tip) == (

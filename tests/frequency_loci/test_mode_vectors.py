@@ -16,7 +16,7 @@ from beamviz.frequency_loci.identity import (
     match_modes,
     names_of_branches,
 )
-from beamviz.frequency_loci.mode_vectors import gauss_points, mode_points
+from beamviz.frequency_loci.mode_vectors import gauss_points, mode_vectors
 
 TIP = Beam(alpha=1, beta=1)
 HEAVY = Beam(alpha=2, beta=0.7, mu=500)
@@ -30,8 +30,8 @@ def test_modes_of_one_point_are_orthonormal(method, coriolis, delta):
     A beam far inward is in some ten half-waves, and its modes are still told apart."""
     beams = [HEAVY.replace(gamma=gamma, delta=delta) for gamma in (5, 40)]
     solutions = [solve(beam, 7, method=method, coriolis=coriolis) for beam in beams]
-    points = mode_points(np.array([5.0, 40.0]), solutions, gauss_points(solutions))
-    products = points.shapes @ points.duals.swapaxes(1, 2)
+    vectors = mode_vectors(np.array([5.0, 40.0]), solutions, gauss_points(solutions))
+    products = vectors.shapes @ vectors.duals.swapaxes(1, 2)
     assert products == pytest.approx(np.tile(np.eye(7), (2, 1, 1)), abs=3e-3)
 
 
@@ -39,8 +39,8 @@ def test_the_finest_of_all_shapes_are_told_apart():
     """Without a mass nothing depends on its place: a hundred half-waves are found again."""
     buckled = Beam(gamma=200, delta=-1.9, mu=7000)
     solutions = [solve(buckled.replace(beta=beta), 7) for beta in (0.2, 0.3)]
-    points = mode_points(np.array([0.2, 0.3]), solutions, gauss_points(solutions))
-    products = points.shapes[0] @ points.duals[1].T
+    vectors = mode_vectors(np.array([0.2, 0.3]), solutions, gauss_points(solutions))
+    products = vectors.shapes[0] @ vectors.duals[1].T
     assert abs(products) == pytest.approx(np.eye(7), abs=1e-2)
 
 
