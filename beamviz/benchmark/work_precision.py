@@ -92,7 +92,8 @@ def solver_of(name: str) -> Solver:
     theory, resolution = theory_of(name), METHOD_TABLE[name].resolution
     if resolution is None:
         return Solver(name, theory, "tolerance", TOLERANCES, partial(_solve, name, "tolerance"))
-    option, numbers = resolution.option, ELEMENTS
+    option = resolution.option
+    numbers: tuple[int, ...] = ELEMENTS
     if option == "terms":
         shares = (round(share * resolution.default) for share in TERMS)
         numbers = tuple(terms for terms in shares if terms >= MODES)

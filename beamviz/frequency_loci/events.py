@@ -185,35 +185,39 @@ def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Eve
 
 
 def resonances(tracked: Tracked) -> Iterator[Event | Limit]:
-    """Where omega = per_rev gamma: a force of per_rev periods per revolution excites the mode. Each
-    pair of a line and a mode is a function, number line x modes + mode."""
-    path, multiples = tracked.path, np.arange(1, tracked.per_rev + 1)
-    if not len(multiples) or path.over != "gamma":
-        return
-    for part in tracked.parts:
-        modes = part.track.modes
-        n, families, count = modes.s.shape
-        lines = (multiples * modes.at[:, None]) ** 2  # (n, multiples) omega^2 on each line
-        above = modes.omega_squared.reshape(n, 1, -1) - lines[..., None]  # (n, multiples, modes)
-        shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, -1)
+    """Where omega = per_rev gamma: a force of per_rev periods per revolution excites the mode."""
+    if tracked.per_rev and tracked.path.over == "gamma":
+        multiples = np.arange(1, tracked.per_rev + 1)
+        for part in tracked.parts:
+            yield from _resonances_of(tracked.path, part, multiples)
 
-        def above_line(values: NDArray, channel: NDArray, size: int = families * count) -> NDArray:
-            """omega^2 (n,) above that on a line."""
-            squares = path.modes(values).omega_squared.reshape(len(values), -1)
-            line = multiples[channel // size] * values
-            return squares[np.arange(len(values)), channel % size] - line**2
 
-        samples = np.where(shown, above, np.nan).reshape(n, -1)
-        roots = find_roots(modes.at, samples, above_line)
-        for bracket in roots.unlocated:
-            yield not_located("resonance", path.over, bracket.low, bracket.high)
-        ranks = path.modes(roots.at).rank.reshape(-1, families * count)
-        for at, channel, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
-            line, mode = divmod(channel, families * count)
-            if rank[mode] < path.problem.modes:
-                labels = part.labels_of((divmod(mode, count),), at)
-                per_rev = line + 1
-                yield Event("resonance", labels, at, per_rev * at, per_rev=per_rev)
+def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event | Limit]:
+    """The resonances with some multiples of the speed. Each pair of a multiple and a mode is a
+    function, number (index of the multiple) x modes + mode."""
+    modes = part.track.modes
+    n, families, count = modes.s.shape
+    size = families * count  # number of modes
+    lines = (multiples * modes.at[:, None]) ** 2  # (n, multiples) omega^2 on each line
+    above = modes.omega_squared.reshape(n, 1, size) - lines[..., None]  # (n, multiples, modes)
+    shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, size)
+
+    def above_line(values: NDArray, pair: NDArray) -> NDArray:
+        """omega^2 (n,) above that on a line, of pairs at values (n,)."""
+        squares = path.modes(values).omega_squared.reshape(len(values), size)
+        on_line = multiples[pair // size] * values
+        return squares[np.arange(len(values)), pair % size] - on_line**2
+
+    roots = find_roots(modes.at, np.where(shown, above, np.nan).reshape(n, -1), above_line)
+    for bracket in roots.unlocated:
+        yield not_located("resonance", path.over, bracket.low, bracket.high)
+    ranks = path.modes(roots.at).rank.reshape(-1, size)
+    for at, pair, rank in zip(roots.at.tolist(), roots.channel.tolist(), ranks, strict=True):
+        index, mode = divmod(pair, size)
+        if rank[mode] < path.problem.modes:
+            labels = part.labels_of((divmod(mode, count),), at)
+            per_rev = int(multiples[index])
+            yield Event("resonance", labels, at, per_rev * at, per_rev=per_rev)
 
 
 def bucklings(tracked: Tracked) -> Iterator[Event]:

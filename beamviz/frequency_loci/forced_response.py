@@ -1,4 +1,4 @@
-"""Resonances with multiples of the speed, and the steady response while running up through them.
+"""The steady response of a beam to a force that rotates, and its run-up through resonances.
 
 The force is proportional to the mass of each particle, as weight on a beam that rotates in a
 vertical plane: in the frame of the beam it rotates once per revolution, with components along and

@@ -25,7 +25,6 @@ from beamviz.solver.solution import Solution
 
 Answer = Solution | BeamvizError
 SolveOne = Callable[[Beam, Problem], Solution]
-METHODS_WITH_BENT_STATES = ("auto", "ancf-planar")
 
 
 # The keywords are spelled out, although `Problem` declares them, because editors and notebooks
@@ -177,9 +176,9 @@ def _check_state(beam: Beam, problem: Problem) -> None:
     requested = f"spin_up = {beam.spin_up:g}" if beam.spin_up else f"state = {problem.state!r}"
     if beam.spin_up and problem.state == "straight":
         reason, use = "there is no straight state", {"state": ("stable", "bent")}
-    elif problem.method not in METHODS_WITH_BENT_STATES:
+    elif not METHODS[problem.method].deflected:
         reason = f"method {problem.method} has no bent states"
-        use = {"method": METHODS_WITH_BENT_STATES}
+        use = {"method": tuple(name for name, row in METHODS.items() if row.deflected)}
     elif not (problem.stiffening and problem.softening):
         reason = "stiffening and softening cannot be switched off"
     elif beam.spin_up and not problem.chordwise:

@@ -20,7 +20,9 @@ from scipy.linalg import blas, lapack
 from beamviz.errors import NotConverged
 
 EPS = float(np.finfo(float).eps)  # 2.2e-16
-COMPRESSED = 16.0  # shift of beams that may buckle: omega^2 of bending at rest is 12
+# Shift of beams that may buckle, and the least scale of the errors of omega^2, which compression
+# may bring near zero: omega^2 of bending at rest is 12.
+COMPRESSED = 16.0
 SHIFTS = tuple(COMPRESSED * 4.0**k for k in range(28))
 NEARLY_SINGULAR = 4.0  # ratio of shift to least shifted eigenvalue above which both lose digits
 FEW = 30  # number of unknowns from which a few eigenvectors are computed faster than all

@@ -21,7 +21,8 @@ from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 MAX_MODES = 20
 STRAIN_DESCRIPTIONS = "; ".join(f"{law.name}: {law.description}" for law in STRAIN_LAWS.values())
 
-# Called before each beam or batch of beams: an exception that it raises ends the calculation.
+# Called before each beam or batch of beams: an exception that it raises ends the calculation. The
+# default, bool(), does nothing.
 interruption: ContextVar[Callable[..., Any]] = ContextVar("interruption", default=bool)
 
 
@@ -40,15 +41,17 @@ class Method(NamedTuple):
     """A row of the table of methods. package: the part of `beamviz.solver` that has it.
     unsupported: names of options. resolution: None where it refines to a tolerance. source:
     publication. choose: when to use it. rigid_tension: whether the tension is that of the
-    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform."""
+    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform.
+    deflected: whether it solves for deflected states, and for beams with a spin-up."""
 
     package: str
     unsupported: tuple[str, ...]
-    resolution: Any  # a Resolution or None
+    resolution: Resolution | None
     source: str
     choose: str
     rigid_tension: bool = False
     blades: bool = False
+    deflected: bool = False
 
 
 SWITCHES = "stiffening", "softening"
@@ -60,6 +63,7 @@ METHODS = {
         "this program: high-order elements in gradient and curvature, split at the mass",
         "unless you are studying another method: fastest to any accuracy",
         blades=True,
+        deflected=True,
     ),
     "ancf": Method(
         *FEM,
@@ -71,6 +75,7 @@ METHODS = {
         *FEM,
         "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
         "to check ancf: the same answer with all unknowns at once",
+        deflected=True,
     ),
     "linear": Method(
         *FEM,
@@ -242,8 +247,11 @@ class Problem:
 
     @property
     def resolution(self) -> int:
-        """The number of elements or terms; InvalidInput where it is out of range, or too few."""
-        option, default, least, most, modes_each = METHODS[self.method].resolution
+        """The number of elements or terms of a method that has one, the default where none was
+        given; InvalidInput where it is out of range, or too small for the number of modes."""
+        resolution = METHODS[self.method].resolution
+        assert resolution, f"{self.method} refines to a tolerance"
+        option, default, least, most, modes_each = resolution
         given = getattr(self, option)
         number = check_int(option, default if given is None else given, least, most)
         if self.modes > modes_each * number:

@@ -22,12 +22,12 @@ each integrated from the end where its unknown is known:
 
     equilibrium  mu^2 n(f) = gamma^2 R (u + delta),         u = J f
     stretching   mu^2 n'(f) s = Lambda R u,                 u = J s
-    bending      a theta' = R f (N theta - V),              theta = J theta', w = J f theta
+    bending      a theta' = R f (V - N theta),              theta = J theta', w = J f theta
                  V = Lambda R w
 
 with J = int from the clamp, R = int to the tip (rho in it where it acts on an inertia), a the
 bending rigidity and Lambda = omega^2 + gamma^2 (omega^2 across the plane). They hold at the
-Chebyshev points of the beam, or of both its parts where a mass sits between: integrals keep the
+Chebyshev points of the beam, or of both its spans where a mass sits between: integrals keep the
 digits that differentiation matrices lose (El-Gendi, Computer J. 12, 1969; Greengard, SIAM J. Numer.
 Anal. 28, 1991). Boundary layers get no points of their own.
 """
@@ -101,8 +101,9 @@ def _combined(basis: Callable[[int, NDArray], tuple], coefficients: NDArray, x: 
     return basis(len(coefficients), x)[0] @ coefficients
 
 
-class Part(NamedTuple):
-    """A part of the beam whose tension is N = sum tension[i] xi^i, xi = x - start."""
+class TensionSpan(NamedTuple):
+    """A span of the beam, without a mass inside, whose tension is N = sum tension[i] xi^i with
+    xi = x - start."""
 
     start: float
     length: float
@@ -111,7 +112,7 @@ class Part(NamedTuple):
 
 @np.errstate(over="ignore", invalid="ignore")  # in a scan that finds no roots
 def power_series(beam: Beam, problem: Problem) -> Solution:
-    """The modes, w with as many powers as terms on each part of the beam: the roots of the
+    """The modes, w with as many powers as terms on each span of the beam: the roots of the
     determinant of moment and shear at the tip. Raises NotConverged where that is rounding, and for
     too few roots."""
     from scipy.interpolate import PPoly  # loads much that assumed modes do not need
@@ -128,7 +129,7 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
     coefficients, moment, _ = series(beam, terms, s * abs(s))
     shares = np.stack((-moment[1], moment[0])) / np.hypot(*moment)
     c = np.stack([(c * shares).sum(axis=1) for c in coefficients], axis=1)
-    ends = [*(part.start for part in parts(beam)), 1.0]
+    ends = [*(span.start for span in tension_spans(beam)), 1.0]
     scale = _unit_mass(beam, PPoly(c[::-1], ends))  # powers descend
     omega_squared = s * abs(s) - beam.gamma**2 * problem.chordwise
     bending = Family(omega_squared, PPoly(c[::-1] * scale, ends))
@@ -136,8 +137,8 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
     return families.build_solution(beam, problem, both, (2, 1, terms))
 
 
-def parts(beam: Beam) -> list[Part]:
-    """The beam between clamp, mass and tip."""
+def tension_spans(beam: Beam) -> list[TensionSpan]:
+    """The spans between clamp, mass and tip, under the tension of the unstretched beam."""
     load = beam.gamma**2
     ends = sorted({0.0, beam.beta, 1.0}) if beam.alpha else [0.0, 1.0]
     between = []
@@ -145,30 +146,30 @@ def parts(beam: Beam) -> list[Part]:
         carried = beam.alpha * (beam.beta + beam.delta) if b <= beam.beta else 0.0
         at_start = (1 - a) * ((1 + a) / 2 + beam.delta) + carried
         tension = (load * at_start, -load * (a + beam.delta), -load / 2)
-        between.append(Part(a, b - a, tension))
+        between.append(TensionSpan(a, b - a, tension))
     return between
 
 
 def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDArray, NDArray]:
     """The two solutions that satisfy the clamp for each Lambda (k,): their coefficients (terms, 2,
-    k) in xi on each part, from w'''' = (N w')' + Lambda w power by power, and moment and shear (2,
+    k) in xi on each span, from w'''' = (N w')' + Lambda w power by power, and moment and shear (2,
     k) at the tip."""
     start = np.zeros((4, 2, len(Lambda)))  # w, w', w''/2, w'''/6
     start[2, 0] = start[3, 1] = 1.0
     coefficients = []
-    for part in parts(beam):
-        (n0, n1, n2), c = part.tension, np.zeros((terms, *start.shape[1:]))
+    for span in tension_spans(beam):
+        (n0, n1, n2), c = span.tension, np.zeros((terms, *start.shape[1:]))
         c[:4] = start
         for k in range(terms - 4):
             a = 1 / ((k + 2) * (k + 3) * (k + 4))
             from_tension = a * n0 * (k + 2) * c[k + 2] + a * n1 * (k + 1) * c[k + 1]
             c[k + 4] = from_tension + (a * n2 * k + a / (k + 1) * Lambda) * c[k]
         coefficients.append(c)
-        at_end = derivatives_of_powers(part.length, terms) @ c.reshape(terms, -1)
+        at_end = derivatives_of_powers(span.length, terms) @ c.reshape(terms, -1)
         w, slope, moment, third = at_end.reshape(start.shape)
-        N: float = sum(t * part.length**i for i, t in enumerate(part.tension))
+        N: float = sum(t * span.length**i for i, t in enumerate(span.tension))
         shear = N * slope - third
-        if part.start + part.length == beam.beta:
+        if span.start + span.length == beam.beta:
             N -= beam.gamma**2 * beam.alpha * (beam.beta + beam.delta)
             shear -= Lambda * beam.alpha * w
         start = np.stack((w, slope, moment / 2, (N * slope - shear) / 6))
@@ -208,7 +209,7 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
             f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}); method foac solves"
             " the same model"
         )
-    points = [min(0.0, *(part.tension[0] for part in parts(beam))) - MIN_STEP]
+    points = [min(0.0, *(span.tension[0] for span in tension_spans(beam))) - MIN_STEP]
     values = determinant(np.array(points))
     for _ in range(MAX_SCANS):
         for _ in range(SCAN_POINTS):
@@ -236,34 +237,34 @@ def _sines(beam: Beam, z: NDArray, scale: NDArray | float, x: NDArray) -> NDArra
 
 
 def _unit_mass(beam: Beam, shapes: Shapes, points: int = 64) -> NDArray:
-    """The factors (modes,) that give shapes unit modal mass, by so many Gauss points on a part."""
+    """The factors (modes,) that give shapes unit modal mass, by so many Gauss points on a span."""
     x, weights = quadrature(beam, points)
     return 1 / np.sqrt(weights @ shapes(x) ** 2)
 
 
 class ChebyshevGrid(NamedTuple):
-    """Chebyshev points of each part of the beam, its ends included, and integrals between them."""
+    """Chebyshev points of each span of the beam, its ends included, and integrals between them."""
 
-    ends: tuple[float, ...]  # of the parts
+    ends: tuple[float, ...]  # of the spans
     points: NDArray  # (n,)
     from_clamp: NDArray  # (n, n): values -> integral from the clamp to each point
     to_tip: NDArray  # (n, n): values -> integral from each point to the tip
-    to_series: NDArray  # (order + 1, order + 1): values on a part -> Chebyshev coefficients
+    to_series: NDArray  # (order + 1, order + 1): values on a span -> Chebyshev coefficients
 
 
 @lru_cache(maxsize=32)
 def chebyshev_grid(ends: tuple[float, ...], order: int) -> ChebyshevGrid:
-    """The grid of polynomials of `order` on each part of the beam between `ends`."""
+    """The grid of polynomials of `order` on each span of the beam between `ends`."""
     xi = -np.cos(np.pi * np.arange(order + 1) / order)
     to_series = np.linalg.inv(chebyshev.chebvander(xi, order))
     integrals = chebyshev.chebint(np.eye(order + 1), lbnd=-1) @ to_series
     Q = chebyshev.chebvander(xi, order + 1) @ integrals  # from the left end
-    parts, size = len(ends) - 1, order + 1
-    points, J = np.empty(parts * size), np.zeros((parts * size, parts * size))
+    spans, size = len(ends) - 1, order + 1
+    points, J = np.empty(spans * size), np.zeros((spans * size, spans * size))
     for k, (a, b) in enumerate(pairwise(ends)):
         here, half = slice(k * size, (k + 1) * size), (b - a) / 2
         points[here] = a + half * (xi + 1)
-        J[k * size :, here] = half * Q[-1]  # of the parts further out; here it is replaced
+        J[k * size :, here] = half * Q[-1]  # of the spans further out; here it is replaced
         J[here, here] = half * Q
     return ChebyshevGrid(ends, *map(read_only, (points, J, J[-1] - J, to_series)))
 
@@ -279,20 +280,38 @@ def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
         inboard = (order + 1) * grid.ends.index(beam.beta)
         R[:inboard, inboard - 1] += beam.alpha
     root = _equilibrium(grid, R, beam, problem.strain_law)
-    f = root.state
-    J = grid.from_clamp
-    B = (R @ J) / constitutive.axial_stiffness(f, beam.mu, problem.strain_law)[:, None]
-    A = np.eye(len(f)) - beam.gamma**2 * B  # s = Lambda B s, softening taken into the operator
+    f, J = root.state, grid.from_clamp
+    A, B = _stretching_operators(grid, R, f, beam, problem)
     stretching = _lowest_modes(grid, beam, A, B, J, problem.modes)
-    N = beam.gamma**2 * R @ (J @ f + beam.delta)
-    rotation = (J / constitutive.bending_stiffness(f, problem.curvature_power)) @ grid.to_tip
-    A = np.eye(len(f)) + rotation * (f * N)  # rotation: f (N theta - V) -> -theta
-    B = (rotation * f) @ R @ (J * f)
-    A -= beam.gamma**2 * problem.chordwise * B
+    A, B = _bending_operators(grid, R, f, beam, problem)
     bending = _lowest_modes(grid, beam, A, B, J * f, problem.modes)
     modes = families.merge(stretching, bending, problem.modes)
     size, curve = (2 * len(grid.points), 1, order), partial(_curve, grid, f)
     return families.build_solution(beam, problem, modes, size, curve, root.iterations)
+
+
+def _stretching_operators(
+    grid: ChebyshevGrid, R: NDArray, f: NDArray, beam: Beam, problem: Problem
+) -> tuple[NDArray, NDArray]:
+    """A and B (n, n) of A s = omega^2 B s about the stretch f (n,): s = Lambda B s with the
+    softening, gamma^2 of Lambda, taken into A."""
+    stiffness = constitutive.axial_stiffness(f, beam.mu, problem.strain_law)
+    B = (R @ grid.from_clamp) / stiffness[:, None]
+    return np.eye(len(f)) - beam.gamma**2 * B, B
+
+
+def _bending_operators(
+    grid: ChebyshevGrid, R: NDArray, f: NDArray, beam: Beam, problem: Problem
+) -> tuple[NDArray, NDArray]:
+    """A and B (n, n) of A theta = omega^2 B theta about the stretch f (n,). In the plane of
+    rotation the softening, gamma^2 of Lambda, is taken into A."""
+    J = grid.from_clamp
+    N = beam.gamma**2 * R @ (J @ f + beam.delta)
+    rigidity = constitutive.bending_stiffness(f, problem.curvature_power)
+    to_angle = (J / rigidity) @ grid.to_tip  # f (V - N theta) -> theta
+    A = np.eye(len(f)) + to_angle * (f * N)
+    B = (to_angle * f) @ R @ (J * f)
+    return A - beam.gamma**2 * problem.chordwise * B, B
 
 
 def _equilibrium(grid: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) -> Root:
@@ -341,10 +360,10 @@ def _lowest_modes(
 def _values(grid: ChebyshevGrid, values: NDArray, x: NDArray) -> NDArray:
     """The polynomials through values (n, k) at the points, evaluated at x: (len(x), k)."""
     size = len(grid.to_series)
-    part = np.maximum(np.searchsorted(grid.ends, x) - 1, 0)
+    span = np.maximum(np.searchsorted(grid.ends, x) - 1, 0)
     at_x = np.empty((len(x), values.shape[1]))
     for k, (a, b) in enumerate(pairwise(grid.ends)):
-        here = part == k
+        here = span == k
         coefficients = grid.to_series @ values[k * size : (k + 1) * size]
         xi = (2 * x[here] - a - b) / (b - a)
         at_x[here] = chebyshev.chebvander(xi, size - 1) @ coefficients

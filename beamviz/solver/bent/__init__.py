@@ -52,7 +52,8 @@ def _fields(state: BentState, V: np.ndarray, x: np.ndarray) -> np.ndarray:
 def solve_by_method(
     beam: Beam, problem: Problem, near: BentState | None, extra_modes: int
 ) -> Solution:
-    """`solve_bent` by the method of the problem."""
+    """The modes about a deflected equilibrium by the method of the problem: `solve_bent` for auto;
+    for ancf-planar about the state of its elements next to the converged one."""
     if problem.method == "auto":
         return solve_bent(beam, problem, near, extra_modes)
     from beamviz.solver.bent.ancf_planar import solve_planar

@@ -25,8 +25,10 @@ from beamviz.solver.hp.modes import with_root
 from beamviz.solver.hp.properties import properties_on, stack_of
 from beamviz.solver.problem import Problem
 
-SECTION_STEPS = 60  # of Newton's method for the stretch at the clamp
-MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a descent step: angle [rad], relative change of f
+SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
+SECTION_ACCURACY = 1e-9  # of that stretch, relative
+LEAST_RIGIDITY = 0.1  # of the axial stiffness, relative to that at rest: a law may have none left
+MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a step: angle [rad], relative change of f
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 
@@ -108,13 +110,14 @@ class BentBeam:
         self.sections = weakest_sections(mesh, beam, masses, problem)
         self.hinged = stack.hinged
         self.to_angle = with_root(mesh.J) if stack.hinged else mesh.J  # (n, turning)
-        # Of the bodies with inertia: (bodies, turning), and the moments of inertia (bodies,) about
-        # the axis of bending, and the difference that the centrifugal force works on.
+        # Of the bodies `masses`: kappa -> their angles (masses, turning); moments of inertia about
+        # the axis of bending (masses,); and those by which centrifugal forces turn them back into
+        # the plane of rotation (masses,), with the moment restoring gamma^2 sin(2 theta) / 2.
         turned = properties.to_bodies[0, 1:]
         self.to_body_angles = with_root(turned) if stack.hinged else turned
         Jx, Jy, Jz = np.array([mass.inertia for mass in beam.masses]).reshape(-1, 3).T
         self.rotary = Jz if problem.chordwise else Jy
-        self.unsteady = 0 * Jz if problem.chordwise else Jz - Jx
+        self.restoring = 0 * Jz if problem.chordwise else Jz - Jx
         self.law = problem.strain_law
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
@@ -211,7 +214,7 @@ class BentState:
         if bent.hinged:
             stored += bent.beam.root * self.root_angle**2
         arms = bent.mass @ (x * x + bent.softens * y * y)
-        arms -= bent.unsteady @ np.sin(self.body_angles) ** 2
+        arms -= bent.restoring @ np.sin(self.body_angles) ** 2
         return float(stored) / 2, float(bent.beam.gamma**2 * arms) / 2
 
     @property
@@ -229,16 +232,23 @@ class BentState:
     def rigidities(self) -> NDArray:
         """Material stiffness of each unknown, without softening by compression."""
         bent = self.beam
-        axial = bent.beam.mu**2 * bent.EA * np.maximum(bent.law.stiffness(self.f), 0.1)
+        axial = bent.beam.mu**2 * bent.EA * np.maximum(bent.law.stiffness(self.f), LEAST_RIGIDITY)
         bending = bent.w * bent.EI * self.f**bent.power
         return np.concatenate((bent.w * axial, bending, [1 + bent.beam.root] * bent.hinged))
 
     @cached_property
     def local_stiffness(self) -> NDArray:
-        """Stiffness (n + sections,) in f of deformations much shorter than the beam, the angle
-        following, over that of the section at rest: the second derivative of the energy density
-        less what kappa takes of it; at the points and, by the force and the moment there, at the
-        weakest sections."""
+        """Stiffness (n + sections,) in f of deformations much shorter than the beam, over that of
+        the section at rest: at the mesh points and at the weakest sections.
+
+        Such a deformation changes f at a constant moment, so that kappa follows: with the energy
+        density W(f, kappa) the stiffness is W_ff - W_fk^2 / W_kk. At a section the force P and the
+        moment m are known instead, and f is the root of
+
+            mu^2 EA n(f) + p / 2 f^(-p - 1) m^2 / EI = P,
+
+        whose derivative by f is the stiffness.
+        """
         bent, p, law, at = self.beam, self.beam.power, self.beam.law, self.beam.sections
         pull, moment = self.section_forces
         mu2 = bent.beam.mu**2
@@ -247,10 +257,11 @@ class BentState:
         for _ in range(SECTION_STEPS):
             stiffness = law.stiffness(f) - (p + 1) * f ** (-p - 2) * bending
             excess = law.force(f) + f ** (-p - 1) * bending - n
-            moving = (stiffness > 0) & (abs(excess) > 1e-9 * stiffness * f)
+            moving = (stiffness > 0) & (abs(excess) > SECTION_ACCURACY * stiffness * f)
             if not moving.any():
                 break
-            f = f - np.where(moving, np.clip(excess / stiffness, -0.3 * f, 0.3 * f), 0.0)
+            step = np.clip(excess / stiffness, -MAX_STRETCH * f, MAX_STRETCH * f)
+            f = f - np.where(moving, step, 0.0)
         softening = p * (p + 1) / 2 * self.f ** (p - 2) * bent.EI * self.kappa**2
         return np.append(law.stiffness(self.f) - softening / (mu2 * bent.EA), stiffness)
 
@@ -270,7 +281,7 @@ class BentState:
         """The moments (masses,) on the beam of the forces distributed over bodies, taken by the
         beam: against their angle out of the plane of rotation, and against a spin-up in it."""
         bent = self.beam
-        moments = bent.beam.gamma**2 * bent.unsteady * np.sin(2 * self.body_angles) / 2
+        moments = bent.beam.gamma**2 * bent.restoring * np.sin(2 * self.body_angles) / 2
         return moments + bent.beam.spin_up * bent.rotary * bent.softens
 
     @property
@@ -338,9 +349,9 @@ class BentState:
         K[n + i, n + i] += w * b
         if bent.hinged:
             K[-1, -1] += beam.root
-        if bent.unsteady.any():
+        if bent.restoring.any():
             rows, turned = bent.to_body_angles, np.cos(2 * self.body_angles)
-            K[n:, n:] += gamma2 * (rows.T * (bent.unsteady * turned)) @ rows
+            K[n:, n:] += gamma2 * (rows.T * (bent.restoring * turned)) @ rows
         return K
 
     def displaced(self, V: NDArray) -> NDArray:
@@ -376,9 +387,9 @@ class BentState:
         stiffness = elastic + geometric - load.sum(axis=0)
         if bent.hinged:
             stiffness += beam.root * abs(V[-1]) ** 2
-        if bent.unsteady.any():
+        if bent.restoring.any():
             turned = abs(bent.to_body_angles @ V[len(f) :]) ** 2
-            stiffness += beam.gamma**2 * (bent.unsteady * np.cos(2 * self.body_angles)) @ turned
+            stiffness += beam.gamma**2 * (bent.restoring * np.cos(2 * self.body_angles)) @ turned
         return stiffness
 
     @cached_property

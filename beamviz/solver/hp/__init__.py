@@ -13,7 +13,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
 from beamviz.solver.hp.modes import StraightModes, rotation
-from beamviz.solver.hp.refinement import Answer, converged_modes
+from beamviz.solver.hp.refinement import ModesOrError, converged_modes
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
@@ -37,7 +37,7 @@ def solve_hp(
     return [_solution(problem, *pair) for pair in zip(beams, answers, strict=True)]
 
 
-def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | BeamvizError:
+def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | BeamvizError:
     """The Solution of modes on a mesh, or the error in their place."""
     if isinstance(modes, BeamvizError):
         return modes
@@ -58,7 +58,7 @@ def _solution(problem: Problem, beam: Beam, modes: Answer) -> Solution | Beamviz
         s=s,
         estimate_errors=partial(_errors, modes),
         bending_energy_fraction=modes.bending_energy_fraction,
-        fields=Shapes(modes),
+        fields=ModeFields(modes),
     )
 
 
@@ -89,8 +89,9 @@ def _curve(modes: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray,
 
 
 @dataclass(frozen=True, eq=False)
-class Shapes:
-    """Modes on a mesh as functions of x: the `fields` of a Solution."""
+class ModeFields:
+    """The `fields` of a Solution, from its modes on a mesh: a class, not a closure, so that
+    `displacements` finds the modes of many solutions."""
 
     modes: StraightModes  # of one beam
 
@@ -107,7 +108,7 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     """
     groups: dict[object, list[int]] = {}
     for k, solution in enumerate(solutions):
-        modes = solution.fields.modes if isinstance(solution.fields, Shapes) else None
+        modes = solution.fields.modes if isinstance(solution.fields, ModeFields) else None
         key = k if modes is None else (modes.grid.orders, modes.mode_order is None)
         groups.setdefault(key, []).append(k)
     places = np.concatenate(list(groups.values()))
@@ -119,7 +120,7 @@ def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
     """`displacements` of modes on meshes of the same orders, or of a single solution."""
     if len(solutions) == 1:
         return solutions[0].fields(x[0])[None]
-    modes_of_each = [each.fields.modes for each in solutions if isinstance(each.fields, Shapes)]
+    modes_of_each = [each.fields.modes for each in solutions if isinstance(each.fields, ModeFields)]
 
     def stacked(records: Sequence[Any], *names: str) -> dict[str, Any]:
         """The arrays of these names, those of all records in the leading axis."""

@@ -39,7 +39,7 @@ MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 MAX_ENTRIES = 2**18  # of a matrix of each beam: stacks of large ones save no time, but take memory
 SHARED = 4  # beams of the same elements from which they share one mesh
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
-GREATEST_ERROR = 0.01  # relative, of omega^2 near a limit where the tolerance cannot be met
+GREATEST_ERROR = 0.01  # of a frequency near a limit where the tolerance cannot be met, relative
 
 
 class Attempt(NamedTuple):
@@ -53,12 +53,12 @@ class Attempt(NamedTuple):
     start: StretchOnMesh | None = None
 
 
-Answer = StraightModes | BeamvizError
+ModesOrError = StraightModes | BeamvizError
 
 
-def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list[Answer]:
+def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list[ModesOrError]:
     """`count` lowest modes of each beam, those of the problem to its tolerance; or its error."""
-    outcomes: list[Attempt | Answer] = [first_attempt(beam, problem) for beam in beams]
+    outcomes: list[Attempt | ModesOrError] = [first_attempt(beam, problem) for beam in beams]
     for _ in range(MAX_ATTEMPTS):
         attempts = {k: each for k, each in enumerate(outcomes) if isinstance(each, Attempt)}
         if not attempts:
@@ -74,7 +74,7 @@ def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list
     ]
 
 
-def first_attempt(beam: Beam, problem: Problem) -> Attempt | Answer:
+def first_attempt(beam: Beam, problem: Problem) -> Attempt | ModesOrError:
     """The attempt on the first mesh, or an error."""
     small = problem.rigid_tension or is_small_strain(beam, problem.strain_law)
     try:
@@ -82,8 +82,11 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | Answer:
         check_unknowns(elements, beam)
     except (NoEquilibrium, NotConverged) as error:
         return failure(beam, problem, error)
-    stable = beam.gamma and beam.delta >= 0 and not (beam.delta == 0 and beam.root == 0)
-    alone = start is not None or (problem.gyroscopic and not stable)
+    # See `modes.lowest_modes`: coupled modes are solved in stacks where all beams turn and are
+    # certain to be stable.
+    held = beam.delta > 0 or beam.root > 0
+    turns_and_is_stable = beam.gamma > 0 and beam.delta >= 0 and held
+    alone = start is not None or (problem.gyroscopic and not turns_and_is_stable)
     return Attempt(beam, elements, small, alone, start)
 
 
@@ -127,7 +130,7 @@ def common_mesh(elements: list[Elements]) -> Mesh:
 
 def solve_stack(
     attempts: list[Attempt], problem: Problem, count: int
-) -> Sequence[Attempt | Answer]:
+) -> Sequence[Attempt | ModesOrError]:
     """The modes of each beam of a stack, its error, or another attempt."""
     beams = [attempt.beam for attempt in attempts]
     mesh = common_mesh([attempt.elements for attempt in attempts])
@@ -141,7 +144,8 @@ def solve_stack(
         if isinstance(error, BeamvizError):
             return [failure(beams[0], problem, error)]
         raise
-    # Rounding error is exempt: refinement cannot reduce it, and the reported error contains it.
+    # The tolerance is that of the frequency: omega^2 has twice its relative error. Rounding error
+    # is exempt: refinement cannot reduce it, and the reported error contains it.
     allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
     excess = (modes.truncation / allowed[..., None])[:, : problem.modes]
     worst = np.add.reduce(excess, axis=-1).max(axis=-1)
@@ -149,8 +153,10 @@ def solve_stack(
     modes.bending_energy_fraction.setflags(write=False)
     rows = zip(attempts, modes.of_each_beam(), excess, worst.tolist(), strict=True)
     return [
-        found if total <= 1 else next_attempt(attempt, found, excess_of_beam, problem)
-        for attempt, found, excess_of_beam, total in rows
+        modes_of_beam
+        if total <= 1
+        else next_attempt(attempt, modes_of_beam, excess_of_beam, problem)
+        for attempt, modes_of_beam, excess_of_beam, total in rows
     ]
 
 
@@ -166,7 +172,7 @@ def equilibria(axial: AxialProblem, attempts: list[Attempt], problem: Problem) -
 
 def next_attempt(
     attempt: Attempt, modes: StraightModes, excess: NDArray, problem: Problem
-) -> Attempt | Answer:
+) -> Attempt | ModesOrError:
     """Another attempt on a finer mesh; near a limit of equilibrium, where the rounding error of the
     stretch is large on any mesh, the modes, if their errors are not large.
 
