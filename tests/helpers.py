@@ -58,18 +58,18 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
-def within_the_bars(found: Solution, exact: Solution, slack: Any = 0.0) -> bool:
+def within_the_bars(found: Solution, reference: Solution, slack: Any = 0.0) -> bool:
     """Whether omega^2 of two solutions differ by no more than their errors, and a slack."""
-    error = abs(found.omega_squared - exact.omega_squared)
-    allowed = found.omega_squared_errors + exact.omega_squared_errors + slack
+    error = abs(found.omega_squared - reference.omega_squared)
+    allowed = found.omega_squared_errors + reference.omega_squared_errors + slack
     return bool(np.all(error <= allowed))
 
 
-def differences(found: Solution, exact: Solution) -> tuple[np.ndarray, np.ndarray]:
+def differences(found: Solution, reference: Solution) -> tuple[np.ndarray, np.ndarray]:
     """The differences (modes,) of frequencies from those of the same label, and the sums of both
     errors."""
-    own = [exact.labels.index(label) for label in found.labels]
-    return abs(found.frequencies - exact.frequencies[own]), found.errors + exact.errors[own]
+    own = [reference.labels.index(label) for label in found.labels]
+    return abs(found.frequencies - reference.frequencies[own]), found.errors + reference.errors[own]
 
 
 def sampled(beam: Beam, before: SampledModes | None = None, **options: Any) -> SampledModes:

@@ -31,8 +31,8 @@ def test_a_solution_as_a_dataset(coriolis):
     assert tuple(data["family"].values) == solution.families
     assert tuple(data["label"].values) == solution.labels
     shape = data["shape"].sel(mode=2, x=0.5, component="across")
-    exact = complex(solution.shape(1, 0.5)[0, 1])
-    assert float(shape) == pytest.approx(exact.real)
+    value = complex(solution.shape(1, 0.5)[0, 1])
+    assert float(shape) == pytest.approx(value.real)
     assert ("shape_imag" in data) is coriolis
     if coriolis:
         imaginary = data["shape_imag"].sel(mode=1, x=0.5, component="along")

@@ -234,7 +234,7 @@ LESSONS = (
         meaning="The linear theory neglects that bending draws the tip inward, against the"
         " centrifugal force. So it has the softening of the second lesson without the"
         " stiffening of the first. Kane, Ryan and Banerjee showed it in 1987: *Kane's paradox*.",
-        fact="In the linear theory ω of B1 is 0 at γ = {:.3f}; its exact value there is {:.3f}.",
+        fact="In the linear theory ω of B1 is 0 at γ = {:.3f}; in fact it is {:.3f} there.",
         compute_fact=lambda: (
             (speed := model.first_unstable(BARE, 5, method="zoac")),
             frequency(BARE.replace(gamma=speed)),

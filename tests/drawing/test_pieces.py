@@ -30,7 +30,7 @@ mixes = st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=5, max_size=5)
 
 
 class Drawn:
-    """A beam that moves in a picture, and how far its pieces are from the exact curve."""
+    """A beam that moves in a picture, and how far its pieces are from the finer curve."""
 
     def __init__(self, beam: Beam, shares: Any, amplitude: float, colouring: str, **options: Any):
         self.solution = solve(beam, **options)
@@ -49,10 +49,10 @@ class Drawn:
         """How far the solver's own curve gets from the pieces, relative to the bound."""
         count = len(self.pieces.strain)
         x = np.interp(np.arange(FINER * count + 1) / FINER, np.arange(count + 1), self.pieces.x)
-        exact = SampledModes.sampled(self.solution, self.shapes, x)
+        finer = SampledModes.sampled(self.solution, self.shapes, x)
         distances = []
         for phase in PHASES:
-            ends, curve = (one.centreline + self.moved(one, phase) for one in (self.pieces, exact))
+            ends, curve = (one.centreline + self.moved(one, phase) for one in (self.pieces, finer))
             away = curve[:-1].reshape(count, FINER, 2) - ends[:-1, None]
             step = np.diff(ends, axis=0)[:, None]
             cross = away[..., 0] * step[..., 1] - away[..., 1] * step[..., 0]

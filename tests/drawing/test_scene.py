@@ -166,8 +166,8 @@ def test_stretching_modes_never_fold_the_beam():
 def test_marked_nodes_are_those_of_the_solver(coriolis, beam):
     """To the three digits of a label, also in a layer at the mass as thin as two stations."""
     solution = solve(beam, coriolis=coriolis)
-    for x, exact in zip(SampledModes.sampled(solution).nodes, solution.nodes, strict=True):
-        assert x == pytest.approx(exact, abs=5e-4)
+    for x, converged in zip(SampledModes.sampled(solution).nodes, solution.nodes, strict=True):
+        assert x == pytest.approx(converged, abs=5e-4)
 
 
 def test_colours_are_told_apart_without_their_hue():

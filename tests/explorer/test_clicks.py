@@ -49,7 +49,7 @@ JOBS = {
         [button("2 ×")],
         f"{SEEN}({RESONANCES}[0]) || {RESONANCES}.length >= 2",
     ),
-    "elements of the paper against the exact frequencies": (
+    "elements of the paper against the converged frequencies": (
         [tab("Compare"), button("20 ANCF elements (paper)")],
         f"{ROWS} >= 5 && {says('20 ANCF elements')} && {says('+0.')}",
     ),

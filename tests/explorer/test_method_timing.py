@@ -31,7 +31,7 @@ def timings():
 
 def test_every_method_is_timed_at_each_of_its_resolutions(timings):
     """Each has an error or a reason why it has none: without stiffening the beam is unstable. The
-    paper's 20 elements are 0.09 % off in S1, constant tension 2.8 %; auto is exact."""
+    paper's 20 elements are 0.09 % off in S1, constant tension 2.8 %; auto has converged."""
     options = {m: getattr(row.resolution, "option", "tolerance") for m, row in METHODS.items()}
     expected = {(m, option, r) for m, option in options.items() for r in RESOLUTIONS[option]}
     found = [(timing.method, *timing.resolution.split()) for timing in timings]
@@ -54,7 +54,7 @@ def test_every_method_is_timed_at_each_of_its_resolutions(timings):
         (Beam(gamma=4, delta=-1), False, 40, 1e-9, 1e-2),  # buckled: growth rates
         (Beam(alpha=1, gamma=4.65), True, 40, 1e-9, 1e-4),  # S1 and B3 mixed, named B3 and B4
         (Beam(alpha=1, gamma=4.65), True, 10, 1e-9, 1e-3),  # and S1 and B3: 0.06 %, not 89 %
-        # S1 is above B3, and below it in the exact solution: by order of frequency 0.05 %
+        # S1 is above B3, and below it in the converged solution: by order of frequency 0.05 %
         (PAPER.replace(gamma=9.39), False, 20, 9.2e-4, 9.5e-4),
     ],
 )

@@ -170,14 +170,14 @@ def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
     assert len(x) == STATIONS + 1  # the mass lies between two of the stations
     assert len(table) == 5 * len(x)
     for k, label in enumerate(solution.labels):
-        rows, exact = table[table["mode"] == k + 1], solution.shape(k, x)
+        rows, shape = table[table["mode"] == k + 1], solution.shape(k, x)
         assert set(rows["label"]) == {label}
         assert set(rows["frequency"]) == {solution.frequencies[k]}
-        for name, column in zip(("shape_x", "shape_y"), exact.T, strict=True):
+        for name, column in zip(("shape_x", "shape_y"), shape.T, strict=True):
             assert (rows[name] == column.real).all()
             assert not coriolis or (rows[f"{name}_imag"] == column.imag).all()
         assert (rows["stretch"] == solution.equilibrium.stretch(x)).all()
-        assert (arrays["shapes"][k] == exact).all()
+        assert (arrays["shapes"][k] == shape).all()
     assert (arrays["frequencies"] == solution.frequencies).all()
     assert (arrays["position"] == solution.equilibrium.position(x)).all()
     assert tuple(arrays["labels"]) == solution.labels
@@ -404,11 +404,11 @@ def test_a_page_has_the_beam_at_many_speeds(tmp_path, scene):
         assert one["sections"] == pytest.approx(sizes)  # chordwise
         states = data["resolution"] * np.cumsum(np.cumsum(one["states"], axis=1), axis=1).T
         axis = states.reshape(len(gammas), -1, len(row.shapes.x), 4)[middle, 0, :, :3]
-        exact, _ = to_hub_frame(row.shapes, there.equilibrium.position(row.shapes.x))
-        assert axis == pytest.approx(exact, abs=2e-4)
+        expected, _ = to_hub_frame(row.shapes, there.equilibrium.position(row.shapes.x))
+        assert axis == pytest.approx(expected, abs=2e-4)
         for label in one["labels"]:
-            exact = there.frequencies[there.labels.index(label)]
-            assert data["frequencies"][label][middle] == pytest.approx(exact, rel=1e-5)
+            expected = there.frequencies[there.labels.index(label)]
+            assert data["frequencies"][label][middle] == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize(

@@ -66,11 +66,11 @@ def test_it_holds_the_motion(document, moved):
     assert len(t) >= len(moved.t)
     axis = (fields[0] + parts.T @ fields[1:]).reshape(len(t), -1, 4)
     x = fields[0].reshape(-1, 4)[:, 0]  # of the unloaded beam: its stations
-    exact = moved.position(t, np.clip(x, 0, 1))
-    off = axis[..., :2] - exact
+    position = moved.position(t, np.clip(x, 0, 1))
+    off = axis[..., :2] - position
     assert np.sqrt((off**2).mean()) < 3e-4
     assert abs(off).max() < 5e-3
-    assert data["readings"][1]["values"] == pytest.approx(exact[:, -1, 1])
+    assert data["readings"][1]["values"] == pytest.approx(position[:, -1, 1])
     there = np.array(data["with_mass"])
     assert there.tolist() == (t < DROPPED).tolist()
     assert data["until"] / data["rate"] <= LONGEST

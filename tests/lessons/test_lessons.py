@@ -175,16 +175,16 @@ def test_folding(lesson):
 
 def test_lag(lesson):
     """The lag of the tip by the differential equations, 0.3 at the answer."""
-    exact = [-bent_tip(Beam(gamma=gamma, spin_up=10))[1] for gamma in (5, 20)]
-    assert lesson.numbers == pytest.approx(exact, abs=1e-8)
+    expected = [-bent_tip(Beam(gamma=gamma, spin_up=10))[1] for gamma in (5, 20)]
+    assert lesson.numbers == pytest.approx(expected, abs=1e-8)
     assert lesson.numbers[0] == pytest.approx(0.596033, abs=1e-6)
     assert bent_tip(Beam(gamma=lesson.answer, spin_up=10))[1] == pytest.approx(-0.3, abs=1e-8)
 
 
 def test_stretch_jump(lesson):
     """Stretch on both sides of the mass, by integration from the tip."""
-    exact = [100 * (f - 1) for f in stretches(MIDDLE.replace(gamma=10))[1:3]]
-    assert lesson.numbers == pytest.approx(exact, rel=1e-6)
+    expected = [100 * (f - 1) for f in stretches(MIDDLE.replace(gamma=10))[1:3]]
+    assert lesson.numbers == pytest.approx(expected, rel=1e-6)
     assert stretches(MIDDLE.replace(gamma=lesson.answer))[1] == pytest.approx(1.05, rel=1e-6)
 
 

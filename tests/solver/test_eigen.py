@@ -35,8 +35,8 @@ def test_definite_gyroscopic_modes(na, nb, max_rounding):
     M, G, stiffness = matrices(K, F, gamma)
     companion = np.linalg.solve(M, np.hstack((-stiffness, -G)))
     n = na + nb
-    exact = np.linalg.eigvals(np.vstack((np.eye(2 * n)[n:], companion)))
-    squares = np.sort(exact[exact.imag > 0].imag) ** 2
+    eigenvalues = np.linalg.eigvals(np.vstack((np.eye(2 * n)[n:], companion)))
+    squares = np.sort(eigenvalues[eigenvalues.imag > 0].imag) ** 2
     assert found.omega_squared[0] == pytest.approx(squares, rel=1e-8)
     q = np.concatenate((found.a[0], found.b[0]))
     s = 1j * np.sqrt(squares)

@@ -70,7 +70,7 @@ def test_beams_with_their_masses_at_different_places_have_their_own_shapes():
 
 
 def test_an_error_that_cannot_be_known_is_infinite():
-    """The paper's elements answer just beyond the limit, where nothing exact has an answer."""
+    """The paper's elements answer just beyond the limit, where no converged solution exists."""
     beyond = solve(Beam(alpha=0, beta=0, gamma=92, delta=-2, mu=264), method="ancf")
     assert np.all(np.isinf(beyond.errors))
 

@@ -66,22 +66,22 @@ def test_numbers_are_those_of_solve(name):
     for _ in range(12):
         place = {key: float(chance.choice(values)) for key, values in axes.items()}
         found = data.sel(place)
-        (exact,) = solve_many([Beam(**{**fixed, **place})], **options)
-        if isinstance(exact, NoEquilibrium):
+        (alone,) = solve_many([Beam(**{**fixed, **place})], **options)
+        if isinstance(alone, NoEquilibrium):
             assert STATUS[int(found["status"])] == "no equilibrium"
-            assert float(found["limit"]) == pytest.approx(exact.limit, rel=1e-5)
+            assert float(found["limit"]) == pytest.approx(alone.limit, rel=1e-5)
             assert np.isnan(found["frequency"]).all()
             continue
-        assert STATUS[int(found["status"])] == expected_status(exact.equilibrium)
-        assert [FAMILIES[k] for k in found["family"].values] == list(exact.families)
-        allowed = found["error"].values + exact.errors
-        assert (np.isnan(found["frequency"].values) == np.isnan(exact.frequencies)).all()
-        here = ~np.isnan(exact.frequencies)
-        assert (abs(found["frequency"].values - exact.frequencies) <= allowed)[here].all()
-        assert (abs(found["growth_rate"].values - exact.growth_rates) <= allowed).all()
+        assert STATUS[int(found["status"])] == expected_status(alone.equilibrium)
+        assert [FAMILIES[k] for k in found["family"].values] == list(alone.families)
+        allowed = found["error"].values + alone.errors
+        assert (np.isnan(found["frequency"].values) == np.isnan(alone.frequencies)).all()
+        here = ~np.isnan(alone.frequencies)
+        assert (abs(found["frequency"].values - alone.frequencies) <= allowed)[here].all()
+        assert (abs(found["growth_rate"].values - alone.growth_rates) <= allowed).all()
         if options.get("method") != "ancf":
             size = np.fmax(found["frequency"].values, found["growth_rate"].values)
-            assert (found["error"].values <= 2e-6 * size + 10 * exact.errors).all()
+            assert (found["error"].values <= 2e-6 * size + 10 * alone.errors).all()
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,9 @@ MODEL = {
     "state": "straight; bent: off its axis, as under spin-up; stable: straight if that is stable,"
     " else bent",
 }
-METHOD_HINT = "The method of solution; auto is exact to the error shown. It is chosen at the top."
+METHOD_HINT = (
+    "The method of solution; auto has converged to the error shown. It is chosen at the top."
+)
 PLANES = {"chordwise": "in plane (chordwise)", "flapwise": "out of plane (flapwise)"}
 PICTURE = {
     "ghosts": ("undeformed beam", "The outline of the undeformed beam, and pale its equilibrium"),

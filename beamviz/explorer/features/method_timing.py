@@ -68,7 +68,7 @@ def time_method(reference: Solution, option: str, value: float, settings: dict[s
 def frequency_error(solution: Solution, reference: Solution) -> float:
     """Largest relative error of the frequencies, or growth rates, of the modes matched by shape."""
     pairs = zip(match_modes(reference, solution).partner, rates(reference), strict=True)
-    errors = [abs(rates(solution)[k] / exact - 1) for k, exact in pairs if k >= 0 and exact > 0]
+    errors = [abs(rates(solution)[k] / rate - 1) for k, rate in pairs if k >= 0 and rate > 0]
     return max(MIN_ERROR, *errors)
 
 
