@@ -132,7 +132,7 @@ def loci(
     if any(isinstance(path.outcomes[value], NotConverged) for value in grid.tolist()):
         grid = np.union1d(grid, values)  # convergence may vary from value to value
     search = ExistenceSearch(path, grid)
-    parts = tuple(_part(path, span, grid) for span in search.ranges)
+    parts = tuple(_part(path, solved, grid) for solved in search.ranges)
     branches = branches_at(path, values, parts)
     if not branches:
         raise first_error(path.solve(values))
@@ -156,16 +156,16 @@ def loci(
     )
 
 
-def _part(path: Path, span: Range, grid: NDArray) -> Part:
+def _part(path: Path, solved: Range, grid: NDArray) -> Part:
     """The loci on the grid in a range with solutions, with more values towards limits of
     equilibrium."""
-    values = grid[(grid >= span.low) & (grid <= span.high)]
+    values = grid[(grid >= solved.low) & (grid <= solved.high)]
     towards = [values]
-    if span.ends_high:
-        towards.append(values_towards(span.high, values[-1]))
-    if span.ends_low:
-        towards.append(values_towards(span.low, values[0]))
-    return Part(track_loci(path, span.low, span.high, np.unique(np.concatenate(towards))))
+    if solved.ends_high:
+        towards.append(values_towards(solved.high, values[-1]))
+    if solved.ends_low:
+        towards.append(values_towards(solved.low, values[0]))
+    return Part(track_loci(path, solved.low, solved.high, np.unique(np.concatenate(towards))))
 
 
 def resonances(found: Loci, count: int = 1) -> list[Event]:

@@ -83,8 +83,11 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """The loci between two limits of equilibrium. Branches are numbered as their modes by family;
-    modes of one family that cross exchange their numbers."""
+    """The branches of a track: their numbers, their labels, and where they cross or avoid to.
+
+    The number of a branch is that of its mode by family at the lowest value, family x k + index
+    with k modes in each family. Modes of one family that cross exchange their numbers there.
+    """
 
     track: Track
 

@@ -49,8 +49,11 @@ class Event:
 
 
 class Tracked(NamedTuple):
-    """What events are located in: the parts of the loci between limits of equilibrium, ascending,
-    and the number of multiples of the speed with which a force may resonate."""
+    """The loci that events are located in, on the grid of the chart.
+
+    parts: between limits of equilibrium, ascending. per_rev: number of the multiples of the speed
+    whose resonances are sought.
+    """
 
     path: Path
     grid: NDArray  # values (n,)

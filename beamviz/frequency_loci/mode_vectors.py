@@ -136,6 +136,7 @@ def _fields_of_blades(
         axis = 2 if solutions[0].problem.chordwise else 1
         rotations = np.zeros((*fields.shape[:3], len(turning)), fields.dtype)
         for k, (place, _) in enumerate(turning):
+            # A body at the clamp: the differences need points on the beam.
             rotations[:, :, 1, k] = _rotations(solutions, max(place, 3 * STEP))
         fields = np.concatenate((fields, rotations), axis=3)
         inertia = [moments[axis] / len(every) for _, moments in turning]

@@ -24,7 +24,9 @@ from beamviz.beam import Beam
 # x (k,) -> position (k, 2) from the clamp, stretch (k,) and angle (k,)
 Curve = Callable[[NDArray], tuple[NDArray, NDArray, NDArray]]
 
-POINTS = 24  # Gauss points of an element: exact for positions of the highest order, times rho
+# Gauss points of an element: exact for the force on a straight one, positions of degree 30 times a
+# line density of degree 8.
+POINTS = 24
 
 
 class Outboard(NamedTuple):

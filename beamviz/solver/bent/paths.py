@@ -28,10 +28,15 @@ from beamviz.solver.hp.mesh import Mesh, make_mesh
 FIRST_STEP = 0.4  # of a speed, relative: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio and number of lower speeds at which a stable state is sought
 PAST_BUCKLING = 1.002  # times the speed at which the straight state ends
-FIRST_ARC, SMALLEST_ARC, LONGEST_ARC, MAX_ARCS = 0.01, 1e-6, 0.3, 300  # steps around limit points
+FIRST_ARC, SMALLEST_ARC, LONGEST_ARC = 0.01, 1e-6, 0.3  # arc lengths of steps around limit points
+MAX_ARCS = 300  # number of these steps
 DIFFERENCE = 1e-4  # step of a derivative by the load
-MAX_MESHES, FINER, ORDER = 3, 16.0, 14  # on which a limit is located; ratio of first elements
-LIMIT_ACCURACY = 1e-3  # relative difference of those on two meshes; of those extrapolated as well
+MAX_MESHES = 3  # on which a limit in speed is located
+FINER = 16.0  # ratio of the first elements of two successive ones
+MAX_ORDER = 14  # of their elements
+# Relative difference of the limits on two meshes from which the last is taken as it is; and the
+# error that is assumed of one extrapolated.
+LIMIT_ACCURACY = 1e-3
 SPEED_PRECISION = 1e-5  # relative, of a limit on one mesh
 
 
@@ -85,12 +90,12 @@ def _limit_of_meshes(limits: list[float]) -> float:
 
 
 def _finer(state: BentState) -> BentState:
-    """The same state with a higher order, up to ORDER, and a shorter first element: a strain law
-    reaches its end first at the clamp."""
+    """The same state with a higher order, up to MAX_ORDER, and a shorter first element, as a strain
+    law reaches its end first at the clamp."""
     mesh = state.beam.mesh
     breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
     orders = (mesh.orders[0], *mesh.orders)
-    finer = make_mesh(tuple(breaks), tuple(min(order + 2, ORDER) for order in orders))
+    finer = make_mesh(tuple(breaks), tuple(min(order + 2, MAX_ORDER) for order in orders))
     beam, q = state.beam.changed(finer), state.resampled(finer)
     return newton(beam, q, stable=True) or descend(beam, q) or state
 

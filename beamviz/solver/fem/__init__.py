@@ -8,6 +8,7 @@ coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend.
 import math
 from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +36,15 @@ LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is at
 # node. The clamp takes r1 out of the first, r2 and r2' out of the second.
 ALONG, ACROSS = np.s_[::2, ::2], np.s_[::2, 1::2]
 
-# A straight state of N nodes: r1, r1' of each (2N,), the iterations, the stiffness along the beam
-# (2N - 1, 2N - 1) and across it (2N - 2, 2N - 2), both without softening, the clamp taken out.
-Assembled = tuple[NDArray, int, NDArray, NDArray]
+
+class Assembled(NamedTuple):
+    """A straight state of N nodes and its stiffness, without softening, the clamped coordinates
+    taken out."""
+
+    position: NDArray  # (2 N,) r1, r1' of each node
+    iterations: int
+    Ka: NDArray  # (2 N - 1, 2 N - 1) along the beam
+    Kb: NDArray  # (2 N - 2, 2 N - 2) across it; 2 N - 1 where the root is not clamped
 
 
 def solve(beam: Beam, problem: Problem) -> Solution:
@@ -95,19 +102,21 @@ def _held(model: PlanarBeam, Kb: NDArray, f: float) -> NDArray:
 
 
 def _ancf(model: PlanarBeam) -> Assembled:
-    """Stiffness by parts, along and across the beam, about the equilibrium of the full residual."""
+    """The stiffness of stretching and that of bending, integrated separately, about the equilibrium
+    of the full residual."""
     root = straight_equilibrium(model)
     q = root.state[::2]
     tension = model.beam.mu**2 * model.EA * model.law.force(gradient(model, q))
     Ka, Kb = _dense(axial(model, q)), _dense(bending(model, q, tension))
-    return q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1])
+    return Assembled(q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1]))
 
 
 def _ancf_planar(model: PlanarBeam) -> Assembled:
     """The matrices of the paper's elements, along and across, from the full planar tangent."""
     root = straight_equilibrium(model)
     K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
-    return root.state[::2], root.iterations, dense(K[ALONG][:, 1:]), dense(K[ACROSS][:, 2:])
+    Ka, Kb = dense(K[ALONG][:, 1:]), dense(K[ACROSS][:, 2:])
+    return Assembled(root.state[::2], root.iterations, Ka, Kb)
 
 
 def _linear(model: PlanarBeam) -> Assembled:
@@ -119,7 +128,7 @@ def _linear(model: PlanarBeam) -> Assembled:
     u[1:] = np.linalg.solve(K[1:, 1:], load * (m @ arm)[1:])
     tension = model.beam.mu**2 * model.EA * gradient(model, u)
     Kb = _dense(bending(model, rest, tension))
-    return rest + u, 1, K[1:, 1:], _held(model, Kb, 1.0)
+    return Assembled(rest + u, 1, K[1:, 1:], _held(model, Kb, 1.0))
 
 
 ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}

@@ -218,8 +218,8 @@ def wave_densities(blade: Blade, ends: tuple[float, ...], bending: str) -> WaveD
 def elements_of_spans(
     mu: float, spans: list[Span], problem: Problem, densities: WaveDensities | None = None
 ) -> list[SpanElements]:
-    """Elements where polynomials beyond their orders have at most the share of the energy that the
-    tolerance allows. densities: None of a uniform beam."""
+    """The elements of each span, of orders beyond which polynomials have at most the share of the
+    energy of a mode that the tolerance allows. densities: None of a beam without a blade."""
     share = problem.tolerance / TRUNCATION_FACTOR
     power = 2 * problem.curvature_power - 3
     ends = [end for span in spans for end in span]
@@ -246,7 +246,12 @@ def elements_of_spans(
 def elements_of_span(
     span: Span, waves: float, axial_waves: float, power: int, share: float
 ) -> SpanElements:
-    """The elements of a span, of a beam with so many half-waves."""
+    """The elements of a span, of a beam whose modes have at most `waves` half-waves across it, and
+    `axial_waves` along it, over its length.
+
+    power: 2 c - 3, of the stretch in the width of a layer. share: of the energy of a mode, the most
+    that polynomials of higher orders may have.
+    """
     length = span.length
     breaks = {0.0, 1.0}  # from the start of the span, in its lengths
     thin: list[Layer] = []  # with an element of their own

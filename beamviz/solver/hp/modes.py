@@ -114,7 +114,8 @@ def stiffness_and_mass(axial: AxialProblem, f: NDArray, problem: Problem) -> Mat
         K = across.mT @ (tension[..., None] * to_angle)
     else:
         K = np.zeros((*across.shape[:-2], across.shape[-1], across.shape[-1]))
-    K.reshape(len(f), -1)[:, :: K.shape[-1] + 1][:, :n] += bent
+    diagonals = K.reshape(len(f), -1)[:, :: K.shape[-1] + 1]  # a view
+    diagonals[:, :n] += bent
     M = across.mT @ (properties.G @ across)
     if beams.hinged:
         K[:, n, n] += beams.root

@@ -54,7 +54,7 @@ def ends_of_spans(beam: AnyBeam) -> tuple[float, ...]:
     if is_uniform(beam):
         inside = beam.alpha > 0 and AT_END < beam.beta < 1 - AT_END
         return (0.0, beam.beta, 1.0) if inside else (0.0, 1.0)
-    bodies = [beam.beta] * (beam.alpha > 0) + [mass.beta for mass in beam.masses]
+    bodies = [beta for _, beta in masses_and_places(beam)]
     ends = [0.0]
     for x in sorted({*bodies, *(beam.blade.breaks if beam.blade else ())}):
         if ends[-1] + AT_END < x < 1 - AT_END:
@@ -63,8 +63,9 @@ def ends_of_spans(beam: AnyBeam) -> tuple[float, ...]:
 
 
 def masses_and_places(beam: AnyBeam) -> list[tuple[float, float]]:
-    """alpha and beta of the concentrated mass, which may be 0, and of each of the other bodies."""
-    return [(beam.alpha, beam.beta), *((mass.alpha, mass.beta) for mass in beam.masses)]
+    """alpha and beta of the concentrated mass, if any, and of each of the other bodies."""
+    concentrated = [(beam.alpha, beam.beta)] * (beam.alpha > 0)
+    return concentrated + [(mass.alpha, mass.beta) for mass in beam.masses]
 
 
 def unstretched_positions(beam: AnyBeam) -> Positions:
@@ -126,9 +127,7 @@ def greatest_force(beam: AnyBeam) -> float:
         start, stop = ends[k], ends[k + 1]
         moment += masses[k] * (means[k] + hub)
         moment += sum(
-            alpha * (beta + hub)
-            for alpha, beta in bodies
-            if start + AT_END < beta <= stop + AT_END and alpha
+            alpha * (beta + hub) for alpha, beta in bodies if start + AT_END < beta <= stop + AT_END
         )
         greatest = max(greatest, moment / spans[k].least_axial)
     return greatest
@@ -208,7 +207,7 @@ def find_spans(
 
     for k in range(len(means), 0, -1):  # from the tip
         for alpha, beta in bodies:
-            if alpha and abs(ends[k] - beta) <= AT_END:
+            if abs(ends[k] - beta) <= AT_END:
                 N += alpha * load * (u[k] + beam.delta)
         end = end_of_span(k, -1)
         N += load * masses[k - 1] * (means[k - 1] + beam.delta)
