@@ -182,6 +182,36 @@ def gyroscopic_modes(
     return _definite_gyroscopic(L, F, gamma, count, max_rounding)
 
 
+class InverseRoot(NamedTuple):
+    """Z of `_definite_gyroscopic`, whose singular values are 1 / omega, of a stack of problems.
+
+    A column of Z' X is (Lb' b, omega Fa a) / omega for a column (La' a, omega Fb b) of X.
+    """
+
+    Ya: np.ndarray  # (beams, na, m) La^-1 Fa'
+    Yb: np.ndarray  # (beams, m, nb) Fb Lb^-T
+    gamma: np.ndarray  # (beams, 1, 1)
+
+    def squared(self) -> np.ndarray:
+        """Z Z' (beams, na + m, na + m), of which only the upper triangle is set."""
+        Ya, Yb, gamma = self
+        na, P = Ya.shape[-2], Yb @ Yb.mT
+        n = na + P.shape[-1]
+        H = np.empty((len(P), n, n))
+        coupling = -2 * gamma * (Ya @ P)
+        H[:, :na, :na] = (Ya - 2 * gamma * coupling) @ Ya.mT
+        H[:, :na, na:] = coupling
+        H[:, na:, na:] = P
+        return H
+
+    def transposed_times(self, X: np.ndarray) -> np.ndarray:
+        """Z' X (beams, nb + m, k) of X (beams, na + m, k)."""
+        na = self.Ya.shape[-2]
+        velocity = self.Ya.mT @ X[:, :na]
+        across = self.Yb.mT @ (X[:, na:] - 2 * self.gamma * velocity)
+        return np.concatenate((across, velocity), axis=1)
+
+
 def _definite_gyroscopic(
     L: Stacks, F: Stacks, gamma: np.ndarray, count: int, max_rounding: float
 ) -> GyroscopicModes:
@@ -199,41 +229,23 @@ def _definite_gyroscopic(
         [Ya (1 + 4 gamma^2 P) Ya'  -2 gamma Ya P] [ La' a    ]               [ La' a    ]
         [      -2 gamma P Ya'            P      ] [omega Fb b]  = 1/omega^2  [omega Fb b].
 
-    These have half the digits where modes are far apart; then the singular values of Z' restricted
-    to the few vectors found replace them.
+    These have half the digits where modes are far apart: then `_by_singular_values`.
     """
     (La, Lb), (Fa, Fb) = L, F
     na, nb = La.shape[-1], Lb.shape[-1]
     Ya = _divide_by_factor(La, Fa, transposed=True).mT
     Yb = _divide_by_factor(Lb, Fb, transposed=True)
-    P = Yb @ Yb.mT
-    n = na + P.shape[-1]
-    H = np.empty((len(P), n, n))  # Z Z', of which only the upper triangle is read
-    coupling = -2 * gamma * (Ya @ P)
-    H[:, :na, :na] = (Ya - 2 * gamma * coupling) @ Ya.mT
-    H[:, :na, na:] = coupling
-    H[:, na:, na:] = P
+    Z = InverseRoot(Ya, Yb, gamma)
     # One by one: numpy's stacked call computes all vectors, not a few.
-    nu, X = map(np.array, zip(*(eigh_largest(h, count) for h in H), strict=True))
+    pairs = (eigh_largest(H, count) for H in Z.squared())
+    nu, rows = map(np.array, zip(*pairs, strict=True))
+    X = rows.mT  # columns (La' a, omega Fb b)
     with np.errstate(divide="ignore", over="ignore"):  # near zero, by rounding: infinite
-        omega_squared, X = 1 / nu, X.mT
+        omega_squared = 1 / nu
     rounding = abs(omega_squared / omega_squared[:, :1])
-
-    def times_transposed(X: np.ndarray) -> np.ndarray:
-        """Z' X: from (La' a, omega Fb b) to (Lb' b, omega Fa a) / omega."""
-        velocity = Ya.mT @ X[:, :na]
-        return np.concatenate((Yb.mT @ (X[:, na:] - 2 * gamma * velocity), velocity), axis=1)
-
     if rounding.max() > max_rounding:
-        restricted = rounding.max() < FAR_APART
-        basis = X if restricted else np.broadcast_to(np.eye(n), H.shape)
-        _, singular, rotation = np.linalg.svd(times_transposed(basis), full_matrices=False)
-        omega_squared, X = 1 / singular[:, :count] ** 2, basis @ rotation[:, :count].mT
-        ratio = omega_squared / omega_squared[:, :1]
-        rounding = np.sqrt(ratio)  # of the singular values
-        if restricted:
-            rounding = rounding + EPS * ratio**2  # of the vectors that they are restricted to
-    Y = times_transposed(X) * np.sqrt(omega_squared)[:, None]
+        omega_squared, X, rounding = _by_singular_values(Z, X, rounding)
+    Y = Z.transposed_times(X) * np.sqrt(omega_squared)[:, None]  # columns (Lb' b, omega Fa a)
     along, across = np.square(Y[:, nb:]).sum(axis=1), np.square(X[:, na:]).sum(axis=1)
     mass = (along + across) / omega_squared
     stored = np.square(X[:, :na]).sum(axis=1) + np.square(Y[:, :nb]).sum(axis=1)
@@ -251,6 +263,24 @@ def _definite_gyroscopic(
         relative_rounding=rounding,
         definite=True,
     )
+
+
+def _by_singular_values(
+    Z: InverseRoot, X: np.ndarray, rounding: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """omega^2 (beams, count), vectors (beams, na + m, count) and rounding errors (beams, count) in
+    units of EPS, by singular values of Z', from vectors X of Z Z' and the rounding errors of their
+    omega^2. Z' is restricted to X, or where that is too inaccurate is taken whole."""
+    stack, n, count = X.shape
+    restricted = rounding.max() < FAR_APART
+    basis = X if restricted else np.broadcast_to(np.eye(n), (stack, n, n))
+    _, singular, rotation = np.linalg.svd(Z.transposed_times(basis), full_matrices=False)
+    omega_squared = 1 / singular[:, :count] ** 2
+    ratio = omega_squared / omega_squared[:, :1]
+    errors = np.sqrt(ratio)  # of the singular values
+    if restricted:
+        errors = errors + EPS * ratio**2  # of the vectors that they are restricted to
+    return omega_squared, basis @ rotation[:, :count].mT, errors
 
 
 def _divide_by_factor(L: np.ndarray, B: np.ndarray, transposed: bool) -> np.ndarray:

@@ -192,11 +192,7 @@ def uncoupled_modes(
     tail = tail_energies(mesh, matrices.stiffness, v)
     truncation = truncation_errors(axial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, relative_rounding)
-    if problem.softening:
-        softening = beams.gamma[..., None] ** 2  # (beams, 1, 1)
-        if not problem.chordwise:
-            softening = np.concatenate((np.zeros_like(softening), softening), axis=1)
-        omega_squared = omega_squared - softening
+    omega_squared = omega_squared - softening_of_families(beams, problem)
     if beams.root == 0:
         free = turns_freely(beams, problem)
         omega_squared[free, 0, 0], truncation[free, 0, 0] = 0.0, 0.0
@@ -220,6 +216,13 @@ def uncoupled_modes(
         rounding=rounding.reshape(listed.shape)[beam, order],
         lowest_bending=omega_squared[:, 0, 0],
     )
+
+
+def softening_of_families(beams: BeamStack, problem: Problem) -> NDArray:
+    """gamma^2 (beams, 2, 1) by which softening lowers omega^2 of bending and of stretching; 0 of
+    bending out of the plane of rotation."""
+    softens = np.array([[problem.chordwise], [True]])
+    return beams.gamma[..., None] ** 2 * (softens & problem.softening)
 
 
 def may_be_indefinite(beams: BeamStack, problem: Problem) -> bool:
