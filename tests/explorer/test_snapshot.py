@@ -118,20 +118,19 @@ def newest(loop: Any) -> Session:
 def settled(guest: Visitor, loop: Any, session: Session) -> None:
     """Wait until the page of a visitor shows the answers to all that it has sent."""
 
-    def is_shown() -> bool:
-        """Whether nothing is being computed, and the last frame had all answers."""
-        jobs, seen = session.visitor.jobs, session.snapshot.jobs
-        waits = session.is_busy or any(
-            job.answer is not seen[key].answer for key, job in jobs.items()
-        )
-        return not (waits or session.is_moving or loop.woken or loop.later)
+    def shown() -> tuple[Any, ...] | None:
+        """The state and the answers of the last frame, whose contents may be on their way and whose
+        requests may come yet; None while something is computed, or other answers are known."""
+        waits = session.is_busy or session.is_moving or loop.woken or loop.later
+        answers = {key: job.answer for key, job in session.visitor.jobs.items()}
+        seen = {key: status.answer for key, status in session.snapshot.jobs.items()}
+        return None if waits or answers != seen else (session.visitor.state, answers)
 
     catch_up(guest)
-    while True:
-        wait_until(is_shown, 300.0)
-        catch_up(guest)  # a frame drawn meanwhile may have asked for more
-        if is_shown():
-            return
+    before = None
+    while before is None or shown() != before:  # a frame drawn meanwhile may have asked for more
+        before = wait_until(shown, 300.0)
+        catch_up(guest)
 
 
 def is_shown(id: str, tab: str) -> bool:

@@ -60,13 +60,13 @@ const beamviz = (() => {
       for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
     }
     const rows = rowPlaces();
+    Object.assign(values, update.values); // the new texts show them
     for (const [id, html] of Object.entries(update.html ?? {})) {
       texts[id] = html;
       fill(byId(id), html);
     }
     if (update.html?.["mode-rows"]) moveRows(rows);
     for (const [key, value] of Object.entries(update.values ?? {})) {
-      values[key] = value;
       controls(key).forEach((e) => showValue(e, value));
     }
     for (const [key, changes] of Object.entries(update.props ?? {})) {
@@ -117,11 +117,12 @@ const beamviz = (() => {
     return one ? [...found, one] : found;
   }
 
-  /* A control in use keeps the visitor's value; it gets the server's when it is at rest. */
+  /* A control in use keeps the visitor's value; it gets the server's when it is at rest, a field of a
+     number when its text has been sent. */
   function showValue(e, value) {
     if (e === held) return;
     if (e.matches("table")) return showCells(e, value);
-    if (isNumber(e) && e.hasAttribute("aria-invalid") && e === document.activeElement) return;
+    if (e.typed && e === document.activeElement) return;
     const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
     if (left > 0 && e.matches("input") && e === document.activeElement) {
       clearTimeout(e.later);
@@ -132,6 +133,7 @@ const beamviz = (() => {
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
     else if (e.value !== String(value ?? "")) e.value = value ?? "";
+    e.typed = false;
     if (e.type === "range") paint(e);
   }
 
@@ -329,7 +331,10 @@ const beamviz = (() => {
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
-    if (isNumber(e)) e.removeAttribute("aria-invalid");
+    if (isNumber(e)) {
+      e.typed = true;
+      e.removeAttribute("aria-invalid");
+    }
     if (e.type === "range" && event.type === "input") sendOften(key, e.valueAsNumber);
     else if (event.type === "change" && e.type === "checkbox") send(key, e.checked);
     else if (event.type === "change" && isNumber(e)) enter(e);
@@ -344,7 +349,10 @@ const beamviz = (() => {
     const grouped = /^-?\d{1,3}(,\d{3})+$/.test(text); // 1,500: thousands, or a decimal comma?
     const number = grouped ? NaN : Number(text.replace(",", ".") || NaN);
     e.toggleAttribute("aria-invalid", !Number.isFinite(number));
-    if (Number.isFinite(number)) return send(e.dataset.set, number);
+    if (Number.isFinite(number)) {
+      e.typed = false;
+      return send(e.dataset.set, number);
+    }
     const [whole] = text.split(",");
     const remedy = grouped ? `write ${text.replaceAll(",", "")}, or ${whole}.${text.split(",")[1]}` : "write a number, as 0.5";
     say(`${e.value || "nothing"}: ${remedy}`, true);

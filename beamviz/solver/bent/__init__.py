@@ -260,7 +260,7 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     moved = state.displaced(modes.V)
     theta = (bent.R @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    kept = BentState(bent, state.q, state.iterations)  # without its matrices
+    kept = BentState(bent.changed(), state.q, state.iterations)  # without matrices
     loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(len(state.q), "hp", len(orders), max(orders))

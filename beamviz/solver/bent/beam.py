@@ -95,19 +95,11 @@ class BentBeam:
         self.EI = 1.0 if beam.blade is None else bending[0] / self.w  # (n,)
         self.EA = 1.0 if beam.blade is None else properties.axial[0] / self.w  # (n,)
         self.J = mesh.J  # (n, n) integrates from the clamp to each mesh point
-        self.R = mesh.J  # (m, n) integrates from the clamp to each mass
-        self.mass = (
-            mesh.weights
-            if beam.blade is None
-            else mesh.weights * beam.blade.at("mass", mesh.points)
-        )  # (m,)
-        self.inertia = properties.G[0]  # (n, n) R' mass R
         carried = (properties.alpha[0] > 0) & (stack.beta[0] > 0)
-        if carried.any():
-            self.R = np.vstack([self.J, properties.to_bodies[0][carried]])
-            self.mass = np.append(self.mass, properties.alpha[0][carried])
-        masses = np.append(mesh.points, stack.beta[0][carried])
-        self.sections = weakest_sections(mesh, beam, masses, problem)
+        self.to_carried = properties.to_bodies[0][carried]  # (m - n, n)
+        distributed = self.w if beam.blade is None else self.w * beam.blade.at("mass", mesh.points)
+        self.mass = np.append(distributed, properties.alpha[0][carried])  # (m,)
+        self.mass_points = np.append(mesh.points, stack.beta[0][carried])  # (m,)
         self.hinged = stack.hinged
         self.to_angle = with_root(mesh.J) if stack.hinged else mesh.J  # (n, turning)
         # Of the bodies `masses`: kappa -> their angles (masses, turning); moments of inertia about
@@ -127,6 +119,23 @@ class BentBeam:
             rest.append(np.array([1.0 + beam.root]))
         self.scale = 1 / np.sqrt(np.concatenate(rest))
 
+    # The matrices of large beams are computed where they are used: solutions keep their beam.
+
+    @cached_property
+    def R(self) -> NDArray:
+        """Matrix (m, n) that integrates from the clamp to each mass."""
+        return np.vstack((self.J, self.to_carried)) if len(self.to_carried) else self.J
+
+    @cached_property
+    def inertia(self) -> NDArray:
+        """R' mass R (n, n)."""
+        return properties_on(self.mesh, stack_of([self.beam])).G[0]
+
+    @cached_property
+    def sections(self) -> Sections:
+        """The sections where the beam may be weakest."""
+        return weakest_sections(self.mesh, self.beam, self.mass_points, self.problem)
+
     def unknowns(self, f: NDArray, kappa: NDArray, root_angle: float = 0.0) -> NDArray:
         """q of a stretch and a kappa (n,), with an angle at the root where that is not clamped."""
         return np.concatenate((f, kappa, [root_angle] * self.hinged))
@@ -141,8 +150,7 @@ class BentState:
 
     q (n + turning,): the stretch f at the n Gauss points, after it kappa, and the angle at the root
     where that is not clamped. iterations: number of them that led to the state. theta (n,): angle
-    [rad]. direction (2, n): cos theta and sin theta. arms (2, m): x and y of each mass, measured
-    from the axis of rotation.
+    [rad]. direction (2, n): cos theta and sin theta.
     """
 
     def __init__(self, beam: BentBeam, q: NDArray, iterations: int = 0):
@@ -151,8 +159,12 @@ class BentState:
         self.f, self.kappa, self.turning = q[:n], q[n : 2 * n], q[n:]
         self.theta = beam.to_angle @ self.turning
         self.direction = np.stack((np.cos(self.theta), np.sin(self.theta)))
-        self.arms = (self.f * self.direction) @ beam.R.T
-        self.arms[0] += beam.beam.delta
+
+    @cached_property
+    def arms(self) -> NDArray:
+        """x and y (2, m) of each mass, measured from the axis of rotation."""
+        x, y = (self.f * self.direction) @ self.beam.R.T
+        return np.stack((x + self.beam.beam.delta, y))
 
     def position(self, x: NDArray) -> NDArray:
         """Position (len(x), 2) of reference points, from the clamp."""
