@@ -1,11 +1,12 @@
 """Values and messages as text, in display units: dimensionless, or kg, mm, rpm, Hz."""
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam
+from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver.solution import Solution
 from beamviz.units import Units, usual_measure
@@ -64,6 +65,30 @@ def measure(name: str, units: Units | None) -> Measure:
         return Measure(parameter.slider_label, parameter.symbol)
     unit = usual.scale.unit.replace("^2", "²")
     return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, usual.factor)
+
+
+def described(beam: Beam) -> str:
+    """The numbers of a beam and what is not uniform: 'α = 1, hinged root', or 'mass 2 kg'."""
+    if beam.units is None:
+        return beam.described(PARAMETERS)
+    texts = []
+    for name, parameter in PARAMETERS.items():
+        shown = measure(name, beam.units)
+        text = shown.text(getattr(beam, name), 6)
+        texts.append(f"{parameter.short_label} {text}" if shown.unit else text)
+    return ", ".join([*texts, *beam.structure])
+
+
+def out_of_range(numbers: Mapping[str, Any], units: Units | None) -> str:
+    """The first number of a beam in SI units that is out of range, in its own unit, with its
+    limits; "" for none, and for one without a unit."""
+    for name, parameter in NUMBERS.items():
+        shown, value = measure(name, units), numbers[name]
+        known = shown.unit and isinstance(value, int | float)
+        if known and not parameter.limits[0] <= value <= parameter.limits[1]:
+            low, high = (significant(shown.factor * end, 6) for end in parameter.limits)
+            return f"{shown.label} = {shown.factor * value:.6g}: must lie in {low} .. {high}"
+    return ""
 
 
 def frequencies(units: Units | None) -> Measure:

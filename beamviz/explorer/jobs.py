@@ -19,7 +19,7 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import error_summary, stability_warning, stretch_caution
+from beamviz.drawing.text import error_summary, out_of_range, stability_warning, stretch_caution
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
@@ -275,7 +275,10 @@ class SolverAnswer(Answer[Case, SampledModes]):
     def message(self) -> str:
         """The full text of the warning or the error; "" for a stable equilibrium."""
         known = self.error is None or isinstance(self.error, NoEquilibrium)
-        return self.warning if known else in_words(str(self.error))
+        if known:
+            return self.warning
+        numbers, units = self.request.numbers, self.request.units
+        return out_of_range(numbers, units) or in_words(str(self.error))
 
 
 def in_words(text: str) -> str:

@@ -5,11 +5,19 @@ import math
 import pytest
 
 from beamviz import Beam, Scene, Units, solve
-from beamviz.drawing.text import stability_warning
+from beamviz.beam import NUMBERS
+from beamviz.drawing.text import described, out_of_range, stability_warning
 from beamviz.exports.solved_scene import Loop, SolvedScene
 
 SPUN_UP = Beam(gamma=0.1, mu=10000, spin_up=1000)
 BUCKLED = Beam(gamma=5, delta=-1)
+ROD = {
+    "length": 2.0,
+    "density": 7850,
+    "area": 1e-4,
+    "second_moment": 1e-9,
+    "youngs_modulus": 2.1e11,
+}
 
 
 def test_a_vibration_that_grows_is_named_with_its_rate():
@@ -43,3 +51,25 @@ def test_a_beam_whose_vibrations_grow_vibrates_in_pictures():
     assert Loop(grows).seconds > 0
     unstable = SolvedScene(Scene.of(BUCKLED, mode=2))
     assert unstable.drawn.warning == stability_warning(unstable.solution)
+
+
+def test_a_number_out_of_range_is_named_in_its_own_unit():
+    """With its limits in that unit; a number without a unit is left to the error itself."""
+    beam = Beam.from_si(**ROD)
+    numbers, units = {name: getattr(beam, name) for name in NUMBERS}, beam.units
+    assert out_of_range(numbers, units) == ""
+    low, high = (2000 * limit for limit in NUMBERS["delta"].limits)
+    named = out_of_range(numbers | {"delta": 30.0}, units)
+    assert named == f"hub [mm] = 60000: must lie in {low:.0f} .. {high:.0f}"
+    fast = out_of_range(numbers | {"gamma": 1e300}, units)
+    assert fast.startswith("speed [rpm] = ")
+    assert len(fast) < 100
+    assert out_of_range(numbers | {"delta": 30.0}, None) == ""
+    assert out_of_range(numbers | {"gamma": None, "mu": 1.0}, units) == ""
+
+
+def test_a_beam_is_described_in_its_units():
+    """By its numbers alone without."""
+    beam = Beam.from_si(**ROD, mass=3.0)
+    assert described(beam).startswith("mass 3 kg, position 2000 mm, speed 0 rpm, hub 0 mm, μ = ")
+    assert described(Beam(alpha=1)).startswith("α = 1, β = 1, γ = 0")

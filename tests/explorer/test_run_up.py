@@ -57,6 +57,14 @@ def test_the_speed_increases_to_the_last_stable_one(run):
     assert solve(Beam(delta=-1, gamma=last)).equilibrium.status == "stable"
 
 
+def test_the_run_up_goes_beyond_the_speed_of_the_beam():
+    """A beam faster than the end of the least range is in the chart, and near speeds share one."""
+    fast = PAPER.replace(gamma=25)
+    request = RunUpRequest.of(State.of(Scene(fast)))
+    assert request.stop > fast.gamma
+    assert RunUpRequest.of(State.of(Scene(fast.replace(gamma=26)))) == request
+
+
 def test_the_scene_shows_the_scaled_response(guest, session):
     """All points keep phase and ratio; the highest peak has twice the amplitude, a quarter one."""
     pause(guest)

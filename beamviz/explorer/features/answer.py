@@ -7,10 +7,9 @@ from html import escape
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import duration, frequencies, rounded_to_error, significant
+from beamviz.drawing.text import described, duration, frequencies, rounded_to_error, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.motion import JOB as MOTION
@@ -135,7 +134,7 @@ def picture_note(snapshot: Snapshot) -> str:
     if answer is None:
         return ""
     if answer.beam is None:
-        numbers = escape(picture.modes.beam.described(PARAMETERS))
+        numbers = escape(described(picture.modes.beam))
         return f"Drawn with the nearest values in range: {numbers}."
     if answer.result is None:
         return "Drawn unloaded, as it is before it rotates."

@@ -665,8 +665,7 @@ def spectrum_data(found: Computed) -> Data:
 def notes(found: Computed) -> str:
     """What the charts show, in words."""
     across, units = lengths(found.units), found.units
-    tip = across.factor * found.motion.tip[:, 1]
-    far = tip[np.argmax(abs(tip))]
+    far = across.factor * abs(found.motion.tip[:, 1]).max()
     text = f"<p>The tip is at most {far:.4g} {across.unit or 'L'} aside"
     text += f", known to {across.factor * found.motion.error:.1g} {across.unit or 'L'}.</p>"
     if isinstance(found.second, str):

@@ -31,22 +31,25 @@ PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
 
 
 class RunUpRequest(NamedTuple):
-    """A run-up to compute; the speed of the case is 0."""
+    """A run-up to compute, up to the speed `stop`; that of the case is 0."""
 
     case: Case
     per_rev: int
     damping: float
+    stop: float
 
     @classmethod
     def of(cls, state: State) -> Self:
-        """The run-up of a state, which does not depend on its speed."""
-        return cls(state.shown_case.changed("gamma", 0.0), state.force_per_rev, state.damping)
+        """The run-up of a state. It depends on the speed of the state only by its end, beyond that
+        speed, which changes rarely."""
+        stop = CHART_FILL * chart_range(state.case.nearest_beam(), "gamma")[1]
+        case = state.shown_case.changed("gamma", 0.0)
+        return cls(case, state.force_per_rev, state.damping, stop)
 
     def run_up(self) -> RunUp:
-        """The run-up to the end of the chart. Raises the errors of `forced_response.run_up`."""
+        """The run-up to its end. Raises the errors of `forced_response.run_up`."""
         beam = self.case.beam()
-        stop = CHART_FILL * chart_range(beam, "gamma")[1]
-        return run_up(beam, self.per_rev, self.damping, stop, **self.case.options)
+        return run_up(beam, self.per_rev, self.damping, self.stop, **self.case.options)
 
 
 JOB = "run-up"

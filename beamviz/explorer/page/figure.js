@@ -272,8 +272,9 @@ const beamvizFigure = (() => {
     get yRange() {
       const { y, perRev } = this.data;
       if (!perRev) return y.range;
-      const end = 1.05 * Math.max(...perRev.multiples) * perRev.slope * this.range[1];
-      return [y.range[0], Math.min(y.range[1], end)];
+      const steepest = Math.max(...perRev.multiples) * perRev.slope * this.range[1];
+      const lowest = Math.min(...this.lines.map((line) => Math.max(...line.y.map(Number)))); // all of it is seen
+      return [y.range[0], Math.min(y.range[1], 1.05 * Math.max(steepest, lowest))];
     }
 
     // Drawing
