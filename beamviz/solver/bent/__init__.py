@@ -258,7 +258,7 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.mesh.orders
     moved = state.displaced(modes.V)
-    theta = (bent.R @ state.kappa + state.root_angle)[:, None]
+    theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = BentState(bent.changed(), state.q, state.iterations)  # without matrices
     loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))

@@ -122,13 +122,13 @@ class BentBeam:
     # The matrices of large beams are computed where they are used: solutions keep their beam.
 
     @cached_property
-    def R(self) -> NDArray:
+    def to_masses(self) -> NDArray:
         """Matrix (m, n) that integrates from the clamp to each mass."""
         return np.vstack((self.J, self.to_carried)) if len(self.to_carried) else self.J
 
     @cached_property
     def inertia(self) -> NDArray:
-        """R' mass R (n, n)."""
+        """Inertia (n, n) of a unit gradient along the beam: to_masses' mass to_masses."""
         return properties_on(self.mesh, stack_of([self.beam])).G[0]
 
     @cached_property
@@ -163,7 +163,7 @@ class BentState:
     @cached_property
     def arms(self) -> NDArray:
         """x and y (2, m) of each mass, measured from the axis of rotation."""
-        x, y = (self.f * self.direction) @ self.beam.R.T
+        x, y = (self.f * self.direction) @ self.beam.to_masses.T
         return np.stack((x + self.beam.beam.delta, y))
 
     def position(self, x: NDArray) -> NDArray:
@@ -317,7 +317,10 @@ class BentState:
     @cached_property
     def loads(self) -> tuple[NDArray, NDArray]:
         """Force (n,) along the beam and across it of all that lies further out, times weights."""
-        (c, s), (x, y) = self.direction, (load @ self.beam.R for load in self.distributed_loads)
+        (c, s), (x, y) = (
+            self.direction,
+            (load @ self.beam.to_masses for load in self.distributed_loads),
+        )
         return x * c + y * s, y * c - x * s
 
     @cached_property
@@ -371,7 +374,7 @@ class BentState:
         q: `displacements` @ V without that array."""
         df, dkappa = np.split(V, [len(self.f)])
         (c, s), turn = self.direction[..., None], self.f[:, None] * (self.beam.to_angle @ dkappa)
-        moved = self.beam.R @ np.stack((c * df - s * turn, s * df + c * turn))
+        moved = self.beam.to_masses @ np.stack((c * df - s * turn, s * df + c * turn))
         return np.sqrt(self.beam.mass)[:, None] * moved
 
     def stiffness_of(self, V: NDArray) -> NDArray:
@@ -413,7 +416,7 @@ class BentState:
     @cached_property
     def displacements(self) -> NDArray:
         """B (2, m, unknowns), root of the mass times d(x, y) / dq: the inertia is B' B."""
-        f, (c, s), J, R = self.f, self.direction, self.beam.to_angle, self.beam.R
+        f, (c, s), J, R = self.f, self.direction, self.beam.to_angle, self.beam.to_masses
         B = np.stack(
             (np.hstack((R * c, -(R * (f * s)) @ J)), np.hstack((R * s, (R * (f * c)) @ J)))
         )
