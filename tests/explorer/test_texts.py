@@ -110,6 +110,8 @@ def test_warnings_name_their_reason_in_the_units_of_the_beam():
     assert "T*" not in answer.pace(0.1, units)
     assert "1 ms (1000 times slower)" in answer.pace(0.1, units)
     assert "2000 ms (2 times faster)" in answer.pace(200.0, units)
+    for nearly in (1 - 1e-9, 1.0, 1 + 1e-9):  # rounding decides nothing
+        assert answer.pace(nearly / units.time, units) == answer.pace(1 / units.time, units)
 
 
 @pytest.mark.parametrize(("gamma", "told"), [(34.0, False), (36.0, True), (100.0, True)])

@@ -178,7 +178,8 @@ def pace(rate: float, units: Units | None) -> str:
     if units:
         faster = rate * units.time
         times = significant(1 / faster if 0 < faster < 1 else faster, 3)
-        ratio = f" ({times} times {'slower' if faster < 1 else 'faster'})"
+        told = f"{times} times {'slower' if faster < 1 else 'faster'}"
+        ratio = " (real time)" if times == "1" else f" ({told})"
     return f"one second on screen = {duration(rate, units)}{ratio}"
 
 
