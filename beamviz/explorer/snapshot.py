@@ -11,7 +11,7 @@ from beamviz.explorer.clock import Clock
 from beamviz.explorer.film import Film
 from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
 from beamviz.explorer.second_beam import ComparisonCase
-from beamviz.explorer.state import State
+from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import Picture
 from beamviz.scene import Camera
 
@@ -46,6 +46,14 @@ class Snapshot:
     def beam(self) -> Beam | None:
         """The beam of the answer; None before the first, and where a number is out of range."""
         return self.answer.beam if self.answer else None
+
+    @property
+    def drawn_case(self) -> Case | None:
+        """The case of the beam in the scene: that of the answer, or the nearest one where a number
+        is out of range; None before the first answer."""
+        if self.answer is None:
+            return None
+        return self.answer.request if self.beam else self.answer.request.nearest
 
     @property
     def solved(self) -> SampledModes | None:

@@ -72,6 +72,18 @@ def test_what_is_drawn_without_an_answer_is_said(guest):
     guest.says("Drawn unloaded")
 
 
+def test_a_chart_is_that_of_the_beam_that_is_drawn(guest):
+    """Of the nearest values, where a number is out of range."""
+    heaviest = solve(Beam(alpha=100, beta=0.5)).frequencies[0]
+    guest.choose("alpha", 1e9, until="Drawn with the nearest values in range")
+
+    def is_that_of_the_heaviest(_: object) -> bool:
+        lines = guest.charts["loci-chart"].get("lines")
+        return bool(lines) and lines[0]["y"][0] == pytest.approx(heaviest, rel=1e-4)
+
+    guest.wait(is_that_of_the_heaviest)
+
+
 def test_in_lesson_1_a_faster_vibration_looks_faster(guest):
     """The time that passes in a second does not change while the speed does, unless unlocked."""
     name = "stiffening"

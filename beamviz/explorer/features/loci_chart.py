@@ -291,9 +291,9 @@ class LociTab(Feature):
     def request(self, snapshot: Snapshot) -> None:
         """Request the charts of the beam and of the one compared with."""
         state = snapshot.state
-        if snapshot.answer and snapshot.beam:
+        if case := snapshot.drawn_case:
             highest = max(state.per_rev, default=0)
-            request = ChartRequest.around(snapshot.answer.request, state.over, highest)
+            request = ChartRequest.around(case, state.over, highest)
             self.charts.request(request)
             if other := snapshot.comparison.case:
                 with contextlib.suppress(InvalidInput):

@@ -136,10 +136,9 @@ class MapTab(Feature):
     def request(self, snapshot: Snapshot) -> None:
         """Request the map while the tab is open."""
         state = snapshot.state
-        if state.tab == self.tab.key and snapshot.answer:
-            with contextlib.suppress(InvalidInput):  # shown elsewhere; the last map stays
-                over, case = (state.over, state.across), snapshot.answer.request
-                self.job.request(MapRequest.around(case, over, state.map_ends))
+        if state.tab == self.tab.key and (case := snapshot.drawn_case):
+            over = state.over, state.across
+            self.job.request(MapRequest.around(case, over, state.map_ends))
 
     @property
     def parts(self) -> Iterable[Part]:
