@@ -275,15 +275,14 @@ class SolverAnswer(Answer[Case, SampledModes]):
     def message(self) -> str:
         """The full text of the warning or the error; "" for a stable equilibrium."""
         known = self.error is None or isinstance(self.error, NoEquilibrium)
-        if known:
-            return self.warning
-        numbers, units = self.request.numbers, self.request.units
-        return out_of_range(numbers, units) or in_words(str(self.error))
+        return self.warning if known else in_words(str(self.error), self.request)
 
 
-def in_words(text: str) -> str:
-    """An error with the numbers of the beam as the page calls them: "mass α" for alpha."""
-    return NAMES.sub(lambda found: NUMBERS[found[0]].slider_label, text)
+def in_words(text: str, case: Case) -> str:
+    """An error of a case with the numbers of the beam as the page calls them: "mass α" for alpha;
+    a number out of range in its own unit."""
+    named = out_of_range(case.numbers, case.units)
+    return named or NAMES.sub(lambda found: NUMBERS[found[0]].slider_label, text)
 
 
 class Cases(NamedTuple):

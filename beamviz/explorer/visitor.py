@@ -21,7 +21,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.experiment import motion_of
-from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers
+from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, in_words
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
@@ -115,10 +115,14 @@ class Visitor:
         self.load(home.changed(dark=state.view.dark), rate=state.rate, **motion)
 
     def to_scene(self) -> Scene:
-        """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
+        """The scene with the present viewpoint. Raises InvalidInput for a number out of range, as
+        the page names it."""
         state = self.state
         chosen = self.camera.chosen(state.camera, self.clock.transition)
-        return replace(state.to_scene(), camera=chosen)
+        try:
+            return replace(state.to_scene(), camera=chosen)
+        except InvalidInput as error:
+            raise InvalidInput(in_words(str(error), state.case)) from error
 
     # Snapshots
 

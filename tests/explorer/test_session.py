@@ -146,6 +146,9 @@ def test_a_number_out_of_range_is_named(guest):
     """With value and range; the next valid one is solved. What is no number is refused too."""
     for k, bad in enumerate((1e9, -1.0, 1e300)):
         guest.choose("alpha", bad, until=f"mass α = {bad:.10g}: must lie in 0 .. 100")
+        guest.said.clear()
+        guest.do("export", ".csv", until=lambda _: guest.said)  # which is refused in the same words
+        assert "mass α" in guest.said[0]["text"]
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
     for k, bad in enumerate(("fast", None, 10**40)):
