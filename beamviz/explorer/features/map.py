@@ -13,7 +13,6 @@ from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
 from beamviz.chart_ranges import chart_range
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
-from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import AXES
@@ -60,7 +59,7 @@ class MapRequest:
         cls, case: Case, over: tuple[str, str], upper_ends: tuple[float, float] | None = None
     ) -> Self:
         """The map around a case, with some upper ends of the axes if it contains the beam then.
-        Raises InvalidInput for a number out of range."""
+       """
         beam = case.beam()
         ends = {name: chart_range(beam, name) for name in over}
         for name, end in zip(over, upper_ends or (), strict=False):
