@@ -27,8 +27,8 @@ from beamviz.signals import Terminated, terminate_on_signal
 from beamviz.solver import solve
 
 KEY_BYTES = 16
-M_MMAP_THRESHOLD, M_ARENA_MAX = -3, -8  # parameters of glibc's mallopt
-LARGE = 4 * 2**20  # [bytes] of an array that is returned to the system as soon as it is freed
+M_ARENA_MAX = -8  # parameter of glibc's mallopt
+TRIM = 20.0  # [s] between two returns of freed memory
 SLEEP = 0.5  # [s] between two checks for a signal
 
 
@@ -62,7 +62,7 @@ def serve(
     access: dict[str, Any] = {"visitor_key": key, "presenter_key": presenter_key, "public": public}
     access |= {"max_visitors": visitors}
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
-    limit_memory()
+    share_arena()
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
     with suppress(Terminated), terminate_on_signal(), ExitStack() as stack:
         if count > 1:
@@ -79,15 +79,23 @@ def serve(
         run()
 
 
-def limit_memory() -> None:
+def share_arena() -> None:
     """Let all threads allocate from one arena of glibc: what one has freed, another takes. In five
-    minutes of random use by one visitor the server then takes 160 MB instead of 250. Arrays of
-    charts of long blades are LARGE: between them the arena would keep what they have freed."""
+    minutes of random use by one visitor the server then takes 160 MB instead of 250."""
+    call_glibc("mallopt", M_ARENA_MAX, 1)
+
+
+def return_memory() -> None:
+    """Return freed memory within the arena to the system, which glibc only does at its end: charts
+    of a long blade leave hundreds of megabytes. It takes 3 to 30 ms."""
+    call_glibc("malloc_trim", 0)
+
+
+def call_glibc(function: str, *arguments: int) -> None:
+    """Call a function of glibc; nothing where there is another C library."""
     if sys.platform == "linux":
-        with suppress(OSError, AttributeError):  # another C library
-            libc = ctypes.CDLL(None)
-            libc.mallopt(M_ARENA_MAX, 1)
-            libc.mallopt(M_MMAP_THRESHOLD, LARGE)
+        with suppress(OSError, AttributeError):
+            getattr(ctypes.CDLL(None), function)(*arguments)
 
 
 def check_scene(scene: Scene) -> None:
@@ -142,8 +150,13 @@ def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]
 
 
 def wait_for_signal(parent: int | None = None) -> None:
-    """Wait until a signal raises Terminated, or the parent process of this number has ended. Python
-    handles a signal that arrives just before a sleep only after that sleep, hence the short time.
+    """Wait until a signal raises Terminated, or the parent process of this number has ended, and
+    return freed memory meanwhile. Python handles a signal that arrives just before a sleep only
+    after that sleep, hence the short time.
     """
+    trimmed = time.monotonic()
     while parent in (None, os.getppid()):
         time.sleep(SLEEP)
+        if time.monotonic() > trimmed + TRIM:
+            return_memory()
+            trimmed = time.monotonic()
