@@ -114,15 +114,19 @@ class Visitor:
         motion = motion_of(lesson(state.lesson)) if state.lesson else {}
         self.load(home.changed(dark=state.view.dark), rate=state.rate, **motion)
 
-    def to_scene(self) -> Scene:
-        """The scene with the present viewpoint. Raises InvalidInput for a number out of range, as
-        the page names it."""
+    @property
+    def scene(self) -> Scene:
+        """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
         state = self.state
         chosen = self.camera.chosen(state.camera, self.clock.transition)
+        return replace(state.to_scene(), camera=chosen)
+
+    def scene_to_save(self) -> Scene:
+        """The scene. Raises InvalidInput for a number out of range, in the words of the page."""
         try:
-            return replace(state.to_scene(), camera=chosen)
+            return self.scene
         except InvalidInput as error:
-            raise InvalidInput(in_words(str(error), state.case)) from error
+            raise InvalidInput(in_words(str(error), self.state.case)) from error
 
     # Snapshots
 

@@ -139,7 +139,7 @@ def test_a_job_computes_the_latest_request():
     "compute",
     [
         lambda slow: ChartRequest.around(slow, "gamma", 2).chart(),
-        lambda slow: RunUpRequest(slow.changed("gamma", 0.0), 2, 0.02).run_up(),
+        lambda slow: RunUpRequest(slow.changed("gamma", 0.0), 2, 0.02, 20.0).run_up(),
         lambda slow: MapRequest.around(slow, ("gamma", "alpha")).solve(),
         lambda slow: ChartRequest.around(slow.with_options(state="stable"), "delta").chart(),
     ],

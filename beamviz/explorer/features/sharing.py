@@ -417,7 +417,7 @@ class Files(Feature):
 
     def save(self) -> None:
         with self.visitor.reporting("This scene cannot be saved"):
-            self.send("scene.toml", self.visitor.to_scene().to_toml().encode())
+            self.send("scene.toml", self.visitor.scene_to_save().to_toml().encode())
 
     def send(self, name: str, content: bytes) -> None:
         self.visitor.client.send_file_download(name, content, save_immediately=True)
@@ -437,7 +437,7 @@ class Files(Feature):
         periods = FILM_LENGTHS[self.visitor.state.film_length]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
-            self.begin(File(self.visitor.to_scene(), f"beam{suffix}", film))
+            self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))
 
     def start_motion(self, suffix: Any) -> None:
         """Export the motion in time, in place of the visitor's running export."""
