@@ -153,6 +153,7 @@ def test_a_visitor_neither_changes_nor_receives_what_belongs_to_another(plain, l
             assert mine.keys() == others.keys() != set()
             assert not set(mine.values()) & set(others.values())
         for guest in (one, other):
+            guest.wait(lambda _, charts=guest.charts: charts["loci-chart"].get("lines"))
             pause(guest)
         before = one.values.copy(), other.values.copy()
         for uuid in other.controls.values():
