@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from live.browser import by_id, page, says
-from live.visitor import PAPER, Visitor, visitor
+from live.visitor import PAPER, Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
@@ -151,7 +151,12 @@ def test_the_address_of_an_impossible_state_is_that_state(guest, url, edits):
     with visitor(url) as later:
         later.do("link", f"?{address}")
         shows(later, address)
-        later.wait(lambda _: later.texts["equilibrium"] == guest.texts["equilibrium"])
+
+        def both_show_the_same(_: object) -> bool:
+            catch_up(guest)
+            return later.texts["equilibrium"] == guest.texts["equilibrium"]
+
+        later.wait(both_show_the_same)
         assert later.said == []
     guest.do("link", "?gamma=7")
     shows(guest, "gamma=7.0")
