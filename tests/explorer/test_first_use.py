@@ -96,12 +96,17 @@ LATER = 700  # [ms], longer than any control waits before it shows the value of 
 AFTER_LATER = f"new Promise(done => setTimeout(done, {LATER}))"
 
 
-def test_a_bad_value_of_a_real_beam_stays_with_its_reason(desk):
-    """Beside its field; it is not taken back without a word."""
+def select_thickness(desk):
+    """Click the thickness of the steel beam, 5 mm, and select it."""
     desk.send("real.preset", "steel beam")
     desk.wait(f"{THICKNESS}?.value === '5'")
     desk.click(THICKNESS)
     desk.evaluate(f"{THICKNESS}.select()")
+
+
+def test_a_bad_value_of_a_real_beam_stays_with_its_reason(desk):
+    """Beside its field; it is not taken back without a word."""
+    select_thickness(desk)
     desk.call("Input.insertText", text="400")
     desk.key("Enter", until=f"{THICKNESS}.closest('.field').innerText.includes('must lie in')")
     desk.evaluate(f"document.activeElement.blur(); {AFTER_LATER}")
@@ -110,10 +115,7 @@ def test_a_bad_value_of_a_real_beam_stays_with_its_reason(desk):
 
 def test_a_field_keeps_what_is_typed_until_it_is_entered(desk):
     """Also if it is typed at once after the click, and then slowly."""
-    desk.send("real.preset", "steel beam")
-    desk.wait(f"{THICKNESS}?.value === '5'")
-    desk.click(THICKNESS)
-    desk.evaluate(f"{THICKNESS}.select()")
+    select_thickness(desk)
     desk.call("Input.insertText", text="4")
     desk.evaluate(AFTER_LATER)
     assert desk.evaluate(f"{THICKNESS}.value") == "4"
