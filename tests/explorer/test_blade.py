@@ -169,6 +169,8 @@ def test_a_preset_shows_its_source_its_table_and_its_properties(guest):
     assert [line["label"] for line in chart["lines"]] == ["m", "EI", "flap", "EA"]
     stiffness = dict(zip(chart["lines"][1]["at"], chart["lines"][1]["y"], strict=True))
     assert stiffness[61.5] == pytest.approx(5.01e6 / 18113.6e6, rel=1e-4)
+    for above in ('data-do="blade.preset"', 'data-do="dimensionless"'):  # however many stations
+        assert guest.texts["blade"].index(above) < guest.texts["blade"].index("<table")
     guest.do("blade.stations.remove", 3, until=lambda _: len(rows(guest)) == 48)
     guest.wait(lambda _: "leaves out the twist" not in guest.texts["blade"])
     shown(guest, "tapered-steel-blade")
@@ -424,6 +426,20 @@ def blade_page(url) -> Iterator[Page]:
         opened.wait(f"!!{by_id('blade-spring')}")
         opened.evaluate(AXE)
         yield opened
+
+
+def test_the_positions_stay_in_view_beside_the_last_columns(blade_page):
+    """The table is wider than the panel: scrolled to its end, it still tells the stations apart,
+    and the panel itself, which has a hidden field in it, makes the page no longer."""
+    blade_page.resize(1440, 900)
+    cells = "document.querySelector('#blade .cells')"
+    position, stiffness = blade_page.evaluate(f"""{cells}.scrollLeft = 9999,
+      [1, 4].map(k => {cells}.querySelectorAll('tbody tr:first-child td')[k])
+        .map(e => [e.getBoundingClientRect().left - {cells}.getBoundingClientRect().left,
+          e.getBoundingClientRect().right - {cells}.getBoundingClientRect().right])""")
+    assert position[0] > 0
+    assert stiffness[1] < 0
+    assert blade_page.evaluate("document.body.scrollHeight <= innerHeight")
 
 
 @pytest.mark.parametrize(
