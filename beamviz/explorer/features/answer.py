@@ -12,7 +12,6 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import described, duration, frequencies, rounded_to_error, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
-from beamviz.explorer.features.motion import JOB as MOTION
 from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
@@ -63,7 +62,7 @@ class AnswerPanel(Feature):
         first = state.case == self.first
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
-        if picture.film and snapshot.is_late(MOTION) and is_before(snapshot):
+        if picture.film and is_before(snapshot):
             shown = EARLIER_MOTION
         shown = HELD if state.hold else shown
         has_mass = bool(alpha) or bool(state.case.masses)
