@@ -178,6 +178,6 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
     """From there to the first stable speed."""
-    with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
+    with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url) as guest:
         guest.do("run_up", until=lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")
