@@ -222,7 +222,7 @@ def test_the_page_opens_its_link_and_updates_it(url):
             shown.evaluate(f"{field}.value = {value}, {field}.{change}")
             shown.wait(f"location.search === '?lesson=nodes&step=2&{edits}gamma=9.0'")
         shown.key("z", modifiers=2, until="location.search === '?lesson=nodes&step=2&gamma=9.0'")
-        shown.call("Page.reload")
+        shown.reload()
         shown.wait(f"{by_id('gamma-field')}?.value === '9'")
         shown.wait(says(lesson("nodes").proof))
         assert shown.problems == []

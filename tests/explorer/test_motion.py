@@ -7,8 +7,8 @@ from urllib.parse import parse_qsl
 import numpy as np
 import pytest
 from live.browser import NODES, READY, by_id, page
-from live.server import wait_until
-from live.visitor import TIMEOUT, Visitor, catch_up, visitor
+from live.server import TIMEOUT, wait_until
+from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion

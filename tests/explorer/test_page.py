@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import NODES, Page, by_id, page, says
+from live.browser import NODES, Page, are_apart, by_id, page, says
 from live.server import wait_until
 from live.visitor import PAPER, frequency_text
 from scipy import ndimage
@@ -149,17 +149,6 @@ def are_legible(boxes: list[dict[str, float]], width: int) -> bool:
     """Whether captions are large enough, on a page of this width, and apart."""
     inside = all(0 <= box["left"] < box["right"] <= width for box in boxes)
     return all(box["size"] >= 14 for box in boxes) and inside and are_apart(boxes)
-
-
-def are_apart(boxes: list[dict[str, float]]) -> bool:
-    """Whether none covers another."""
-    return all(
-        one["right"] <= other["left"]
-        or other["right"] <= one["left"]
-        or abs(one["top"] - other["top"]) >= one["height"] - 1
-        for k, one in enumerate(boxes)
-        for other in boxes[:k]
-    )
 
 
 def test_a_caption_that_changes_stays_at_its_place(shown):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from live.server import http_get, raw_socket, wait_until
-from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
+from live.visitor import BEAM, PAPER, Visitor, catch_up, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.text import growth, rounded_to_error
@@ -181,7 +181,7 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         one.visitor.load(Scene())
         guest.shows(Beam())
         one.visitor.load(scene)
-        guest.says("No equilibrium")
+        guest.wait(lambda _: "No equilibrium" in guest.texts["equilibrium"])
         pause(guest)
         assert 'aria-label="modes"' not in guest.text
         assert "No equilibrium" not in str(guest.parts["captions"])  # above the scene once
@@ -193,7 +193,8 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         guest.choose("gamma", 20.0, until=stable)
         guest.shows(Beam(gamma=20, delta=1), strain="hencky")
         guest.wait(lambda _: "displacement" in guest.texts["legend"])
-        guest.choose("gamma", 39.0, until="No equilibrium")
+        guest.choose("gamma", 39.0)
+        guest.wait(lambda _: "No equilibrium" in guest.texts["equilibrium"])
         guest.forgets(frequency_text(guest.beam, **guest.options))
         assert [one["text"] for one in guest.parts["captions"]] == ["speed γ = 39"]
         guest.set(comparison="effects", time_methods=True)
@@ -281,6 +282,7 @@ def test_a_presenter_may_leave_and_return(hall, frame_loops):
             one.shows(PAPER.replace(gamma=21))
             lead.choose("playing", False)
         wait_until(lambda: len(frame_loops[-1].sessions) == 1)
+        catch_up(one)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{hall}/?token={KEY}") as lead:
             lead.choose("gamma", 5.0)

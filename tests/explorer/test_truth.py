@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from live.visitor import TIMEOUT, Visitor, beam_moved, frequency_text, pause, visitor
+from live.server import TIMEOUT
+from live.visitor import Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer

@@ -79,9 +79,27 @@ class Page:
         return result["result"].get("value")
 
     def wait(self, until: Until, timeout: float = TIMEOUT) -> Any:
-        """The value of an expression in the page, or of a function, as soon as it is true."""
-        done = until if callable(until) else lambda: self.evaluate(until)
-        return wait_until(done, timeout, f": {until}")
+        """The value of an expression in the page, or of a function, as soon as it is true. An
+        expression is not true yet if it reads what is not there, or the page is changing."""
+        errors = [""]
+
+        def value() -> Any:
+            try:
+                return self.evaluate(until)
+            except RuntimeError as error:
+                errors.append(str(error))
+
+        try:
+            return wait_until(until if callable(until) else value, timeout, f": {until}")
+        except TimeoutError as late:
+            late.add_note(errors[-1])
+            raise
+
+    def reload(self) -> None:
+        """Load the page again; done once the former one is gone."""
+        self.evaluate("window.former = true")
+        self.call("Page.reload")
+        self.wait("!window.former")
 
     def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
         """A mouse event at a point of the page."""
@@ -207,6 +225,15 @@ def way(start: Sequence[float], end: Sequence[float]) -> list[tuple[float, float
     """Ten points from one to another, without the first."""
     (x, y), (to_x, to_y) = start, end
     return [(x + k / 10 * (to_x - x), y + k / 10 * (to_y - y)) for k in range(1, 11)]
+
+
+def are_apart(boxes: Sequence[dict[str, float]]) -> bool:
+    """Whether no box covers another, by more than a pixel at its edge."""
+    return all(
+        min(one["right"], other["right"]) <= max(one["left"], other["left"])
+        or min(one["bottom"], other["bottom"]) <= max(one["top"], other["top"]) + 1
+        for one, other in itertools.combinations(boxes, 2)
+    )
 
 
 def says(words: str) -> str:
