@@ -82,6 +82,8 @@ def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release
         return (beam.gamma != 3.0 or release.wait(TIMEOUT)) and solve(beam, **options)
 
     monkeypatch.setattr(jobs, "solve", slow_at_3)
+    for limit in ("QUICK", "WAIT"):  # on a busy machine nothing is quick
+        monkeypatch.setattr(jobs, limit, TIMEOUT)
     job = SolveJob(workers, lambda: None)
     job.request(Cases(case(PAPER)))
     wait_until(lambda: not job.busy)
@@ -89,6 +91,7 @@ def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release
         job.request(Cases(case(PAPER.replace(gamma=gamma))))
     job.finish()
     assert job.answer.result.answer.beam.gamma == 2.0
+    monkeypatch.setattr(jobs, "WAIT", 0.1)
     job.request(Cases(case(PAPER.replace(gamma=3.0))))
     job.finish()
     assert job.busy

@@ -22,6 +22,7 @@ from beamviz.solver import solve
 PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
 BEAM = "/scene/rotor/beam"
 ALIGNMENT = 8  # [bytes] of arrays in a group of messages
+PERIOD = 0.2  # [s] after which a condition is looked at again without a message
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 Condition = Callable[[list[dict[str, Any]]], Any]  # of the latest messages
 Until = str | Condition
@@ -99,20 +100,22 @@ class Visitor:
         self.do(name or values["data-do"], value)
 
     def wait(self, done: Condition, timeout: float = TIMEOUT) -> Any:
-        """Receive messages until `done` of the latest ones is true; its value. It is not true yet
-        if it reads a part of the page that has not arrived."""
+        """Receive messages until `done` of the latest ones, if any, is true; its value. It is not
+        true yet if it reads a part of the page that has not arrived."""
         end = time.monotonic() + timeout
         latest: list[dict[str, Any]] = []
         while True:
             with contextlib.suppress(KeyError):
                 if value := done(latest):
                     return value
-            latest = self.receive(end - time.monotonic())
+            if time.monotonic() > end:
+                raise TimeoutError("the explorer did not answer in time")
+            latest = []
+            with contextlib.suppress(TimeoutError):
+                latest = self.receive(PERIOD)
 
     def receive(self, timeout: float) -> list[dict[str, Any]]:
         """The next group of messages, applied to the state; TimeoutError if none comes."""
-        if timeout <= 0:
-            raise TimeoutError("the explorer did not answer in time")
         data = self.socket.recv(timeout=timeout)
         assert isinstance(data, bytes)
         self.received += len(data)
