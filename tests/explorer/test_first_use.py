@@ -15,6 +15,7 @@ FIRST = Scene(PAPER.replace(gamma=5))
 def desk(shown) -> Page:
     """The page of this file at its first scene, 1440 x 900."""
     shown.resize(1440, 900)
+    shown.open_tab("frequencies")
     for action, value in (("lesson", ""), ("comparison", "nothing"), ("reset", None)):
         shown.send(action, value)
     shown.catch_up()
@@ -139,6 +140,70 @@ def test_a_bad_value_stays_with_its_reason_where_the_server_is_slow(desk):
         desk.wait(f"{THICKNESS}.value === '400'")
     finally:
         desk.evaluate("__viserMutable.sendMessage = direct")
+
+
+def test_an_emptied_field_shows_the_number_of_the_beam(desk):
+    """Not the value that was refused before, whose reason goes; a text that is no number stays,
+    also when the panel is drawn again."""
+    select_thickness(desk)
+    desk.call("Input.insertText", text="400")
+    desk.key("Enter", until=f"{THICKNESS}.closest('.field').innerText.includes('must lie in')")
+    desk.evaluate(f"{THICKNESS}.select()")
+    desk.evaluate("document.execCommand('delete')")
+    desk.key("Tab", until=f"{THICKNESS}.value === '5'")
+    desk.wait(f"!{THICKNESS}.closest('.field').innerText.includes('must lie in')")
+    desk.click(THICKNESS)
+    desk.evaluate(f"{THICKNESS}.select()")
+    desk.call("Input.insertText", text="thin")
+    desk.key("Tab", until=says("thin: write a number"))
+    desk.send("gamma", 60.0, until=f"{by_id('gamma-field')}.value === '60'")
+    desk.evaluate(AFTER_LATER)
+    assert desk.evaluate(f"{THICKNESS}.value") == "thin"
+    assert desk.evaluate(f"{THICKNESS}.hasAttribute('aria-invalid')")
+    desk.send("real.preset", "steel ruler", until=f"{THICKNESS}.value === '1'")
+    assert not desk.evaluate(f"{THICKNESS}.hasAttribute('aria-invalid')")
+
+
+@pytest.mark.parametrize("width", [1100, 1250, 1280, 1440, 1920])
+def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
+    """Which are in their row, also while the chart is zoomed."""
+    desk.resize(width, 720)
+    desk.open_tab("frequencies")
+    desk.wait("document.querySelectorAll('#loci-chart button.mark').length === 1")
+    zoom = "document.querySelectorAll('#loci-chart .zoom button')"
+    desk.click(f"{zoom}[1]", until=f"!{zoom}[2].hidden")
+    end = desk.evaluate(f"{by_id('to-export')}.getBoundingClientRect().right")
+    assert 0 < end <= desk.evaluate(f"{zoom}[0].getBoundingClientRect().left")
+    between = desk.evaluate(f"""{by_id("enlarge")}.getBoundingClientRect().left
+      - {zoom}[2].getBoundingClientRect().right""")
+    assert between >= 0
+    desk.click(f"{zoom}[2]", until=f"{zoom}[2].hidden")
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1280, 720), (960, 1080), (390, 844)], ids=str)
+@pytest.mark.parametrize("name", ["veering", "stiffening"])
+def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
+    """Below what there is to do, in the lesson and in the page; the next step begins at its top."""
+    desk.resize(*size)
+    desk.send("lesson", name, until=f"!!document.querySelector('.guesses') && {says('expect?')}")
+    desk.click("document.querySelector('.guesses button')", until=f"!!{by_id('try')}")
+    ends = f"[{by_id('try')}, {by_id('lesson')}].map(e => e.getBoundingClientRect().bottom)"
+    desk.wait(f"(([look, lesson]) => look <= Math.min(lesson, innerHeight) + 1)({ends})")
+    desk.key("n", until="!!document.querySelector('#lesson .proof')")
+    assert desk.evaluate(f"{by_id('lesson')}.scrollTop") == 0
+
+
+def test_a_replaced_scene_is_offered_back(desk):
+    """A stray N, which begins a lesson, or R takes nothing away: a button brings it back."""
+    offered = f"!!{by_id('replaced')}.querySelector('button')"
+    desk.send("alpha", 3.25, until=f"location.search.includes('alpha=3.25') && !({offered})")
+    for key in ("n", "r"):
+        desk.key(key, until=offered)
+        assert desk.number("alpha") != 3.25
+        desk.click(f"{by_id('replaced')}.querySelector('button')", until=f"!({offered})")
+        wait_until(lambda: desk.number("alpha") == 3.25)
+    desk.key("n", until=offered)
+    desk.send("gamma", 1.0, until=f"!({offered})")  # it would undo this only
 
 
 def test_the_palette_opens_from_a_number_field(desk):

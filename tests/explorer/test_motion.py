@@ -1,6 +1,7 @@
 """The tab Motion: what the scene, the charts and the address show of a motion in time."""
 
 import base64
+import threading
 from dataclasses import replace
 from urllib.parse import parse_qsl
 
@@ -16,6 +17,7 @@ from beamviz.dynamics.drives import Hub
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer
 from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.features import motion as tab
 from beamviz.explorer.features.motion import PRESETS, TOLERANCE
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
@@ -272,6 +274,21 @@ def test_a_slider_moved_meanwhile_starts_the_motion_again(pulled, session):
         return np.abs(shown - found.tip[:, 1]).max() < 2 * TOLERANCE
 
     pulled.wait(is_shown)
+
+
+def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monkeypatch):
+    """In the scene and beside the charts, from the first moment."""
+    release, compute = threading.Event(), tab.motion
+    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    assert "The tip is at most" in pulled.texts["motion-list"]
+    try:
+        pulled.do("alpha", 2.5)
+        pulled.wait(lambda _: "Before the last change the tip" in pulled.texts["motion-list"])
+        pulled.wait(lambda _: "before the last change" in pulled.texts["scene-caption"])
+    finally:
+        release.set()
+    pulled.wait(lambda _: "The tip is at most" in pulled.texts["motion-list"])
+    pulled.wait(lambda _: "Motion in time" in pulled.texts["scene-caption"])
 
 
 def test_a_hub_is_turned_by_a_torque(guest, session):

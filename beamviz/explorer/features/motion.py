@@ -409,6 +409,7 @@ class MotionTab(Feature):
             Part(lambda s: (s.state.experiment, s.state.case.units), values_content),
             Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content),
             Part(lambda s: (answer_of(s),), chart_content),
+            Part(lambda s: (answer_of(s), is_before(s)), notes_content),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
             Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
             fading(JOB, *CHARTS, "motion-list"),
@@ -546,15 +547,20 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     for id in ("moment-row", "motion-files"):
         content |= page.props(id, hidden=found is None)
     if found is None:
-        return content | page.html("motion-list", "")
+        return content
     content |= page.chart(CHARTS[0], strip_data(found)) | page.chart(
         CHARTS[1], spectrum_data(found)
     )
     shown = times(found.units)
     low, high, step = 0.0, shown.factor * found.film.until, shown.factor * found.film.until / 1000
     content |= page.props("moment-slider", min=low, max=high, step=float(f"{step:.3g}"))
-    content |= page.html("moment-label", escape(shown.label))
-    return content | page.html("motion-list", notes(found))
+    return content | page.html("moment-label", escape(shown.label))
+
+
+def notes_content(answer: Answer[MotionRequest, Computed] | None, before: bool) -> Content:
+    """What the charts show, in words; before: the motion is that before the last change."""
+    found = answer.result if answer else None
+    return page.html("motion-list", notes(found, before) if found else "")
 
 
 def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float | None) -> Content:
@@ -662,11 +668,12 @@ def spectrum_data(found: Computed) -> Data:
     }
 
 
-def notes(found: Computed) -> str:
-    """What the charts show, in words."""
+def notes(found: Computed, before: bool) -> str:
+    """What the charts show, in words; before: the motion is that before the last change."""
     across, units = lengths(found.units), found.units
     far = across.factor * abs(found.motion.tip[:, 1]).max()
-    text = f"<p>The tip is at most {far:.4g} {across.unit or 'L'} aside"
+    tip = "Before the last change the tip was" if before else "The tip is"
+    text = f"<p>{tip} at most {far:.4g} {across.unit or 'L'} aside"
     text += f", known to {across.factor * found.motion.error:.1g} {across.unit or 'L'}.</p>"
     if isinstance(found.second, str):
         text += page.note(found.second)
@@ -676,9 +683,7 @@ def notes(found: Computed) -> str:
             " its tip is displaced by the length of the beam. The beam itself goes on."
         )
     else:
-        text += "<p>The theory without stiffening does not diverge in this time.</p>" * (
-            not isinstance(found.second, str)
-        )
+        text += "<p>The theory without stiffening does not diverge in this time.</p>"
     own = found.experiment
     if found.since:
         text += f"<p>The spectrum is that of the motion after {time_text(found.since, units)}"

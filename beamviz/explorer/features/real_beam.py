@@ -359,6 +359,8 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     others = ("youngs_modulus", "density")  # the other numbers have sliders
     return (
         '<details class="real" open><summary>Real beam</summary>'
+        f'<div class="choices">{BUTTONS}'
+        f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
@@ -367,7 +369,5 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
-        f" mass of the beam {significant(units.mass, 4)} kg</p>"
-        f'<div class="choices">{BUTTONS}'
-        f"{page.button('dimensionless', data_do='dimensionless')}</div></details>"
+        f" mass of the beam {significant(units.mass, 4)} kg</p></details>"
     )
