@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from live.server import http_get, raw_socket, wait_until
-from live.visitor import BEAM, PAPER, Visitor, catch_up, frequency_text, pause, visitor
+from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.text import growth, rounded_to_error
@@ -282,7 +282,6 @@ def test_a_presenter_may_leave_and_return(hall, frame_loops):
             one.shows(PAPER.replace(gamma=21))
             lead.choose("playing", False)
         wait_until(lambda: len(frame_loops[-1].sessions) == 1)
-        catch_up(one)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{hall}/?token={KEY}") as lead:
             lead.choose("gamma", 5.0)

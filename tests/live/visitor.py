@@ -198,7 +198,8 @@ def beam_moved(messages: list[dict[str, Any]]) -> bool:
 
 def catch_up(guest: Visitor) -> None:
     """Send an invalid value, and wait until the server has corrected it: by then it has handled all
-    earlier actions, and all that its frames have shown has arrived."""
+    earlier actions, and all that its frames have shown has arrived. A visitor who follows a
+    presenter ends that by it."""
     guest.wait(lambda _: guest.values.pop("film_length", None))
     guest.do("film_length", "no", until=lambda _: "film_length" in guest.values)
 
