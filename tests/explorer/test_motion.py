@@ -337,7 +337,7 @@ def test_a_motion_starts_in_modes(guest, session):
     guest.do("motion.B3", 0.01)
     guest.wait(lambda _: "B3" in guest.parts["address"])
     assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, B3=0.01)
-    assert "swings with y = 0.05 in B1 and y = 0.02" in guest.texts["motion-words"]
+    assert "swings with 0.05 L in B1 and 0.02 L in B2" in guest.texts["motion-words"]
     with session.visitor.lock:
         state = session.visitor.state
         session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))
