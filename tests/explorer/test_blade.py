@@ -402,7 +402,7 @@ def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
         typed = opened.evaluate(f"{CELLS}[7].value")
         assert typed.endswith("stiff")
         assert opened.evaluate(choices) == before
-        opened.call("Page.reload")
+        opened.reload()
         opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 15")
         opened.wait(f"{CELLS}[7].value === {json.dumps(typed)}")
         file = tmp_path / "blade.csv"
@@ -423,7 +423,7 @@ def test_a_blade_of_many_stations_outlives_a_reload(url):
         shown = f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49"
         opened.send("blade.preset", "nrel-5mw-blade", until=shown)
         opened.wait("location.search.includes('61.5') && location.search.length > 2000")
-        opened.call("Page.reload")
+        opened.reload()
         opened.wait(shown)
         assert opened.problems == []
 

@@ -1,7 +1,6 @@
 """The tab Motion: what the scene, the charts and the address show of a motion in time."""
 
 import base64
-import contextlib
 import json
 import re
 import threading
@@ -12,8 +11,8 @@ from urllib.parse import parse_qsl
 import numpy as np
 import pytest
 from live.browser import NODES, READY, by_id, page
-from live.server import wait_until
-from live.visitor import TIMEOUT, Visitor, catch_up, visitor
+from live.server import TIMEOUT, wait_until
+from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
@@ -435,12 +434,16 @@ def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
               return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
             }})()""")
 
-        for _ in range(4):  # a busy machine may see the pointer go by
-            x, y = tip_drawn(session)
-            shown.drag(place(x - 0.02, y), place(0.93, -0.3))
-            with contextlib.suppress(TimeoutError):
-                wait_until(lambda: session.visitor.state.experiment.pull < 0, 10)
-                break
+        shown.catch_up()
+        shown.next_frame(10)
+        x, y = tip_drawn(session)
+        shown.drag(
+            place(x - 0.02, y),
+            place(0.93, -0.3),
+            taken=lambda: session.visitor.state.hold,
+            arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,
+        )
+        wait_until(lambda: session.visitor.state.experiment.pull < 0)
         own = session.visitor.state.experiment
         held = motion(FIRST.beam, 0.1, release=own.pull, release_at=own.pull_at)
         assert own.pull_at == 1.0
