@@ -46,6 +46,7 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     "screenshot a.png --mode 0": f"mode = 0|1 .. {MAX_MODES}",
     "screenshot a.png --phase nan": "phase = nan|0 .. 1",
     "screenshot a.png --from 1,2": "--from|1,2|0,-1,0.5",
+    "screenshot a.png --from 0,0,0": "--from|0,0,0|not all 0",
     "screenshot a.jpg": "a.jpg|.png",
     "screenshot a.png --lesson nodes --scene $SCENE": "--scene $SCENE and --lesson nodes",
     "serve --port 70000": "port = 70000|1 .. 65535",
