@@ -29,7 +29,7 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
-from beamviz.files import check_suffix, json_text
+from beamviz.files import check_suffix, check_writable, json_text
 from beamviz.solver.problem import Problem
 from beamviz.units import number_of
 from beamviz.version import __version__
@@ -123,6 +123,7 @@ def loci(
         from beamviz.plotting.loci import draw_chart
 
         check_suffix(plot, SUFFIXES)
+        check_writable(plot)
     if sweep:
         from beamviz.sweeps import open_line
 
