@@ -69,7 +69,7 @@ def ended(store: Path, number: signal.Signals, count: int) -> None:
     with start(store, "--workers", "2", start_new_session=True) as process:
         wait_until(partial(has_chunks, store, count))
         (os.kill if number == signal.SIGKILL else os.killpg)(process.pid, number)
-        out, err = process.communicate(timeout=10)  # when the workers have ended, too
+        out, err = process.communicate(timeout=120)  # when the workers have ended, too
     if number == signal.SIGKILL:
         (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
         return
@@ -130,7 +130,7 @@ def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
         sweep({"gamma": np.linspace(0, 10, 2000)}, tmp_path / "a.zarr", executor=executor)
     end = threading.Thread(target=executor.shutdown, daemon=True)
     end.start()
-    end.join(30)
+    end.join(120)
     assert interrupts
     assert not end.is_alive()
 
