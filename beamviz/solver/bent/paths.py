@@ -16,14 +16,14 @@ from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
-    first_mesh,
+    first_elements,
     folded_state,
     guesses,
     newton,
     stable_states,
 )
 from beamviz.solver.continuation import LIMIT_PRECISION, Root, continue_load
-from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.first_mesh import Elements
 
 FIRST_STEP = 0.4  # of a speed, relative: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio and number of lower speeds at which a stable state is sought
@@ -57,7 +57,7 @@ def follow_speed(bent: BentBeam) -> BentState:
         start = _finer(start)
         path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
         if path.limit is not None and start.is_straight:
-            bifurcated = _bifurcated(bent, start.beam.mesh, path.limit)
+            bifurcated = _bifurcated(bent, start.beam.elements, path.limit)
             if bifurcated:
                 start = bifurcated
                 path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
@@ -92,11 +92,11 @@ def _limit_of_meshes(limits: list[float]) -> float:
 def _finer(state: BentState) -> BentState:
     """The same state with a higher order, up to MAX_ORDER, and a shorter first element, as a strain
     law reaches its end first at the clamp."""
-    mesh = state.beam.mesh
-    breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
-    orders = (mesh.orders[0], *mesh.orders)
-    finer = make_mesh(tuple(breaks), tuple(min(order + 2, MAX_ORDER) for order in orders))
-    beam, q = state.beam.changed(finer), state.resampled(finer)
+    breaks, orders, _ = state.beam.elements
+    orders = tuple(min(order + 2, MAX_ORDER) for order in (orders[0], *orders))
+    finer = Elements((0.0, breaks[1] / FINER, *breaks[1:]), orders, orders)
+    beam = state.beam.changed(finer)
+    q = state.resampled(beam)
     return newton(beam, q, stable=True) or descend(beam, q) or state
 
 
@@ -107,7 +107,7 @@ def _slower(bent: BentBeam) -> BentState:
     while low < high:
         k = (low + high) // 2
         beam = bent.beam.replace(gamma=bent.beam.gamma * SLOWER**k)
-        slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
+        slower = BentBeam(first_elements(beam, bent.problem), beam, bent.problem)
         stable = None
         if folded_state(slower):
             stable = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
@@ -123,9 +123,9 @@ def _slower(bent: BentBeam) -> BentState:
     return state
 
 
-def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> BentState | None:
+def _bifurcated(bent: BentBeam, elements: Elements, gamma: float) -> BentState | None:
     """A deflected equilibrium just beyond the speed at which the straight one loses stability."""
-    beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
+    beyond = bent.changed(elements, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
         state = descend(beyond, guess)
         if state and not state.is_straight:
@@ -169,9 +169,9 @@ def _margins(state: BentState) -> NDArray:
     """Margins of stability (3,), positive for a stable state: the lowest eigenvalue of the
     stiffness, the least stretch, and the least local stiffness."""
     if state.beam.beam.spin_up:
-        lowest = np.linalg.eigvals(state.scaled_stiffness).real.min()
+        lowest = np.linalg.eigvals(state.stiffness).real.min()
     else:
-        lowest = scipy.linalg.eigvalsh(state.scaled_stiffness, subset_by_index=(0, 0))[0]
+        lowest = scipy.linalg.eigvalsh(state.stiffness, subset_by_index=(0, 0))[0]
     return np.array([lowest, state.f.min(), state.local_stiffness.min()])
 
 
