@@ -17,7 +17,13 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
-from beamviz.solver.bent.equilibrium import descend, first_elements, is_resolved, newton, stable_states
+from beamviz.solver.bent.equilibrium import (
+    descend,
+    first_elements,
+    is_resolved,
+    newton,
+    stable_states,
+)
 from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
@@ -85,7 +91,8 @@ def solve_bent(
         state = _on_elements(state, finer)
     raise NotConverged(
         f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
-        f" {problem.tolerance:g} with {state.beam.size} unknowns; ask for a larger one or fewer modes"
+        f" {problem.tolerance:g} with {state.beam.size} unknowns; ask for a larger one or fewer"
+        " modes"
     )
 
 

@@ -24,7 +24,7 @@ from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import with_root
-from beamviz.solver.hp.trial import Trial, make_trial
+from beamviz.solver.hp.trial import make_trial
 from beamviz.solver.problem import Problem
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
@@ -400,8 +400,8 @@ class BentState:
         return K
 
     def displaced(self, V: NDArray) -> NDArray:
-        """Root of the mass times the displacements (2, m, modes) by changes V (n + turning, modes) of
-        q: those that `displacements` gives by the unknowns."""
+        """Root of the mass times the displacements (2, m, modes) by changes V (n + turning, modes)
+        of q: those that `displacements` gives by the unknowns."""
         df, dkappa = np.split(V, [len(self.f)])
         (c, s), turn = self.direction[..., None], self.f[:, None] * (self.beam.to_angle @ dkappa)
         moved = self.beam.to_masses @ np.stack((c * df - s * turn, s * df + c * turn))

@@ -29,7 +29,8 @@ class BentModes(NamedTuple):
     """The lowest modes about a deflected state."""
 
     s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
-    V: NDArray  # (n + turning, count), changes of q; complex with Coriolis forces or a spin-up, unit modal mass
+    # Changes of q (n + turning, count), complex with Coriolis forces or a spin-up, unit modal mass.
+    V: NDArray
     pairing: NDArray  # (count,) |y* (2 s M + C) v|, y the left vector: small where modes coalesce
     rounding: NDArray  # (count,) estimated rounding error of s
     status: Status  # by these modes and, with a spin-up, MORE_MODES beyond them
@@ -54,7 +55,7 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     if info:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
     if C is not None:
-        s, V = _steady_gyroscopic(L, np.linalg.qr(F, mode="r"), C, count)
+        s, V = _steady_gyroscopic(L, np.linalg.qr(F)[1], C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)

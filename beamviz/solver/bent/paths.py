@@ -219,33 +219,37 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
     the path. Raises NoEquilibrium where the beam collapses or winds around its clamp, and
     NotConverged."""
 
-    def at(p: float) -> BentBeam:
-        return start.beam.changed(spin_up=float(np.clip(p * target, *SPIN_UP.limits)))
+    bent, size = start.beam, start.beam.size
 
-    size, largest_share = len(start.q), start.beam.beam.spin_up / target
+    def at(z: NDArray) -> BentState:
+        """The state of z (size + 1,): the change of the unknowns from the start, and p."""
+        spin_up = float(np.clip(z[-1] * target, *SPIN_UP.limits))
+        return BentState(bent.changed(spin_up=spin_up), start.q + bent.values(z[:-1]))
+
+    largest_share = bent.beam.spin_up / target
     # Arc lengths are in the mean squares of the stretch and, relative to the start, of kappa.
-    w = np.sqrt(start.beam.w)
-    unit = start.beam.unknowns(w, w / max(1.0, np.linalg.norm(w * start.kappa)), 1.0)
-    unit = np.append(unit, 1.0)
+    w = bent.w
+    of_kappa = w / max(1.0, w @ start.kappa**2)
+    metric = np.eye(size + 1)
+    metric[:size, :size] = bent.local(w, 0.0, of_kappa, 1.0)
     along_p = np.append(np.zeros(size), 1.0)
-    z, direction = np.append(start.q, largest_share), along_p  # (q, p), and the tangent before it
+    z, direction = along_p * largest_share, along_p  # and the tangent before it
     arc, steps = FIRST_ARC, 0
     failure, largest_angle = "", start.largest_angle + 2 * math.pi
     while not failure and steps < MAX_ARCS and arc > SMALLEST_ARC:
-        A, _ = _bordered(at, z, direction * unit**2)
+        A, _ = _bordered(at, z, metric @ direction)
         tangent = np.linalg.solve(A, along_p)
-        tangent /= np.linalg.norm(tangent * unit)
-        ahead = _corrected(at, z + arc * tangent, tangent * unit**2)
+        tangent /= np.sqrt(tangent @ metric @ tangent)
+        ahead = _corrected(at, z + arc * tangent, metric @ tangent)
         if ahead is None:
             arc /= 2
             continue
-        share = float(ahead[-1])
-        state = BentState(at(share), ahead[:-1])
+        share, state = float(ahead[-1]), at(ahead)
         if state.collapses:
-            failure = f"collapses ({start.beam.problem.strain} strain)"
+            failure = f"collapses ({bent.problem.strain} strain)"
         elif state.largest_angle > largest_angle:
             failure = "winds around its clamp"
-        elif share >= 1 and (last := newton(at(1.0), ahead[:-1])):
+        elif share >= 1 and (last := newton(bent.changed(spin_up=target), state.q)):
             return last
         z, direction = ahead, tangent
         arc, steps = min(1.5 * arc, LONGEST_ARC), steps + 1
@@ -264,22 +268,26 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
 
 
 def _bordered(
-    at: Callable[[float], BentBeam], z: NDArray, across: NDArray
+    at: Callable[[NDArray], BentState], z: NDArray, across: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """The tangent of R(q, p) by q and p with the row `across` below it, and R."""
-    p, h = float(z[-1]), DIFFERENCE
-    state, before, beyond = (BentState(at(load), z[:-1]) for load in (p, p - h, p + h))
-    slope = (beyond.residual - before.residual) / (2 * h)
-    return np.vstack((np.column_stack((state.stiffness, slope)), across)), state.residual
+    """The tangent of R(q, p) by z = (q, p) with the row `across` below it, and R, in unknowns."""
+    h = np.append(np.zeros(len(z) - 1), DIFFERENCE)
+    state = at(z)
+    before, here, beyond = (
+        each.beam.on_unknowns(each.residual) for each in (at(z - h), state, at(z + h))
+    )
+    slope = (beyond - before) / (2 * DIFFERENCE)
+    return np.vstack((np.column_stack((state.stiffness, slope)), across)), here
 
 
-def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> NDArray | None:
+def _corrected(at: Callable[[NDArray], BentState], z: NDArray, across: NDArray) -> NDArray | None:
     """The point of the path in the plane through z, by Newton's method; None if it is far off."""
 
     def increment(z: NDArray) -> NDArray:
         A, residual = _bordered(at, z, across)
         step = -np.linalg.solve(A, np.append(residual, 0.0))
-        if not BentState(at(float(z[-1])), z[:-1]).step_size(step[:-1]) < 1:
+        state = at(z)
+        if not state.step_size(state.beam.values(step[:-1])) < 1:
             raise np.linalg.LinAlgError
         return step
 

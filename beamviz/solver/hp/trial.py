@@ -26,6 +26,7 @@ from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Grid, make_grid
 
 ACROSS_WAVES = 1  # Gauss points of a piece, more than half-waves of the highest polynomial in it
+KINKED_TAIL = 4  # functions of an element with stations inside: their kinks make single ones vanish
 SHORTEST = 1e-9  # piece, relative to the beam: a station nearer to the end of an element is there
 
 
@@ -52,7 +53,9 @@ def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: floa
             # A polynomial of degree n has cos(n phi) as its waves, x = cos(phi).
             phi = [math.acos(np.clip(2 * (x - start) / (stop - start) - 1, -1, 1)) for x in (b, a)]
             waves = order * (phi[1] - phi[0]) / math.pi
-            orders.append(math.ceil(waves) + ACROSS_WAVES + order_of_quotient(blade, bending, a, b, share))
+            orders.append(
+                math.ceil(waves) + ACROSS_WAVES + order_of_quotient(blade, bending, a, b, share)
+            )
     return Pieces(tuple(breaks), tuple(orders), tuple(counts))
 
 
@@ -64,8 +67,9 @@ def order_of_quotient(blade: Blade, bending: str, start: float, stop: float, sha
         if not segment.start <= (start + stop) / 2 <= segment.stop:
             continue
         for name in (bending, "axial"):
-            x = segment.start + (segment.stop - segment.start) * segment.polynomials[name].roots()
-            z = (2 * x - start - stop) / (stop - start) + 0j
+            roots = np.array(segment.polynomials[name].roots(), complex)
+            x = segment.start + (segment.stop - segment.start) * roots
+            z = (2 * x - start - stop) / (stop - start)
             size = abs(z + np.sqrt(z - 1) * np.sqrt(z + 1))
             nearest = min([nearest, *size])
     return math.ceil(math.log(1 / share) / (4 * math.log(nearest))) if nearest < math.inf else 0
@@ -98,9 +102,12 @@ class Trial:
 
     @cached_property
     def highest(self) -> NDArray:
-        """Numbers (2 elements,) of the two highest functions of each element."""
+        """Numbers of the highest functions of each element: the two highest, more where a property
+        has kinks inside."""
         ends = np.cumsum(self.elements.orders)
-        return np.column_stack((ends - 2, ends - 1)).ravel()
+        tails = np.where(np.array(self.counts) > 1, KINKED_TAIL, 2)
+        columns = [np.arange(end - tail, end) for end, tail in zip(ends, tails, strict=True)]
+        return np.concatenate(columns)
 
     def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
         """What the two highest functions of each element contribute to values (n, ...) of stretch
