@@ -23,14 +23,14 @@ sys.path.insert(0, str(ROOT / "tests"))
 from live.chromium import find_browser  # type: ignore[import-not-found]
 
 WORKERS = min(4, (os.cpu_count() or 2) + 2)  # some wait for a server or the browser
-CHECKS = {  # in this order; the types run in the background until the tests are done
+CHECKS = {  # in this order; the types are checked in the background until the tests are done
     "types": ["mypy"],
+    "types of the page": ["scripts.check_page"],
     "format": ["ruff", "format", "--check", "."],
     "lint": ["ruff", "check", "."],
-    "types of the page": ["scripts.check_page"],
     "tests": ["pytest", "-n", str(WORKERS), "--dist", "worksteal"],
 }
-IN_BACKGROUND = ("types",)
+IN_BACKGROUND = ("types", "types of the page")
 PLAYWRIGHT_PATH = """
 from playwright.sync_api import sync_playwright
 with sync_playwright() as playwright:

@@ -250,6 +250,7 @@ def sweep_axes(texts: Iterable[str], units: Units | None) -> dict[str, list[floa
         if name in axes:
             raise InvalidInput(f"--over {text}: {name} is given twice")
         try:
+            parse_over(name, units)  # the unit of a range or of values is known
             axes[name] = sweep_values("", name, units, *numbers) if is_range else numbers
         except InvalidInput as error:
             raise InvalidInput(f"--over {text}: {error}") from None

@@ -10,9 +10,11 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from beamviz.beam import Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
 from beamviz.blade import MAX_STATIONS
+from beamviz.drawing.text import out_of_range
 from beamviz.errors import InvalidInput
+from beamviz.plausibility import doubts
 from beamviz.si import MAX_MASSES, SI_SYNONYMS, PhysicalBeam
 
 DIGITS = 6  # significant, of the numbers shown
@@ -289,7 +291,33 @@ def beam_of(draft: Draft, before: PhysicalBeam) -> Beam:
         physical = replace(physical, root_stiffness=before.root_stiffness)
     if draft.masses == shown.masses:
         physical = replace(physical, masses=before.masses)
-    return Beam.of_physical(physical)
+    try:
+        return Beam.of_physical(physical)
+    except InvalidInput as error:
+        raise InvalidInput(in_words(str(error), physical)) from None
+
+
+def in_words(text: str, physical: PhysicalBeam) -> str:
+    """An error of a beam in SI in the words and units of the page, with what is likely wrong."""
+    for column in STATIONS[1:]:
+        text = re.sub(rf"\b{column.key}\b", column.head, text)
+    try:
+        numbers, units = physical.numbers, physical.units
+    except InvalidInput:  # the values are too extreme
+        return text
+    gamma, mu, (low, high) = numbers["gamma"], numbers["mu"], PARAMETERS["mu"].limits
+    if reason := out_of_range(numbers, units):
+        text = reason
+        if gamma > PARAMETERS["gamma"].limits[1]:
+            text += ": this blade is too soft for more, with its EI and mass at the root"
+    elif not low <= mu <= high:
+        text = f"L √(EA / EI) at the root = {mu:.4g}: must lie in {low:g} .. {high:g}"
+    elif gamma > MAX_GAMMA_OVER_MU * mu:
+        text = f"speed of the tip over that of sound, √(EA / mass per length), = {gamma / mu:.3g}:"
+        text += f" must be at most {MAX_GAMMA_OVER_MU:g}"
+    else:
+        return text
+    return "; ".join([text, *doubts(physical)])
 
 
 def column_values(

@@ -81,10 +81,11 @@ class Session:
 
     @property
     def is_motion_late(self) -> bool:
-        """Whether the beam was let go, or the state or the page lack the moment of a motion."""
+        """Whether a body or the beam was let go, or the state or the page lack the moment of a
+        motion."""
         snapshot, moment = self.snapshot, self.visitor.clock.moment
-        if hold := snapshot.state.hold:
-            return not hold.held
+        if taken := snapshot.state.grip or snapshot.state.hold:
+            return not taken.held
         if snapshot.film is None or snapshot.is_led:
             return False
         paused = not snapshot.state.view.playing
@@ -122,7 +123,8 @@ class Session:
         visitor = self.visitor
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         state = self.snapshot.state
-        if self.postponed or state.run_speed is not None or state.hold or self.snapshot.film:
+        taken = state.grip or state.hold
+        if self.postponed or state.run_speed is not None or taken or self.snapshot.film:
             visitor.wake()
         self.snapshot = replace(self.snapshot, clock=visitor.clock)
         with visitor.client.atomic():

@@ -35,6 +35,7 @@ NO_CHOICES = ("moment", "tab", "presented_tab", "reserved", "still", "met", "las
 UNDER_WAY: dict[str, Any] = {
     "following": False,
     **dict.fromkeys(("run_speed", "refused", "grip", "hold")),
+    "replaced": "",
 }
 STEPS = 200  # that can be undone
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
@@ -184,7 +185,8 @@ class State:
     they describe no beam; lesson, step: the open one, "" for none, and its step (from 0); guess:
     the answer chosen at its first step; met: the lessons whose challenge is met; last_alpha: of the
     last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
-    pulled; refused: the entry that was refused last; following: a presenter is followed;
+    pulled; refused: the entry that was refused last; replaced: says that the last edit has replaced
+    the visitor's own scene, "" after another edit; following: a presenter is followed;
     presented_tab: the tab that they had open last, while the visitor may open another; still: the
     visitor's system prefers reduced motion; reserved: parameters of the address with other readers,
     None until the page has sent its address.
@@ -224,6 +226,7 @@ class State:
     grip: Grip | None = None
     hold: Hold | None = None
     refused: Refused | None = None
+    replaced: str = ""
     following: bool = False
     presented_tab: str = ""
     still: bool = False

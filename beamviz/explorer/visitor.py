@@ -21,7 +21,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.experiment import motion_of
-from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, in_words
+from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
@@ -69,9 +69,12 @@ class Visitor:
 
     # State
 
-    def change(self, edit: Callable[[State], State], *, loads: bool = False) -> None:
+    def change(
+        self, edit: Callable[[State], State], *, loads: bool = False, replaced: str = ""
+    ) -> None:
         """Replace the state by `edit(state)`, from any thread; this ends following a presenter, and
-        what was said of a refused entry. loads: the edit is a step to undo of its own."""
+        what was said of a refused entry or a replaced scene. loads: the edit is a step to undo of
+        its own; replaced: what to say if it replaces a scene that the visitor has made."""
         with self.lock:
             before = self.state
             state = edit(before)
@@ -79,6 +82,8 @@ class Visitor:
                 state = replace(state, following=False)
             if state.refused is before.refused and state is not before:
                 state = replace(state, refused=None)
+            own = replaced and self.history.past and state.differences(before)
+            state = replace(state, replaced=replaced if own else "")
             self.history.record(before, state, time.monotonic(), loaded=loads)
             self.set_state(state)
 
@@ -103,16 +108,20 @@ class Visitor:
             case = self.state.shown_case
             self.solver.request(Cases(case, comparison_case(self.state, case).case))
 
-    def load(self, scene: Scene, **values: Any) -> None:
-        """Show another scene, with other values of the state by field name."""
-        self.change(lambda state: replace(state.loaded(scene), **values), loads=True)
+    def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
+        """Show another scene, with other values of the state by field name; replaced: see
+        `change`."""
+        self.change(
+            lambda state: replace(state.loaded(scene), **values), loads=True, replaced=replaced
+        )
 
     def reset(self) -> None:
         """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
         state = self.state
         home = lesson(state.lesson).scene if state.lesson else state.opened
         motion = motion_of(lesson(state.lesson)) if state.lesson else {}
-        self.load(home.changed(dark=state.view.dark), rate=state.rate, **motion)
+        home = home.changed(dark=state.view.dark)
+        self.load(home, replaced="The scene is reset.", rate=state.rate, **motion)
 
     @property
     def scene(self) -> Scene:
@@ -126,7 +135,7 @@ class Visitor:
         try:
             return self.scene
         except InvalidInput as error:
-            raise InvalidInput(in_words(str(error), self.state.case)) from error
+            raise InvalidInput(case_error(str(error), self.state.case)) from error
 
     # Snapshots
 
@@ -220,5 +229,6 @@ def following(own: State, led: State) -> State:
         "following": True,
         "grip": None,
         "hold": None,
+        "replaced": "",
     }
     return replace(led, **values)

@@ -42,6 +42,7 @@ def shown(shown) -> Page:
     """The page of this file, paused, with axe-core."""
     shown.evaluate(AXE)
     shown.send("playing", False)
+    shown.catch_up()
     return shown
 
 
@@ -64,6 +65,7 @@ def leave_lesson(shown: Page) -> None:
     """Show the first scene again, paused."""
     for action, value in (("lesson", ""), ("reset", None), ("playing", False)):
         shown.send(action, value)
+    shown.catch_up()
     shown.wait(f"!location.search.includes('lesson') && {PLAY}.ariaPressed === 'false'")
 
 
@@ -76,12 +78,12 @@ def test_the_scene_has_half_of_the_page(shown, size):
     shown.evaluate("scrollTo(0, 0)")
     left, top, width, height = shown.evaluate(f"(r => [r.x, r.y, r.width, r.height])({SCENE})")
     assert min(height, size[1] - top) * width >= 0.5 * size[0] * size[1]
-    assert shown.evaluate("document.documentElement.scrollWidth") <= size[0]
+    shown.wait(f"document.documentElement.scrollWidth <= {size[0]}")
     canvas = "document.querySelector('canvas[data-engine]').getBoundingClientRect()"
     wait_until(lambda: shown.evaluate(f"{canvas}.width") == pytest.approx(width, abs=2))
     bottom = "document.querySelector('#loci-chart .plot').getBoundingClientRect().bottom"
     if size[0] >= 1100:
-        assert shown.evaluate(bottom) <= size[1]
+        shown.wait(f"{bottom} <= {size[1]}")
         return
     assert (left, width) == (0, size[0])
     stays = 0 if size[1] >= 500 else top - 300
@@ -207,7 +209,7 @@ def test_letters_do_not_move_the_camera_and_can_be_switched_off(shown):
     shown.key("p", until=f"{PLAY}.ariaPressed === 'true'")
     shown.evaluate(f"{LETTERS}.click()")
     shown.key("p")
-    shown.next_frame(5)
+    shown.catch_up()
     assert shown.evaluate(f"{PLAY}.ariaPressed") == "true"
     shown.evaluate(f"{LETTERS}.click()")
     shown.key("p", until=f"{PLAY}.ariaPressed === 'false'")
@@ -227,6 +229,7 @@ def test_a_page_starts_paused_with_reduced_motion(url, shown):
     """The last test, as it opens the page anew."""
     prefer(shown, "dark", "reduce")
     shown.call("Page.navigate", url=url)
-    shown.wait(f"{READY} && {says('B1')}")
+    shown.wait(f"{READY} && {says('1st bending')}")
+    shown.catch_up()
     shown.wait(f"{PLAY}.ariaPressed === 'false'")
     shown.wait("document.documentElement.dataset.theme === 'dark'")

@@ -62,6 +62,7 @@ def opened(shown) -> Page:
     for action, value in (("reset", None), ("comparison", "nothing"), ("playing", True)):
         shown.send(action, value)
     shown.open_tab("frequencies")
+    shown.catch_up()
     shown.evaluate("document.activeElement.blur()")
     shown.wait(f"location.search === '' && !document.querySelector('{LEFT_OVER}')")
     return shown

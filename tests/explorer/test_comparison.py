@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from charts import case
-from live.visitor import PAPER, TIMEOUT, Visitor, catch_up, pause
+from live.server import TIMEOUT
+from live.visitor import PAPER, Visitor, catch_up, pause
 
 from beamviz.beam import Beam
 from beamviz.drawing import stacked_heights

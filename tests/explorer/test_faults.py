@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 import websockets.exceptions
-from live.server import CAMERA_MESSAGE, encoded, raw_socket, wait_until
+from live.server import CAMERA_MESSAGE, TIMEOUT, encoded, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
@@ -100,7 +100,7 @@ def come_and_go(url: str, visits: int) -> None:
         with contextlib.ExitStack() as open_lines:
             line, *_ = [open_lines.enter_context(raw_socket(url)) for _ in range(50)]
             line.send(encoded(**CAMERA_MESSAGE))
-            line.recv(timeout=20)
+            line.recv(timeout=TIMEOUT)
             vanish(line.socket)
 
 
@@ -120,7 +120,7 @@ def test_messages_may_come_out_of_order(url, other):
         for k in range(1, 30002, 600):
             size = {"image_width": k, "image_height": 30002 - k}
             line.send(encoded(**CAMERA_MESSAGE | size))
-        line.recv(timeout=20)
+        line.recv(timeout=TIMEOUT)
     with visitor(url) as guest:
         assert BEAM in guest.nodes
 
@@ -237,5 +237,7 @@ def test_motion_goes_on_after_jumps_of_the_system_time_and_a_sleep(other, frame_
         for _ in range(5):
             other.wait(beam_moved)
     wait_until(lambda: session.is_moving)
-    angle = asyncio.run_coroutine_threadsafe(angle_during_sleep(), frame_loops[0].loop).result(60)
+    angle = asyncio.run_coroutine_threadsafe(angle_during_sleep(), frame_loops[0].loop).result(
+        TIMEOUT
+    )
     assert 0 < angle <= 0.2 * session.snapshot.rate * PAPER.gamma + 1e-9

@@ -40,10 +40,10 @@ def saved(guest: Visitor) -> Scene:
     return Scene.from_bytes(part["content"], "saved")
 
 
-def heard(guest: Visitor, *kinds: str, timeout: float = 40) -> list[dict[str, Any]]:
+def heard(guest: Visitor, *kinds: str) -> list[dict[str, Any]]:
     """Wait for the first message of each kind."""
     found: list[dict[str, Any]] = []
-    guest.wait(lambda new: found.extend(new) or {*kinds} <= {one["type"] for one in found}, timeout)
+    guest.wait(lambda new: found.extend(new) or {*kinds} <= {one["type"] for one in found}, 180)
     return [next(one for one in found if one["type"] == kind) for kind in kinds]
 
 
@@ -69,7 +69,7 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     """The button sends a complete file in the format of the command line."""
     monkeypatch.setattr(sharing, "animate", small_film)
     guest.do("export", kind)
-    start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart", timeout=120)
+    start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart")
     assert start["filename"].startswith("beam.")
     assert part["content"][: len(begin)].lower() == begin.lower()
     if start["part_count"] == 1:
@@ -84,7 +84,7 @@ def test_a_film_has_the_length_chosen_and_needs_motion(guest, monkeypatch):
     for length in ("1 period", "2 periods"):
         guest.choose("film_length", length)
         guest.do("export", ".webp")
-        (part,) = heard(guest, "FileTransferPart", timeout=120)
+        (part,) = heard(guest, "FileTransferPart")
         frames.append(Image.open(io.BytesIO(part["content"])).n_frames)
     assert frames[1] > 1.5 * frames[0]
     still = Scene.of(shares=[0.0])

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from charts import case
-from live.server import wait_until
+from live.server import TIMEOUT, wait_until
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
@@ -52,7 +52,7 @@ def test_work_starts_in_order_on_as_many_threads_as_are_needed(release):
             wait_until(lambda k=k: len(begun) == k + 1 and not pool.unfinished)
         assert running("test") == 1
         for k in range(3, 7):
-            pool.submit(lambda k=k: (begun.append(k), release.wait(20)))
+            pool.submit(lambda k=k: (begun.append(k), release.wait(TIMEOUT)))
         wait_until(lambda: len(begun) == 5)
         time.sleep(0.1)
         assert running("test") == 2
@@ -66,8 +66,8 @@ def test_closing_a_pool_discards_waiting_work(release):
     """Running work is completed, and no thread is left."""
     done, begun = list[int](), threading.Event()
     with closing(WorkerPool(1, "test close")) as pool:
-        pool.submit(lambda: (begun.set(), release.wait(60)))
-        assert begun.wait(20)
+        pool.submit(lambda: (begun.set(), release.wait(TIMEOUT)))
+        assert begun.wait(TIMEOUT)
         pool.submit(lambda: done.append(1))
     release.set()
     wait_until(lambda: not running("test close"))
@@ -79,9 +79,11 @@ def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release
     the latest request. One that is unexpectedly slow is answered later."""
 
     def slow_at_3(beam: Beam, **options: Any) -> Any:
-        return (beam.gamma != 3.0 or release.wait(60)) and solve(beam, **options)
+        return (beam.gamma != 3.0 or release.wait(TIMEOUT)) and solve(beam, **options)
 
     monkeypatch.setattr(jobs, "solve", slow_at_3)
+    for limit in ("QUICK", "WAIT"):  # on a busy machine nothing is quick
+        monkeypatch.setattr(jobs, limit, TIMEOUT)
     job = SolveJob(workers, lambda: None)
     job.request(Cases(case(PAPER)))
     wait_until(lambda: not job.busy)
@@ -89,6 +91,7 @@ def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release
         job.request(Cases(case(PAPER.replace(gamma=gamma))))
     job.finish()
     assert job.answer.result.answer.beam.gamma == 2.0
+    monkeypatch.setattr(jobs, "WAIT", 0.1)
     job.request(Cases(case(PAPER.replace(gamma=3.0))))
     job.finish()
     assert job.busy
@@ -147,17 +150,18 @@ def test_a_job_computes_the_latest_request():
 )
 def test_a_cancelled_job_frees_its_worker(workers, compute):
     """After the present beam, or batch of beams."""
-    pool, ended = workers.background, threading.Event()
+    pool, begun, ended = workers.background, threading.Event(), threading.Event()
 
     def cancelled(slow: Case) -> None:
+        begun.set()
         with pytest.raises(Cancelled):
             compute(slow)
         ended.set()
 
     job: Job[Case, None] = Job("slow", cancelled, pool.submit, lambda: None)
     job.request(case(Beam(alpha=1, beta=0.5, gamma=5), method="ancf-planar", elements=100))
-    time.sleep(0.3)
-    assert not ended.is_set()
+    assert begun.wait(TIMEOUT)
+    time.sleep(0.3)  # in the middle of it
     job.cancel()
     wait_until(lambda: not pool.unfinished)
     assert ended.is_set()

@@ -64,7 +64,7 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     """The camera is the same as for a page that opens with that scene, even if late; such a page
     (`beamviz serve --lesson buckling`) opens the lesson."""
     scene = lesson("buckling").scene
-    with explorer(scene) as address, visitor(address, frequency_text(scene.beam)) as other:
+    with explorer(scene) as address, visitor(address) as other:
         other.says(lesson("buckling").question)
         wanted = other.camera  # of the loaded beam: before its answer that of the unloaded one
     monkeypatch.setattr(jobs, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])

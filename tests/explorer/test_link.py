@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from live.browser import by_id, page, says
+from live.server import wait_until
 from live.visitor import PAPER, Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
@@ -152,11 +153,12 @@ def test_the_address_of_an_impossible_state_is_that_state(guest, url, edits):
         later.do("link", f"?{address}")
         shows(later, address)
 
-        def both_show_the_same(_: object) -> bool:
+        def both_show_the_same() -> bool:
             catch_up(guest)
+            catch_up(later)
             return later.texts["equilibrium"] == guest.texts["equilibrium"]
 
-        later.wait(both_show_the_same)
+        wait_until(both_show_the_same)
         assert later.said == []
     guest.do("link", "?gamma=7")
     shows(guest, "gamma=7.0")
@@ -222,7 +224,7 @@ def test_the_page_opens_its_link_and_updates_it(url):
             shown.evaluate(f"{field}.value = {value}, {field}.{change}")
             shown.wait(f"location.search === '?lesson=nodes&step=2&{edits}gamma=9.0'")
         shown.key("z", modifiers=2, until="location.search === '?lesson=nodes&step=2&gamma=9.0'")
-        shown.call("Page.reload")
+        shown.reload()
         shown.wait(f"{by_id('gamma-field')}?.value === '9'")
         shown.wait(says(lesson("nodes").proof))
         assert shown.problems == []

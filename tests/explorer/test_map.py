@@ -55,8 +55,8 @@ def test_the_values_are_those_of_solve(guest, coriolis):
             assert values[row, column] == pytest.approx(expected, abs=1e-4 * frequencies[-1])
         guest.says(f">{head} [1/T*]</th>")
     row, column = np.unravel_index(values.argmax(), values.shape)
-    assert f"{values.max():.3g}" in guest.texts["map-text"]
-    assert f'data-value="&quot;{x[column]} {y[row]}&quot;"' in guest.texts["map-text"]
+    for words in (f"{values.max():.3g}", f'data-value="&quot;{x[column]} {y[row]}&quot;"'):
+        guest.wait(lambda _, words=words: words in guest.texts["map-text"])
 
 
 def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest, session):

@@ -1,15 +1,15 @@
 """The tab Motion: what the scene, the charts and the address show of a motion in time."""
 
 import base64
-import contextlib
+import threading
 from dataclasses import replace
 from urllib.parse import parse_qsl
 
 import numpy as np
 import pytest
 from live.browser import NODES, READY, by_id, page
-from live.server import wait_until
-from live.visitor import TIMEOUT, Visitor, catch_up, visitor
+from live.server import TIMEOUT, wait_until
+from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
@@ -17,6 +17,7 @@ from beamviz.dynamics.drives import Hub
 from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer
 from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.features import motion as tab
 from beamviz.explorer.features.motion import PRESETS, TOLERANCE
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
@@ -275,6 +276,21 @@ def test_a_slider_moved_meanwhile_starts_the_motion_again(pulled, session):
     pulled.wait(is_shown)
 
 
+def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monkeypatch):
+    """In the scene and beside the charts, from the first moment."""
+    release, compute = threading.Event(), tab.motion
+    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    assert "The tip is at most" in pulled.texts["motion-list"]
+    try:
+        pulled.do("alpha", 2.5)
+        pulled.wait(lambda _: "Before the last change the tip" in pulled.texts["motion-list"])
+        pulled.wait(lambda _: "before the last change" in pulled.texts["scene-caption"])
+    finally:
+        release.set()
+    pulled.wait(lambda _: "The tip is at most" in pulled.texts["motion-list"])
+    pulled.wait(lambda _: "Motion in time" in pulled.texts["scene-caption"])
+
+
 def test_a_hub_is_turned_by_a_torque(guest, session):
     """From rest, backwards too: the tip, the speed that the scene tells, and the lines of the
     spectrum at the speed reached. The controls of the hub are there, and a link holds them."""
@@ -321,7 +337,7 @@ def test_a_motion_starts_in_modes(guest, session):
     guest.do("motion.B3", 0.01)
     guest.wait(lambda _: "B3" in guest.parts["address"])
     assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, B3=0.01)
-    assert "swings with y = 0.05 in B1 and y = 0.02" in guest.texts["motion-words"]
+    assert "swings with 0.05 L in B1 and 0.02 L in B2" in guest.texts["motion-words"]
     with session.visitor.lock:
         state = session.visitor.state
         session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))
@@ -393,12 +409,16 @@ def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
               return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
             }})()""")
 
-        for _ in range(4):  # a busy machine may see the pointer go by
-            x, y = tip_drawn(session)
-            shown.drag(place(x - 0.02, y), place(0.93, -0.3))
-            with contextlib.suppress(TimeoutError):
-                wait_until(lambda: session.visitor.state.experiment.pull < 0, 10)
-                break
+        shown.catch_up()
+        shown.next_frame(10)
+        x, y = tip_drawn(session)
+        shown.drag(
+            place(x - 0.02, y),
+            place(0.93, -0.3),
+            taken=lambda: session.visitor.state.hold,
+            arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,
+        )
+        wait_until(lambda: session.visitor.state.experiment.pull < 0)
         own = session.visitor.state.experiment
         held = motion(FIRST.beam, 0.1, release=own.pull, release_at=own.pull_at)
         assert own.pull_at == 1.0

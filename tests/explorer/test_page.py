@@ -2,31 +2,29 @@
 of these frames is drawn by the processor, so that window is small."""
 
 import base64
-import contextlib
 import io
 import math
-import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import matplotlib.image
 import numpy as np
 import pytest
-from live.browser import NODES, Page, by_id, page, says
+from live.browser import NODES, Page, are_apart, by_id, page, says
 from live.server import wait_until
 from live.visitor import PAPER, frequency_text
 from scipy import ndimage
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
-from beamviz.explorer import explorer
+from beamviz.explorer import FrameLoop, explorer
 from beamviz.explorer.features.comparison import number
 from beamviz.explorer.mass_drag import nearest
+from beamviz.explorer.state import Grip
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
 START = Beam()  # no mass, no rotation: mode 2 has its node at 0.7834
 FIRST = Scene.of(START, playing=False)
-REST = 0.5  # [s] after which what was dragged lies still
 
 
 def bodies(name: str, what: str, size: int) -> str:
@@ -122,7 +120,7 @@ def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown)
     def colours() -> int:
         return len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0))
 
-    assert colours() > 20
+    wait_until(lambda: colours() > 20)
     for key, value in {"strain": "biot", "alpha": 0, "mu": 10, "gamma": 20}.items():
         shown.send(key, value)
     shown.wait(says("No equilibrium above γ = 15.71"))
@@ -142,17 +140,15 @@ def test_captions_are_legible_and_keep_apart(shown):
     shown.send("load", f"beam.toml\n{scene.to_toml()}")
     for width, height in ((1280, 720), (390, 844)):
         shown.resize(width, height)
-        shown.wait("document.querySelectorAll('#caption-layer > span').length === 4")
-        shown.next_frame(10)
-        boxes = shown.evaluate(BOXES)
-        assert sum("node at" in box["text"] for box in boxes) == 3
-        assert all(box["size"] >= 14 for box in boxes)
-        assert all(0 <= box["left"] < box["right"] <= width for box in boxes)
-        for k, one in enumerate(boxes):
-            for other in boxes[:k]:
-                beside = one["right"] <= other["left"] or other["right"] <= one["left"]
-                assert beside or abs(one["top"] - other["top"]) >= one["height"] - 1
+        shown.wait(f"{BOXES}.filter(box => box.text.includes('node at')).length === 3")
+        wait_until(lambda width=width: are_legible(shown.evaluate(BOXES), width))
     assert not shown.problems
+
+
+def are_legible(boxes: list[dict[str, float]], width: int) -> bool:
+    """Whether captions are large enough, on a page of this width, and apart."""
+    inside = all(0 <= box["left"] < box["right"] <= width for box in boxes)
+    return all(box["size"] >= 14 for box in boxes) and inside and are_apart(boxes)
 
 
 def test_a_caption_that_changes_stays_at_its_place(shown):
@@ -179,6 +175,23 @@ def test_no_point_without_a_line_of_sight():
     assert nearest(line, x, np.array([0.0, -3.0, 1.0]), np.full(3, np.nan)) is None
 
 
+def grip(frame_loops: list[FrameLoop]) -> Grip | None:
+    """What the server knows of a drag in the page of this file."""
+    (session,) = frame_loops[0].sessions.values()
+    return session.visitor.state.grip
+
+
+def at_rest(shown: Page, place: Callable[[], list[float]]) -> list[float]:
+    """A place in the page, once it has been the same for ten frames."""
+
+    def found() -> list[float] | None:
+        before = place()
+        shown.next_frame(10)
+        return before if place() == pytest.approx(before, abs=0.1) else None
+
+    return wait_until(found)
+
+
 @pytest.mark.parametrize(
     ("beam", "state", "end", "turned"),
     [
@@ -187,7 +200,7 @@ def test_no_point_without_a_line_of_sight():
     ],
     ids=["straight", "bent"],
 )
-def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
+def test_the_mass_is_dragged_by_a_mouse(shown, frame_loops, beam, state, end, turned):
     """Along a stretched or a bent beam, towards the tip, in both frames: beta is where the drag
     ended, to a hundredth. The beam before is drawn pale, its frequencies beside the new ones."""
     shown.resize(1440, 900)
@@ -210,20 +223,12 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
           return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2];
         }})()""")
 
-    position = f"parseFloat({by_id('beta-field')}.value)"
-
-    def stays(x: float) -> str:
-        there = f"Math.abs({position} - {x}) < 0.01"
-        return f"{there} && new Promise(done => setTimeout(() => done({there}), 1000))"
-
-    for _ in range(4):  # a busy machine may see the pointer go by, or let go on the way
-        shown.send("beta", beam.beta, until=stays(beam.beta))
-        shown.drag(place(beam.beta), place(end))
-        with contextlib.suppress(TimeoutError):
-            shown.wait(stays(end), timeout=10)
-            break
-    else:
-        pytest.fail("the mass is not where it was dragged to")
+    start, there = at_rest(shown, lambda: place(beam.beta)), place(end)
+    arrived = f"Math.abs(parseFloat({by_id('beta-field')}.value) - {end}) < 0.01"
+    shown.drag(start, there, taken=lambda: grip(frame_loops), arrived=arrived)
+    wait_until(lambda: not grip(frame_loops))
+    shown.catch_up()
+    assert shown.number("beta") == pytest.approx(end, abs=0.01)
     shown.wait(f"{NODES}['/scene/rotor/overlay']?.visible === true")
 
     def both_are_compared() -> bool:
@@ -237,7 +242,7 @@ def test_the_mass_is_dragged_by_a_mouse(shown, beam, state, end, turned):
     assert shown.problems == []
 
 
-def test_each_body_is_dragged_by_a_mouse(shown):
+def test_each_body_is_dragged_by_a_mouse(shown, frame_loops):
     """A box and a collar, each without the other, and undone one by one."""
     shown.resize(1440, 900)
     masses = (Mass(0.3, 0.5, (0.001, 0.004, 0.004)), Mass(0.1, 1.0))
@@ -259,13 +264,15 @@ def test_each_body_is_dragged_by_a_mouse(shown):
           return [r.left + r.width * (1 + x) / 2, r.top + r.height * (1 - y) / 2]; }})()""")
 
     for k, end in ((0, 0.3), (1, 0.8)):
-        for _ in range(4):  # a busy machine may see the pointer go by
-            shown.drag(place(position(k)), place(end))
-            with contextlib.suppress(TimeoutError):
-                wait_until(lambda k=k, end=end: abs(position(k) - end) < 0.01, 10)
-                time.sleep(REST)
-            if abs(position(k) - end) < 0.01:  # at rest, not on its way
-                break
+        start = at_rest(shown, lambda k=k: place(position(k)))
+        shown.drag(
+            start,
+            place(end),
+            taken=lambda: grip(frame_loops),
+            arrived=lambda k=k, end=end: abs(position(k) - end) < 0.01,
+        )
+        wait_until(lambda: not grip(frame_loops))
+        shown.catch_up()
         assert position(k) == pytest.approx(end, abs=0.01)
     assert position(0) == pytest.approx(0.3, abs=0.01)
     shown.send("undo")

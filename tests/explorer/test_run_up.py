@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.visitor import PAPER, TIMEOUT, beam_moved, pause, visitor
+from live.server import TIMEOUT
+from live.visitor import PAPER, beam_moved, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import displacement
@@ -154,7 +155,7 @@ def test_a_run_up_is_not_slower_in_a_scene_that_moves(guest, session, frame_loop
         session.last_tick = session.last_shown = time.monotonic()
         return found[0], found[1]
 
-    before, after = asyncio.run_coroutine_threadsafe(speeds(), frame_loops[0].loop).result(60)
+    before, after = asyncio.run_coroutine_threadsafe(speeds(), frame_loops[0].loop).result(TIMEOUT)
     assert after == pytest.approx(next_speed(run_up.run_of(session.snapshot), before, 0.1))
 
 
@@ -162,14 +163,15 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
     """The force drives the first beam only; the scene says so until a mode is chosen."""
 
     def is_moving(_: Any = None) -> bool:
+        """Whether the beam compared with is out of its straight line."""
         second = session.view.others.get(False)
         return second is not None and abs(second.bodies.places()[0][0, 1]) > 1e-6
 
     guest.choose("comparison", "coriolis", until=is_moving)
     guest.do("run_up", until=lambda _: "Forced response" in guest.texts["scene-caption"])
-    frames = [is_moving() for _ in range(30) if beam_moved(guest.receive(TIMEOUT))]
-    assert len(frames) > 10
-    assert not any(frames)
+    for _ in range(10):
+        guest.wait(beam_moved)
+        assert not is_moving()
     guest.do("gamma", 4.0, until=lambda _: guest.charts["run-up-chart"]["cursor"]["x"] == 4.0)
     assert "Forced response" in guest.texts["scene-caption"]
     guest.do("only", 1, until=is_moving)
@@ -178,6 +180,6 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
 
 def test_a_run_up_can_begin_at_an_unstable_beam():
     """From there to the first stable speed."""
-    with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url, first="Unstable") as guest:
+    with explorer(Scene(Beam(delta=-1, gamma=10))) as url, visitor(url) as guest:
         guest.do("run_up", until=lambda _: guest.texts["run-up-button"] == "Stop")
         guest.says("Stable equilibrium")

@@ -1,6 +1,5 @@
 """What is dragged in the scene by a finger, on a phone."""
 
-import contextlib
 from collections.abc import Iterator
 
 import pytest
@@ -39,21 +38,33 @@ def place(shown: Page, x: float, y: float) -> list[float]:
       return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2]; }})()""")
 
 
+def at_rest(shown: Page, x: float, y: float) -> list[float]:
+    """Where that point is, once it has been the same for ten frames."""
+
+    def found() -> list[float] | None:
+        before = place(shown, x, y)
+        shown.next_frame(10)
+        return before if place(shown, x, y) == pytest.approx(before, abs=0.1) else None
+
+    return wait_until(found)
+
+
 def scrolled(shown: Page) -> float:
     return shown.evaluate("scrollY")
 
 
 def test_the_mass_is_dragged_by_a_finger(phone):
     """To where the finger leaves it, to a hundredth; the page does not scroll meanwhile."""
-    shown, _ = phone
+    shown, session = phone
     shown.wait(f"!!{NODES}?.['/scene/rotor/mass']")
-    for _ in range(4):  # a busy machine may see the finger go by
-        shown.swipe(place(shown, 0.5, 0.0), place(shown, 0.8, 0.0))
-        with contextlib.suppress(TimeoutError):
-            wait_until(lambda: abs(shown.number("beta") - 0.8) < 0.01, 10)
-            break
-        shown.send("beta", 0.5)
-        wait_until(lambda: shown.number("beta") == 0.5)
+    shown.swipe(
+        at_rest(shown, 0.5, 0.0),
+        place(shown, 0.8, 0.0),
+        taken=lambda: session.visitor.state.grip,
+        arrived=lambda: abs(shown.number("beta") - 0.8) < 0.01,
+    )
+    wait_until(lambda: session.visitor.state.grip is None)
+    shown.catch_up()
     assert shown.number("beta") == pytest.approx(0.8, abs=0.01)
     assert scrolled(shown) == 0
     assert shown.problems == []
@@ -65,15 +76,18 @@ def test_the_tip_is_pulled_by_a_finger(phone):
     shown.send("link", PULL)
     wait_until(lambda: session.snapshot.film)
     shown.evaluate("scrollTo(0, 0)")
-    for _ in range(4):
-        shown.send("playing", False)
-        shown.send("moment", 0.4)
-        wait_until(lambda: session.visitor.clock.moment == 0.4)
-        x, y, _ = session.view.beam.line[-1]
-        shown.swipe(place(shown, x - 0.02, y), place(shown, 0.93, -0.3))
-        with contextlib.suppress(TimeoutError):
-            wait_until(lambda: session.visitor.state.experiment.pull < 0, 10)
-            break
+    shown.send("playing", False)
+    shown.send("moment", 0.4)
+    wait_until(lambda: session.visitor.clock.moment == 0.4)
+    shown.catch_up()
+    x, y, _ = session.view.beam.line[-1]
+    shown.swipe(
+        at_rest(shown, x - 0.02, y),
+        place(shown, 0.93, -0.3),
+        taken=lambda: session.visitor.state.hold,
+        arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,
+    )
+    wait_until(lambda: session.visitor.state.experiment.pull < 0)
     own = session.visitor.state.experiment
     held = motion(BEAM, 0.1, release=own.pull, release_at=own.pull_at)
     assert own.pull_at == 1.0

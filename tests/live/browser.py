@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from live.chromium import find_browser, open_browser
-from live.server import wait_until
+from live.server import TIMEOUT, wait_until
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
@@ -22,11 +22,20 @@ NO_BROWSER = "no Chrome, Chromium or Edge found (set BEAMVIZ_BROWSER to one)"
 PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the running browser
 # Those that it acts on.
 KEY_CODES = {"Tab": 9, "Enter": 13, "PageUp": 33, "End": 35, "ArrowLeft": 37, "ArrowRight": 39}
-CONNECTION: dict[str, Any] = {"max_size": None, "close_timeout": 1, "ping_interval": None}
+CONNECTION: dict[str, Any] = {"max_size": None, "ping_interval": None}
+CONNECTION |= {"open_timeout": TIMEOUT, "close_timeout": 1}
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 Until = str | Callable[[], Any]  # an expression in the page, or a function
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
 READY = "!!document.querySelector('#scene[data-ready] canvas')"
+# Sends an invalid value, and is done once the server has corrected it.
+CATCH_UP = """new Promise(done => {
+  const apply = beamviz.apply;
+  beamviz.apply = update => {
+    apply(update);
+    if ("film_length" in (update.values ?? {})) { beamviz.apply = apply; done(true); }
+  };
+  beamviz.send("film_length", "no"); })"""
 # Without a graphics card a frame of the scene takes a second of a processor.
 DRAW_NOTHING = """for (const name of ["clear", "blitFramebuffer", "drawArrays", "drawElements",
   "drawArraysInstanced", "drawElementsInstanced"])
@@ -48,7 +57,7 @@ class Page:
         number = next(self.numbers)
         self.socket.send(json.dumps({"id": number, "method": method, "params": params}))
         while True:
-            message = json.loads(self.socket.recv(timeout=60))
+            message = json.loads(self.socket.recv(timeout=TIMEOUT))
             if message.get("id") == number:
                 if "error" in message:
                     raise RuntimeError(f"{method}: {message['error']['message']}")
@@ -69,10 +78,28 @@ class Page:
             raise RuntimeError(result["exceptionDetails"]["exception"]["description"])
         return result["result"].get("value")
 
-    def wait(self, until: Until, timeout: float = 60.0) -> Any:
-        """The value of an expression in the page, or of a function, as soon as it is true."""
-        done = until if callable(until) else lambda: self.evaluate(until)
-        return wait_until(done, timeout, f": {until}")
+    def wait(self, until: Until, timeout: float = TIMEOUT) -> Any:
+        """The value of an expression in the page, or of a function, as soon as it is true. An
+        expression is not true yet if it reads what is not there, or the page is changing."""
+        errors = [""]
+
+        def value() -> Any:
+            try:
+                return self.evaluate(until)
+            except RuntimeError as error:
+                errors.append(str(error))
+
+        try:
+            return wait_until(until if callable(until) else value, timeout, f": {until}")
+        except TimeoutError as late:
+            late.add_note(errors[-1])
+            raise
+
+    def reload(self) -> None:
+        """Load the page again; done once the former one is gone."""
+        self.evaluate("window.former = true")
+        self.call("Page.reload")
+        self.wait("!window.former")
 
     def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
         """A mouse event at a point of the page."""
@@ -93,6 +120,11 @@ class Page:
         self.evaluate(f"beamviz.send({json.dumps(action)}, {json.dumps(value)})")
         self.wait(until)
 
+    def catch_up(self) -> None:
+        """Wait until the server has handled all earlier actions, and the page shows what frames
+        have shown until then."""
+        self.evaluate(CATCH_UP)
+
     def number(self, name: str) -> float:
         """A number of the beam in its field: what the server says."""
         return float(self.evaluate(f"{by_id(f'{name}-field')}.value"))
@@ -101,15 +133,24 @@ class Page:
         """Open a tab."""
         self.evaluate(f"{by_id(f'to-{name}')}.click()")
 
-    def drag(self, start: Sequence[float], end: Sequence[float]) -> None:
-        """Drag from one point of the page to another."""
+    def drag(
+        self,
+        start: Sequence[float],
+        end: Sequence[float],
+        taken: Until = "true",
+        arrived: Until = "true",
+    ) -> None:
+        """Drag from one point of the page to another. taken: true as soon as something is dragged;
+        arrived: once it is at the end, where it is let go then."""
         self.mouse("mouseMoved", *start)
         self.next_frame()
         self.mouse("mousePressed", *start, 1)
-        (x, y), (to_x, to_y) = start, end
-        for k in range(1, 11):
-            self.mouse("mouseMoved", x + k / 10 * (to_x - x), y + k / 10 * (to_y - y), 1)
+        for k, point in enumerate(way(start, end)):
+            self.mouse("mouseMoved", *point, 1)
             self.next_frame()
+            if k == 0:
+                self.wait(taken)
+        self.wait(arrived)
         self.mouse("mouseReleased", *end)
 
     def touch(self, kind: str, *points: Sequence[float]) -> None:
@@ -117,14 +158,22 @@ class Page:
         places = [{"x": x, "y": y} for x, y in points]
         self.call("Input.dispatchTouchEvent", type=kind, touchPoints=places)
 
-    def swipe(self, start: Sequence[float], end: Sequence[float]) -> None:
-        """Drag a finger from one point of the page to another."""
-        (x, y), (to_x, to_y) = start, end
+    def swipe(
+        self,
+        start: Sequence[float],
+        end: Sequence[float],
+        taken: Until = "true",
+        arrived: Until = "true",
+    ) -> None:
+        """Drag a finger from one point of the page to another, and wait as `drag`."""
         self.touch("touchStart", start)
-        for k in range(1, 11):
+        for k, point in enumerate(way(start, end)):
             self.next_frame()
-            self.touch("touchMove", (x + k / 10 * (to_x - x), y + k / 10 * (to_y - y)))
+            self.touch("touchMove", point)
+            if k == 0:
+                self.wait(taken)
         self.next_frame()
+        self.wait(arrived)
         self.touch("touchEnd")
 
     def drag_along(self, script: str, *parts: float) -> None:
@@ -172,6 +221,21 @@ class Page:
           (function next() {{ left-- ? requestAnimationFrame(next) : done(1) }})() }})""")
 
 
+def way(start: Sequence[float], end: Sequence[float]) -> list[tuple[float, float]]:
+    """Ten points from one to another, without the first."""
+    (x, y), (to_x, to_y) = start, end
+    return [(x + k / 10 * (to_x - x), y + k / 10 * (to_y - y)) for k in range(1, 11)]
+
+
+def are_apart(boxes: Sequence[dict[str, float]]) -> bool:
+    """Whether no box covers another, by more than a pixel at its edge."""
+    return all(
+        min(one["right"], other["right"]) <= max(one["left"], other["left"])
+        or min(one["bottom"], other["bottom"]) <= max(one["top"], other["top"]) + 1
+        for one, other in itertools.combinations(boxes, 2)
+    )
+
+
 def says(words: str) -> str:
     """An expression: whether these words are on the page."""
     return f"document.body?.innerText.includes({words!r})"
@@ -212,7 +276,7 @@ def devtools() -> tuple[str, str]:
     """The DevTools addresses of the browser of this run: of all its pages, of itself."""
     start_browser()
     file = Path(os.environ[PROFILE]) / "DevToolsActivePort"
-    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2, 30)
+    wait_until(lambda: file.exists() and len(file.read_text().splitlines()) == 2)
     port, path = file.read_text().splitlines()
     return f"ws://127.0.0.1:{port}/devtools/page", f"ws://127.0.0.1:{port}{path}"
 

@@ -23,6 +23,7 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 ROOT = Path(__file__).resolve().parents[2]
+TIMEOUT = 60.0  # [s] of what is quick, on a machine however busy
 PROTOCOL = f"viser-v{viser.__version__}"
 CAMERA_MESSAGE: dict[str, Any] = {"type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0)}
 CAMERA_MESSAGE |= {"position": (0.0, -3.0, 2.0), "look_at": (0.0, 0.0, 0.0)}
@@ -88,6 +89,7 @@ def url_of(server: viser.ViserServer) -> str:
 def raw_socket(url: str, path: str = "", **options: Any) -> Iterator[Connection]:
     """A WebSocket of viser's protocol without a client behind it."""
     usual = {"compression": None, "max_size": None, "subprotocols": [PROTOCOL]}
+    usual |= {"open_timeout": TIMEOUT, "ping_timeout": TIMEOUT}
     usual["max_queue"] = None  # a reader that never pauses: a socket closes at once
     address = url.replace("http://", "ws://").split("/?")[0] + path
     with connect(address, **usual | options) as opened:
@@ -113,13 +115,14 @@ def close_code(url: str, message: bytes | str, **options: Any) -> int:
     with raw_socket(url, **options) as line:
         line.send(encoded(**CAMERA_MESSAGE))
         line.send(message)
+        end = time.monotonic() + TIMEOUT  # of a moving scene, where the connection stays open
         with contextlib.suppress(websockets.exceptions.ConnectionClosed):
-            for _ in range(500):  # of a moving scene, where the connection stays open
-                line.recv(timeout=10)
+            while time.monotonic() < end:
+                line.recv(timeout=TIMEOUT)
         return line.close_code or 0
 
 
-def wait_until(done: Callable[[], Any], timeout: float = 60.0, about: str = "") -> Any:
+def wait_until(done: Callable[[], Any], timeout: float = TIMEOUT, about: str = "") -> Any:
     """Wait until `done` returns a true value; that value."""
     end = time.monotonic() + timeout
     while not (value := done()):
@@ -132,7 +135,7 @@ def wait_until(done: Callable[[], Any], timeout: float = 60.0, about: str = "") 
 def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of a GET request; a Host header replaces the usual one."""
     place = url.removeprefix("http://").split("/")[0]
-    with contextlib.closing(http.client.HTTPConnection(place, timeout=10)) as caller:
+    with contextlib.closing(http.client.HTTPConnection(place, timeout=TIMEOUT)) as caller:
         caller.putrequest("GET", path, skip_host="Host" in headers, skip_accept_encoding=True)
         for name, value in headers.items():
             caller.putheader(name, value)

@@ -12,7 +12,7 @@ from typing import Any
 import msgspec.msgpack
 import numpy as np
 import zstandard
-from live.server import CAMERA_MESSAGE, ROOT, encoded, raw_socket
+from live.server import CAMERA_MESSAGE, ROOT, TIMEOUT, encoded, raw_socket
 from websockets.sync.connection import Connection
 
 from beamviz.beam import NUMBERS, Beam
@@ -22,7 +22,7 @@ from beamviz.solver import solve
 PAGE = ROOT / "beamviz" / "explorer" / "page" / "page.html"
 BEAM = "/scene/rotor/beam"
 ALIGNMENT = 8  # [bytes] of arrays in a group of messages
-TIMEOUT = 60.0  # [s], on a busy machine
+PERIOD = 0.2  # [s] after which a condition is looked at again without a message
 PAPER = Beam(alpha=1, beta=0.5, gamma=10)  # where visitors start
 Condition = Callable[[list[dict[str, Any]]], Any]  # of the latest messages
 Until = str | Condition
@@ -82,9 +82,10 @@ class Visitor:
         self.shows(self.beam.replace(**numbers), **self.options | edits)
 
     def shows(self, beam: Beam, **options: Any) -> None:
-        """Wait until the first frequency of a beam is on the page."""
+        """Wait until the table of modes has the first frequency of a beam."""
         self.beam, self.options = beam, options
-        self.says(frequency_text(beam, **options))
+        found = frequency_text(beam, **options)
+        self.wait(lambda _: found in self.texts["mode-rows"])
 
     def press(self, key: str) -> None:
         """Press a key of the page, or run a command by its name."""
@@ -99,17 +100,22 @@ class Visitor:
         self.do(name or values["data-do"], value)
 
     def wait(self, done: Condition, timeout: float = TIMEOUT) -> Any:
-        """Receive messages until `done` of the latest ones is true; its value."""
+        """Receive messages until `done` of the latest ones, if any, is true; its value. It is not
+        true yet if it reads a part of the page that has not arrived."""
         end = time.monotonic() + timeout
         latest: list[dict[str, Any]] = []
-        while not (value := done(latest)):
-            latest = self.receive(end - time.monotonic())
-        return value
+        while True:
+            with contextlib.suppress(KeyError):
+                if value := done(latest):
+                    return value
+            if time.monotonic() > end:
+                raise TimeoutError("the explorer did not answer in time")
+            latest = []
+            with contextlib.suppress(TimeoutError):
+                latest = self.receive(PERIOD)
 
     def receive(self, timeout: float) -> list[dict[str, Any]]:
         """The next group of messages, applied to the state; TimeoutError if none comes."""
-        if timeout <= 0:
-            raise TimeoutError("the explorer did not answer in time")
         data = self.socket.recv(timeout=timeout)
         assert isinstance(data, bytes)
         self.received += len(data)
@@ -166,9 +172,13 @@ class Visitor:
         """All texts of the page."""
         return " ".join(self.texts.values())
 
-    def says(self, words: str, timeout: float = TIMEOUT) -> bool:
+    def says(self, words: str) -> bool:
         """Wait until `words` are on the page."""
-        return self.wait(lambda _: words in self.text, timeout)
+        return self.wait(lambda _: words in self.text)
+
+    def forgets(self, words: str) -> None:
+        """Wait until `words` are no longer on the page."""
+        self.wait(lambda _: words not in self.text)
 
 
 def with_arrays(content: Any, arrays: list[bytes]) -> Any:
@@ -188,7 +198,8 @@ def beam_moved(messages: list[dict[str, Any]]) -> bool:
 
 def catch_up(guest: Visitor) -> None:
     """Send an invalid value, and wait until the server has corrected it: by then it has handled all
-    earlier actions, and all that its frames have shown has arrived."""
+    earlier actions, and all that its frames have shown has arrived. A visitor who follows a
+    presenter ends that by it."""
     guest.wait(lambda _: guest.values.pop("film_length", None))
     guest.do("film_length", "no", until=lambda _: "film_length" in guest.values)
 
@@ -200,12 +211,12 @@ def pause(guest: Visitor) -> None:
 
 
 @contextlib.contextmanager
-def visitor(url: str, first: str = "B1", **options: Any) -> Iterator[Visitor]:
-    """A connected visitor that has received its first frame and a page with the text `first`."""
+def visitor(url: str, **options: Any) -> Iterator[Visitor]:
+    """A connected visitor with the first answer: its table of modes, and its scene."""
     base, mark, query = url.partition("/?")
     with raw_socket(base, mark + query, **options) as socket:
         guest = Visitor(socket)
-        guest.wait(lambda latest: beam_moved(latest) and first in guest.text)
+        guest.wait(lambda _: guest.texts["equilibrium"] and BEAM in guest.nodes)
         yield guest
 
 

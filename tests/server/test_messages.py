@@ -10,6 +10,7 @@ import pytest
 import viser
 from live.server import (
     CAMERA_MESSAGE,
+    TIMEOUT,
     close_code,
     encoded,
     plain_viser_server,
@@ -81,7 +82,7 @@ def test_a_visitor_cannot_set_attributes_fill_the_memory_or_reach_others(plain, 
         (form, POLICY_VIOLATION, lambda: len(stored) > before),
         (upload, POLICY_VIOLATION, lambda: plain.gui._current_file_upload_states),
         (removal, POLICY_VIOLATION, lambda: control.removed),
-        (huge, 1009, lambda: line.ping().wait(5)),  # too big
+        (huge, 1009, lambda: line.ping().wait(TIMEOUT)),  # too big
     ):
         line.send(message)
         wait_until(succeeds)

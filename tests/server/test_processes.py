@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from helpers import slow
-from live.server import ServeProcess, handshake_status, http_get, is_alive, wait_until
+from live.server import TIMEOUT, ServeProcess, handshake_status, http_get, is_alive, wait_until
 from live.visitor import PAPER, pause, visitor
 from websockets.exceptions import ConnectionClosed
 
@@ -87,8 +87,8 @@ def test_a_signal_ends_the_server_cleanly(tmp_path, number, processes):
             for pid in [*(workers if number == signal.SIGINT else ()), served.process.pid]:
                 os.kill(pid, number)
             while True:
-                guest.receive(10)
-        output, errors = served.process.communicate(timeout=60)
+                guest.receive(TIMEOUT)
+        output, errors = served.process.communicate(timeout=TIMEOUT)
     assert (served.process.returncode, output, errors) == (0, "", "")
     assert not any(map(is_alive, workers))
     assert list(tmp_path.iterdir()) == []

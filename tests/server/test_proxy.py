@@ -148,7 +148,7 @@ def tunnel(port: int, path: str = "") -> Iterator[int]:
             end.shutdown(socket.SHUT_RDWR)
         end.close()
     for thread in threads:
-        thread.join(10)
+        thread.join(server.TIMEOUT)
 
 
 @pytest.mark.slow
@@ -164,7 +164,7 @@ def test_a_web_server_may_pass_on_only_what_is_below_its_path():
             shown.wait(HERE.format(f"{public}/"))
             shown.send("gamma", 12.5, until="location.search.includes('gamma=12.5')")
             assert "websocket" not in shown.evaluate("location.href")
-            shown.call("Page.reload")
+            shown.reload()
             shown.wait(f"{HERE.format(public)} && document.readyState === 'complete'")
             shown.wait(lambda: shown.number("gamma") == 12.5)
 

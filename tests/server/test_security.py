@@ -153,7 +153,7 @@ def test_only_this_machine_can_connect_by_default(url):
     with server.plain_viser_server("0.0.0.0") as viser_server:
         assert server.http_get(f"http://127.0.0.2:{viser_server.get_port()}")[0] == 200
     with pytest.raises(ConnectionRefusedError):
-        socket.create_connection(("127.0.0.2", int(url.rsplit(":", 1)[1])), timeout=10)
+        socket.create_connection(("127.0.0.2", int(url.rsplit(":", 1)[1])), timeout=server.TIMEOUT)
 
 
 def test_on_a_network_the_key_is_required(plain, network):
@@ -230,7 +230,7 @@ def test_every_response_has_the_security_headers(plain, url, capsys):
         status, headers, _ = server.http_get(url, path)
         assert (path, status, server.missing_headers(headers)) == (path, 404, set())
     with pytest.raises(InvalidStatus, match="400"):
-        connect(url.replace("http", "ws"), subprotocols=["viser-v0.1"], open_timeout=10)
+        connect(url.replace("http", "ws"), subprotocols=["viser-v0.1"], open_timeout=server.TIMEOUT)
     assert capsys.readouterr().out == ""
 
 
@@ -245,7 +245,7 @@ def test_half_open_sockets_are_closed(monkeypatch):
         guest.edit(gamma=12.0)
         for line in silent:
             with line:
-                line.settimeout(60)
+                line.settimeout(server.TIMEOUT)
                 while line.recv(1000):
                     pass
 

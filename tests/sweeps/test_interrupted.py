@@ -20,6 +20,8 @@ from live.server import python, wait_until
 from beamviz import Beam, solve
 from beamviz.cli.commands import KEPT
 from beamviz.sweeps import open_sweep, sweep
+from beamviz.sweeps.plan import make_plan
+from beamviz.sweeps.store import created
 
 LINE = ["--over", "gamma=0:10:401", "--over", "alpha=0:3:26"]
 CHUNKS, SOLVED = 13, "10426 solved\n"
@@ -67,7 +69,7 @@ def ended(store: Path, number: signal.Signals, count: int) -> None:
     with start(store, "--workers", "2", start_new_session=True) as process:
         wait_until(partial(has_chunks, store, count))
         (os.kill if number == signal.SIGKILL else os.killpg)(process.pid, number)
-        out, err = process.communicate(timeout=10)  # when the workers have ended, too
+        out, err = process.communicate(timeout=120)  # when the workers have ended, too
     if number == signal.SIGKILL:
         (store / "status" / "c" / "0.0123.partial").touch()  # as left by a write
         return
@@ -95,6 +97,15 @@ def test_ended_by_signals_while_its_workers_work(undisturbed, tmp_path):
     assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
 
 
+def test_another_process_makes_the_store_meanwhile(tmp_path):
+    """Two that start at once: one makes the store, the other goes on with it."""
+    plan, store = make_plan({"gamma": [0.0, 1.0]}, Beam(), modes=1), tmp_path / "a.zarr"
+    assert created(plan, store)
+    assert not created(plan, store)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+    assert len(sweep({"gamma": [0.0, 1.0]}, store, modes=1, workers=1)["frequency"]) == 2
+
+
 def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
     """However it falls: the pool, which locks the futures to set their results, still ends."""
     interrupts = []
@@ -119,7 +130,7 @@ def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):
         sweep({"gamma": np.linspace(0, 10, 2000)}, tmp_path / "a.zarr", executor=executor)
     end = threading.Thread(target=executor.shutdown, daemon=True)
     end.start()
-    end.join(30)
+    end.join(120)
     assert interrupts
     assert not end.is_alive()
 

@@ -9,10 +9,16 @@ import numpy as np
 
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import described, duration, frequencies, rounded_to_error, significant
+from beamviz.drawing.text import (
+    described,
+    duration,
+    frequencies,
+    length_text,
+    rounded_to_error,
+    significant,
+)
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
-from beamviz.explorer.features.motion import JOB as MOTION
 from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
@@ -57,17 +63,17 @@ class AnswerPanel(Feature):
         )
 
     def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """What the picture shows or leaves out, whether the first case is shown, and whether it has
-        a mass."""
+        """What the picture shows or leaves out, what has replaced the visitor's scene, whether the
+        first case is shown, and whether it has a mass."""
         state = snapshot.state
         first = state.case == self.first
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
-        if picture.film and snapshot.is_late(MOTION) and is_before(snapshot):
+        if picture.film and is_before(snapshot):
             shown = EARLIER_MOTION
         shown = HELD if state.hold else shown
         has_mass = bool(alpha) or bool(state.case.masses)
-        return shown or picture_note(snapshot), first, has_mass
+        return shown or picture_note(snapshot), state.replaced, first, has_mass
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
@@ -141,11 +147,12 @@ def picture_note(snapshot: Snapshot) -> str:
     return "The modes shown do not grow; another one does." if picture.hides_growth else ""
 
 
-def caption_content(note: str, first: bool, has_mass: bool) -> Content:
+def caption_content(note: str, replaced: str, first: bool, has_mass: bool) -> Content:
     """The caption: a note about the picture, or until the first edit an invitation to drag the
-    mass, if any, and the speed."""
-    text = note or (invitation(has_mass=has_mass) if first else "")
-    return page.html("scene-caption", text)
+    mass, if any, and the speed; after a scene was replaced, an offer to undo that."""
+    text = note or (invitation(has_mass=has_mass) if first and not replaced else "")
+    undo = f"{escape(replaced)}{page.button('Undo', data_do='undo')}" if replaced else ""
+    return page.html("scene-caption", text) | page.html("replaced", undo)
 
 
 def invitation(*, has_mass: bool) -> str:
@@ -167,7 +174,7 @@ def legend(colouring: str, largest: float, units: Units | None) -> str:
     if colouring == "axial strain":
         ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
         return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
-    far = f"{significant(1000 * largest * units.length, 2)} mm" if units else f"{largest:.2g} L"
+    far = length_text(largest, units, 2)
     ends = ("0 at rest", "", far if largest > NOTHING else "")
     return page.colour_scale("displacement, as drawn", colours.SEQUENTIAL, *ends)
 
@@ -225,7 +232,7 @@ def stretch_text(shapes: SampledModes) -> str:
         return "in this model the rotation does not stretch the beam"
     speed = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
-    length = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
+    length = f" ({length_text(abs(change) / 100, beam.units, 2)})" if beam.units else ""
     return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
 
 

@@ -292,6 +292,9 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
     masses = table("masses", tables.masses, wrong) if tables.masses else ""
     return (
         '<details class="real" open><summary>Blade</summary>'
+        f'<div class="choices">{BUTTONS}'
+        f"{page.button('uniform, as at the root', data_do='blade.uniform')}"
+        f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{''.join(f'<p>{escape(text)}</p>' for text in about)}"
         '<div id="blade-chart" class="chart" data-chart></div>'
         f"{table('stations', tables.stations, wrong)}"
@@ -304,9 +307,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
         f'<div class="choices">{page.button("add a mass", data_do="blade.masses.add")}</div>'
         f"{page.select('blade.root', 'root', ROOTS)}{spring}"
         f"{page.group('Vibration', '<span>Vibration</span>', plane)}"
-        '<div id="blade-numbers"></div>'
-        f'<div class="choices">{page.button("uniform, as at the root", data_do="blade.uniform")}'
-        f"{BUTTONS}{page.button('dimensionless', data_do='dimensionless')}</div></details>"
+        '<div id="blade-numbers"></div></details>'
     )
 
 

@@ -144,6 +144,7 @@ class Controls(Feature):
         self.page.on("undo", lambda _: visitor.restore(visitor.history.undo))
         self.page.on("redo", lambda _: visitor.restore(visitor.history.redo))
         self.page.on("reset", lambda _: visitor.reset())
+        self.page.on("forget_refused", lambda _: visitor.change(partial(replace, refused=None)))
         self.page.on("rate", self.lock)
         self.page.on("reset_view", lambda _: self.reset_view())
         self.page.on("tab", self.open_tab)

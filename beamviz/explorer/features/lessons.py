@@ -66,7 +66,9 @@ class Lessons(Feature):
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""
         if name in NAMES:
-            self.visitor.change(lambda state: begun(state, lesson(name)), loads=True)
+            number = NAMES.index(name) + 1
+            said = "" if self.visitor.state.lesson else f"Lesson {number} has replaced your scene."
+            self.visitor.change(lambda state: begun(state, lesson(name)), loads=True, replaced=said)
         elif name == "":
             self.visitor.change(partial(replace, lesson="", step=0, guess=None, rate=None))
 
@@ -281,8 +283,8 @@ def prediction(lesson: Lesson, guess: int | None) -> str:
     if guess is None:
         return text + '<p class="soft">What do you expect? Choose, then try it.</p>'
     return (
-        f'{text}<p><span class="soft">Do:</span> {formatted(lesson.do)}</p>'
-        f'<p><span class="soft">Look for:</span> {formatted(lesson.see)}</p>'
+        f'{text}<div id="try"><p><span class="soft">Do:</span> {formatted(lesson.do)}</p>'
+        f'<p><span class="soft">Look for:</span> {formatted(lesson.see)}</p></div>'
     )
 
 

@@ -13,7 +13,14 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
-from beamviz.drawing.text import Measure, duration, frequencies, measure
+from beamviz.drawing.text import (
+    Measure,
+    duration,
+    frequencies,
+    length_text,
+    lengths,
+    measure,
+)
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
 from beamviz.dynamics.pull import PulledBeam, pulled
@@ -56,6 +63,11 @@ class MotionRequest(NamedTuple):
         names = (*MODEL, "plane", "stiffening", "softening")
         return cls(case.beam(), tuple((name, case.options[name]) for name in names), experiment)
 
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam; None where it is not known."""
+        return self.beam.units
+
     def check(self) -> None:
         """Raises InvalidInput for options that a motion has not."""
         options, own, units = dict(self.options), self.experiment, self.beam.units
@@ -80,9 +92,7 @@ class MotionRequest(NamedTuple):
                 " on in Physical effects. The theory without stiffening is below."
             )
         if self.beam.spin_up:
-            raise InvalidInput(
-                "Put the spin-up λ back to 0: how the speed changes is chosen below."
-            )
+            raise InvalidInput("Put the spin-up back to 0: how the speed changes is chosen below.")
 
     def computed(self) -> "Computed":
         """The motion. Raises the errors of `motion`, and Cancelled."""
@@ -184,6 +194,11 @@ class PullRequest(NamedTuple):
         options = tuple((name, state.case.options[name]) for name in MODEL)
         return cls(state.case.beam(), options, state.hold.at, state.hold.deflection)
 
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam; None where it is not known."""
+        return self.beam.units
+
     def pulled(self) -> PulledBeam:
         """The beam as it is held. Raises the errors of `pulled`."""
         return pulled(self.beam, self.deflection, self.at, **dict(self.options))
@@ -219,7 +234,7 @@ def played_reads(snapshot: Snapshot, film: Film) -> tuple[Any, ...]:
 
 PULL_HINT = (
     "A force across the beam that holds it until the motion begins; then it is let go. A force of"
-    " 1 bends a beam at rest by about a third of its length. Or drag the beam in the scene."
+    " E I / L² bends a beam at rest by about a third of its length. Or drag the beam in the scene."
 )
 HINTS = {
     "start": "How the beam begins: held by a force until it is let go, or swinging in its modes",
@@ -229,8 +244,8 @@ HINTS = {
     },
     "pull": PULL_HINT,
     "pull_at": "Where it is pulled: 0 is the clamp, 1 the tip",
-    "hub": "How the speed of the hub changes; γ is the speed of the beam, set beside the scene",
-    "within": "How long it takes to reach the speed γ from rest. T* is the beam's own unit of time",
+    "hub": "How the speed of the hub changes; the speed itself is set beside the scene",
+    "within": "How long it takes to reach the speed, which is set beside the scene, from rest",
     "torque": "Turns the hub, against the beam that drags on it. Negative: slows it down",
     "inertia": "Moment of inertia of the hub: a heavy one hardly feels the beam swing",
     "body": "What happens to the concentrated mass; it is caught without a blow",
@@ -409,6 +424,7 @@ class MotionTab(Feature):
             Part(lambda s: (s.state.experiment, s.state.case.units), values_content),
             Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content),
             Part(lambda s: (answer_of(s),), chart_content),
+            Part(lambda s: (answer_of(s), is_before(s)), notes_content),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
             Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
             fading(JOB, *CHARTS, "motion-list"),
@@ -451,8 +467,7 @@ def display(name: str, units: Units | None) -> Measure:
     if name == "damping":
         return Measure(label, "ζ", "%", PERCENT)
     if name in MODES:
-        own = lengths(units)
-        return own._replace(label=f"{label} [{own.unit or 'L'}]")
+        return lengths(label, "y", units)
     if name in LOADS and units and units.mass:
         symbol, _, unit, powers = LOADS[name]
         factor = units.mass * units.length ** powers[0] * units.time ** powers[1]
@@ -506,7 +521,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
     """What happens."""
     units, gamma = case.units, case.numbers["gamma"]
     known = isinstance(gamma, int | float) and math.isfinite(gamma)
-    speed = measure("gamma", units).text(gamma, 4) if known else "γ"
+    speed = measure("gamma", units).text(gamma, 4) if known else "its speed"
     if experiment.ramps:
         parts = [
             f"the hub speeds up from rest to {speed} within {duration(experiment.within, units)}"
@@ -519,8 +534,8 @@ def in_words(experiment: Experiment, case: Case) -> str:
     else:
         parts = [f"the hub turns at {speed}"]
     if experiment.modes:
-        shown = lengths(units)
-        swings = [f"{shown.text(size, 3)} in {name}" for name, size in experiment.modes.items()]
+        sizes = experiment.modes.items()
+        swings = [f"{length_text(size, units, 3)} in {name}" for name, size in sizes]
         parts.append(f"the beam swings with {' and '.join(swings)}")
     if experiment.pulls:
         where = "at its tip" if experiment.pull_at == 1 else f"at {experiment.pull_at:.3g} L"
@@ -530,7 +545,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
         parts.append(f"the mass is {experiment.body} at {at}")
     text = "; ".join(parts)
     if known and (experiment.ramps or experiment.hub == "stop") and gamma == 0:
-        text += ". The speed γ is 0, so the hub rests: raise it"
+        text += ". The speed is 0, so the hub rests: raise it"
     return f"{text[0].upper()}{text[1:]}."
 
 
@@ -546,15 +561,20 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     for id in ("moment-row", "motion-files"):
         content |= page.props(id, hidden=found is None)
     if found is None:
-        return content | page.html("motion-list", "")
+        return content
     content |= page.chart(CHARTS[0], strip_data(found)) | page.chart(
         CHARTS[1], spectrum_data(found)
     )
     shown = times(found.units)
     low, high, step = 0.0, shown.factor * found.film.until, shown.factor * found.film.until / 1000
     content |= page.props("moment-slider", min=low, max=high, step=float(f"{step:.3g}"))
-    content |= page.html("moment-label", escape(shown.label))
-    return content | page.html("motion-list", notes(found))
+    return content | page.html("moment-label", escape(shown.label))
+
+
+def notes_content(answer: Answer[MotionRequest, Computed] | None, before: bool) -> Content:
+    """What the charts show, in words; before: the motion is that before the last change."""
+    found = answer.result if answer else None
+    return page.html("motion-list", notes(found, before) if found else "")
 
 
 def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float | None) -> Content:
@@ -571,16 +591,10 @@ def play_content(playing: bool) -> Content:
     return page.html("motion-play", "Pause" if playing else "Play")
 
 
-def lengths(units: Units | None) -> Measure:
-    """The display of a deflection of the tip."""
-    if units is None:
-        return Measure("deflection of the tip [L]", "y")
-    return Measure("deflection of the tip [mm]", "y", "mm", 1000.0 * units.length)
-
-
 def strip_data(found: Computed) -> Data:
     """The deflection of the tip over time."""
-    along, across, tip = times(found.units), lengths(found.units), found.motion.tip[:, 1]
+    along, tip = times(found.units), found.motion.tip[:, 1]
+    across = lengths("deflection of the tip", "y", found.units)
     low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
     low, high = (low, high) if high > low else (-1e-3, 1e-3)
     margin = (0.6 if not isinstance(found.second, str) else 0.08) * (high - low)
@@ -622,7 +636,7 @@ def strip_data(found: Computed) -> Data:
 
 def spectrum_data(found: Computed) -> Data:
     """The spectrum of the deflection of the tip, with the frequencies of the modes as lines."""
-    along, across = frequencies(found.units), lengths(found.units)
+    along, across = frequencies(found.units), lengths("amplitude", "a", found.units)
     frequency, amplitude = found.spectrum
     highest = max((one for _, _, one in found.modes), default=float(frequency[-1]))
     inside = (frequency > 0) & (frequency <= WIDER * highest)
@@ -646,13 +660,10 @@ def spectrum_data(found: Computed) -> Data:
             "runs": [[0, len(amplitude) - 1, "resonance", "tip"]],
         }
     )
-    unit = across.unit or "L"
     return {
         "name": "Spectrum of the motion of the tip",
         "x": page.frequency_axis(along, (0.0, WIDER * highest)),
-        "y": page.axis_data(
-            across._replace(label=f"amplitude [{unit}]", symbol="a"), ends, log=True
-        ),
+        "y": page.axis_data(across, ends, log=True),
         "at": page.sent(along.factor * frequency),
         "lines": lines,
         "keys": [
@@ -662,12 +673,15 @@ def spectrum_data(found: Computed) -> Data:
     }
 
 
-def notes(found: Computed) -> str:
-    """What the charts show, in words."""
-    across, units = lengths(found.units), found.units
-    far = across.factor * abs(found.motion.tip[:, 1]).max()
-    text = f"<p>The tip is at most {far:.4g} {across.unit or 'L'} aside"
-    text += f", known to {across.factor * found.motion.error:.1g} {across.unit or 'L'}.</p>"
+def notes(found: Computed, before: bool) -> str:
+    """What the charts show, in words; before: the motion is that before the last change."""
+    units = found.units
+    far, error = (
+        length_text(float(length), units, digits)
+        for length, digits in ((abs(found.motion.tip[:, 1]).max(), 4), (found.motion.error, 1))
+    )
+    tip = "Before the last change the tip was" if before else "The tip is"
+    text = f"<p>{tip} at most {far} aside, known to {error}.</p>"
     if isinstance(found.second, str):
         text += page.note(found.second)
     elif found.film.diverged is not None:
@@ -676,9 +690,7 @@ def notes(found: Computed) -> str:
             " its tip is displaced by the length of the beam. The beam itself goes on."
         )
     else:
-        text += "<p>The theory without stiffening does not diverge in this time.</p>" * (
-            not isinstance(found.second, str)
-        )
+        text += "<p>The theory without stiffening does not diverge in this time.</p>"
     own = found.experiment
     if found.since:
         text += f"<p>The spectrum is that of the motion after {time_text(found.since, units)}"

@@ -36,7 +36,7 @@ const BeamvizChart = (() => {
       const zooms = [
         ["−", "Zoom out", () => this.zoomBy(2)],
         ["+", "Zoom in", () => this.zoomBy(0.5)],
-        ["whole range", "Show the whole range", () => this.show(null)],
+        ["↔", "Show the whole range", () => this.show(null)],
       ];
       for (const [text, label, act] of zooms) make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text).onclick = act;
       this.flag = make(this.handle, "span", { class: "flag" });

@@ -59,7 +59,7 @@ const beamviz = (() => {
       bridge = update.bridge;
       for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
     }
-    const rows = rowPlaces();
+    const rows = rowPlaces(), step = lessonStep(), guessed = byId("try");
     Object.assign(values, update.values); // the new texts show them
     for (const [id, html] of Object.entries(update.html ?? {})) {
       texts[id] = html;
@@ -85,11 +85,16 @@ const beamviz = (() => {
     if (update.point || update.props?.lesson?.hidden === false) { // it names the controls, or opens
       byId("lesson").scrollIntoView({ block: "nearest" });
     }
+    if (lessonStep() !== step) byId("lesson").scrollTop = 0;
+    else if (!guessed) byId("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) setAddress(update.address);
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
     for (const one of update.say ?? []) say(one.text, one.error);
   }
+
+  /* The open lesson and its step. */
+  const lessonStep = () => all("#lesson h3, #lesson [aria-current]").map((e) => e.textContent).join();
 
   /* What makes an address that of another scene: its lesson, or a real beam. */
   function sceneOf(query) {
@@ -118,21 +123,23 @@ const beamviz = (() => {
   }
 
   /* A control in use keeps the visitor's value; it gets the server's when it is at rest, a field of a
-     number when its text has been sent. */
-  function showValue(e, value) {
+     number when its text has been sent. again: the value was shown before, and a text that is no
+     number stays. */
+  function showValue(e, value, again = false) {
     if (e === held) return;
     if (e.matches("table")) return showCells(e, value);
-    if (e.typed && e === document.activeElement) return;
+    if (e.typed && (again || e === document.activeElement)) return;
     const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
     if (left > 0 && e.matches("input") && e === document.activeElement) {
       clearTimeout(e.later);
-      e.later = setTimeout(() => showValue(e, values[e.dataset.set]), left + 1);
+      e.later = setTimeout(() => showValue(e, values[e.dataset.set], true), left + 1);
       return;
     }
     if (e.matches("button")) e.setAttribute("aria-pressed", e.dataset.value === undefined
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
     else if (e.value !== String(value ?? "")) e.value = value ?? "";
+    if (e.typed) e.removeAttribute("aria-invalid");
     e.typed = false;
     if (e.type === "range") paint(e);
   }
@@ -192,7 +199,7 @@ const beamviz = (() => {
     for (const one of all(ALL, e)) {
       const key = one.dataset.set;
       if (props[key]) setProps(one, props[key]);
-      if (key in values) showValue(one, values[key]);
+      if (key in values) showValue(one, values[key], true);
     }
     for (const one of all("[id]", e)) {
       if (props[one.id]) setProps(one, props[one.id]);
@@ -212,8 +219,8 @@ const beamviz = (() => {
         if (there.nodeValue !== node.nodeValue) there.nodeValue = node.nodeValue;
       } else {
         for (const { name } of [...there.attributes]) {
-          if (!node.hasAttribute(name) && !(there.matches(ALL) && /^(style|aria-pressed|aria-valuetext)$/.test(name)))
-            there.removeAttribute(name);
+          const own = there.typed ? /^aria-invalid$/ : /^(style|aria-pressed|aria-valuetext)$/;
+          if (!node.hasAttribute(name) && !(there.matches(ALL) && own.test(name))) there.removeAttribute(name);
         }
         for (const { name, value } of node.attributes)
           if (there.getAttribute(name) !== value) there.setAttribute(name, value);
@@ -343,8 +350,14 @@ const beamviz = (() => {
 
   const isNumber = (e) => e.matches("input.number");
 
-  /* Sends the number of a field, with a decimal point or comma; what is none is said, and stays. */
+  /* Sends the number of a field, with a decimal point or comma; what is none is said, and stays. An
+     emptied field gets the number of the beam. */
   function enter(e) {
+    if (!e.value.trim()) {
+      e.typed = false;
+      if (typeof values[e.dataset.set] === "number") showValue(e, values[e.dataset.set]);
+      return send("forget_refused", null); // which was the value of the field
+    }
     const text = e.value.trim().replace(/^\u2212/, "-");
     const grouped = /^-?\d{1,3}(,\d{3})+$/.test(text); // 1,500: thousands, or a decimal comma?
     const number = grouped ? NaN : Number(text.replace(",", ".") || NaN);
@@ -355,7 +368,7 @@ const beamviz = (() => {
     }
     const [whole] = text.split(",");
     const remedy = grouped ? `write ${text.replaceAll(",", "")}, or ${whole}.${text.split(",")[1]}` : "write a number, as 0.5";
-    say(`${e.value || "nothing"}: ${remedy}`, true);
+    say(`${e.value}: ${remedy}`, true);
   }
 
   /* Sends a scene file as its name and its text, up to just above the limit of the server. */
@@ -368,7 +381,7 @@ const beamviz = (() => {
   function release() {
     const e = held;
     held = null;
-    if (e && e.dataset.set in values) setTimeout(() => showValue(e, values[e.dataset.set]), REST);
+    if (e && e.dataset.set in values) setTimeout(() => showValue(e, values[e.dataset.set], true), REST);
   }
 
   function onTabKey(event, tab) {
@@ -464,7 +477,7 @@ const beamviz = (() => {
       else if (pointing) point(pointing.dataset.point);
       else if (event.target.closest("#copy-link")) copyLink();
       else if (event.target.closest("#save-picture")) savePicture();
-      else if (event.target.id === "enlarge") event.target.setAttribute("aria-pressed", document.body.classList.toggle("enlarged"));
+      else if (event.target.closest("#enlarge")) byId("enlarge").setAttribute("aria-pressed", document.body.classList.toggle("enlarged"));
       else if (dialog) byId(dialog.dataset.dialog).showModal();
       else if (acting && !event.target.closest("input, select, label")) press(acting);
     });
