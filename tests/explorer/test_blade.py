@@ -8,6 +8,7 @@ from importlib.resources import files
 from typing import Any
 
 import pytest
+from helpers import slow
 from live.browser import Page, by_id, page, says
 from live.visitor import Visitor, visitor
 
@@ -27,7 +28,7 @@ from beamviz.explorer.features import real_beam
 from beamviz.presets import PRESETS
 from beamviz.scene import MAX_LINK, Scene
 
-FIRST = Scene(real_beam.STEEL_BEAM.beam)
+FIRST = Scene(real_beam.STEEL_BEAM.beam).changed(playing=False)
 NREL, STEEL = PRESETS["nrel-5mw-blade"].beam, PRESETS["tapered-steel-blade"].beam
 SI: dict[str, Any] = {
     "stations": [0.0, 0.4, 1.0],
@@ -461,7 +462,7 @@ def test_the_positions_stay_in_view_beside_the_last_columns(blade_page):
 
 
 @pytest.mark.parametrize(
-    ("size", "scheme"), [((1440, 900), "light"), ((390, 844), "dark")], ids=str
+    ("size", "scheme"), [((390, 844), "dark"), *slow(((1440, 900), "light"))], ids=str
 )
 def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, size, scheme):
     """With a wrong cell; letters of 14 px, targets of 24 px, of 44 px on a phone; nothing is wider

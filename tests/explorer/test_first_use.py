@@ -8,7 +8,7 @@ from live.visitor import PAPER
 
 from beamviz.scene import Scene
 
-FIRST = Scene(PAPER.replace(gamma=5))
+FIRST = Scene(PAPER.replace(gamma=5)).changed(playing=False)  # a scene that moves takes time
 
 
 @pytest.fixture
@@ -301,6 +301,7 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
     wait_until(lambda: are_apart(desk.evaluate(boxes)))
 
 
+@pytest.mark.slow
 def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
     """Below the scene; without one the page begins at its top."""
     height = f"{by_id('tab-veering')}.getBoundingClientRect().top"
