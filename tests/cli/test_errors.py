@@ -74,6 +74,7 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     f"{OVER} {ALL_AXES}": "6 axes|gamma, alpha, beta, delta, mu, spin_up|5",
     "sweep a.zarr --over gamma=0,1 --workers 0": "workers = 0",
     "sweep a.zarr --over gamma=0,1 --scheduler nowhere": "nowhere",
+    "sweep a.zarr --over gamma=0,1 --scheduler nowhere --workers 2": "--workers 2|--scheduler nowhere",
     "sweep file.zarr --over gamma=0,1": "file.zarr",
     "loci --over mu --sweep $STORE": "mu",
     "loci --over gamma --sweep $STORE": "alpha|0 .. 2",
