@@ -1,8 +1,11 @@
 """The tab Motion: what the scene, the charts and the address show of a motion in time."""
 
 import base64
+import json
+import re
 import threading
 from dataclasses import replace
+from html import unescape
 from urllib.parse import parse_qsl
 
 import numpy as np
@@ -240,6 +243,28 @@ def test_what_cannot_move_says_so_in_place_of_the_experiment(guest):
     guest.do("blade.preset", "tapered-steel-blade")
     guest.wait(lambda _: "uniform clamped beam" in guest.texts["motion-words"])
     assert guest.props[CHART]["hidden"] is True
+
+
+@pytest.mark.parametrize(
+    ("action", "value"),
+    [
+        ("plane", "flapwise"),
+        ("stiffening", False),
+        ("softening", False),
+        ("spin_up", 2.0),
+        ("blade.preset", "tapered-steel-blade"),
+    ],
+)
+def test_a_button_removes_what_a_motion_has_not(guest, action, value):
+    """In the sentence that tells it."""
+    guest.do("tab", "motion")
+    guest.wait(lambda _: "The hub turns" in guest.texts["motion-words"])
+    guest.do(action, value)
+    found = guest.wait(lambda _: re.search("<button[^>]*>", guest.texts["motion-words"]))
+    told = dict(re.findall(r'(data-\w+)="([^"]*)"', found[0]))
+    key = told.get("data-set") or told["data-do"]
+    guest.do(key, json.loads(unescape(told.get("data-value", "null"))))
+    guest.wait(lambda _: "The hub turns" in guest.texts["motion-words"])
 
 
 def test_a_long_motion_is_cancelled(guest):

@@ -187,7 +187,9 @@ def lesson_reads(snapshot: Snapshot) -> tuple[object, ...]:
 def lesson_content(name: str, step: int, guess: int | None, facts: Facts | None) -> Content:
     """The open lesson beside the tabs."""
     text = lesson_html(lesson(name), step, guess, facts) if name else ""
-    return page.html("lesson-text", text) | page.props("lesson", hidden=not name)
+    in_tab = bool(name) and any(key.startswith("tab-") for key in controls(lesson(name).do))
+    shown = page.props("lesson", hidden=not name, data_beside="tab" if in_tab else "controls")
+    return page.html("lesson-text", text) | shown
 
 
 def verdict_reads(snapshot: Snapshot) -> tuple[Any, ...]:

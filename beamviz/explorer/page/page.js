@@ -292,7 +292,7 @@ const beamviz = (() => {
     }
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
-    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
+    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").firstElementChild.scrollIntoView(); // below the fold
     if (!tell) return;
     used.tab = performance.now();
     send("tab", panel.id.slice(4));

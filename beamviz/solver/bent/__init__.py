@@ -17,12 +17,17 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
-from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
+from beamviz.solver.bent.equilibrium import (
+    descend,
+    first_elements,
+    is_resolved,
+    newton,
+    stable_states,
+)
 from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR, lost_stretch
+from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
@@ -35,7 +40,7 @@ MAX_UNKNOWNS = 2000  # two for each point: ten seconds
 
 def _curve(state: BentState, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of a state."""
-    grid = state.beam.mesh.grid
+    grid = state.beam.grid
     return state.position(x), grid.at(x) @ state.f, state.angle(x)
 
 
@@ -44,7 +49,7 @@ def _fields(state: BentState, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     df, dkappa = np.split(V, [len(state.f)])
     c, s = state.direction[..., None]
     turn = state.f[:, None] * (state.beam.to_angle @ dkappa)
-    rows = state.beam.mesh.grid.from_clamp(x)
+    rows = state.beam.grid.from_clamp(x)
     moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
     return corotational_components(*moved, state.angle(x))
 
@@ -82,12 +87,12 @@ def solve_bent(
         worst = excess.sum(axis=0).argmax()
         if excess[:, worst].sum() <= 1:
             return _solution(state, modes, truncation.sum(axis=0) + rounding)
-        mesh = state.beam.mesh
-        elements = Elements(mesh.breaks.tolist(), mesh.orders, mesh.orders)
-        state = _on_mesh(state, make_mesh(*refined(elements, excess[:, worst].tolist())))
+        finer = refined(state.beam.elements, excess[:, worst].tolist(), beam.blade)
+        state = _on_elements(state, finer)
     raise NotConverged(
         f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
-        f" {problem.tolerance:g} with {len(state.q)} unknowns; ask for a larger one or fewer modes"
+        f" {problem.tolerance:g} with {state.beam.size} unknowns; ask for a larger one or fewer"
+        " modes"
     )
 
 
@@ -98,7 +103,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
     beam, problem = solution.beam, solution.problem
     seen = bent_states([solution])
     others: list[Solution] = []
-    bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
+    bent = seen[0].beam if seen else BentBeam(first_elements(beam, problem), beam, problem)
     guesses: Iterable[BentState | None]
     if near:
         guesses = (_state_near(beam, problem, state) for state in bent_states(near))
@@ -155,9 +160,9 @@ def _first_state(beam: Beam, problem: Problem) -> BentState:
         straight = solve_hp([still], replace(problem, state="straight"))[0]
         if isinstance(straight, NoEquilibrium):
             raise straight
-    mesh = first_mesh(beam, problem)
-    _check_unknowns(mesh)
-    bent = BentBeam(mesh, still, problem)
+    elements = first_elements(beam, problem)
+    _check_unknowns(elements)
+    bent = BentBeam(elements, still, problem)
     states = stable_states(bent) or [paths.follow_speed(bent)]
     if beam.spin_up:
         return paths.spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
@@ -176,20 +181,19 @@ def _state_near(beam: Beam, problem: Problem, near: BentState | None) -> BentSta
     other = near.beam.beam
     if (other.blade, other.masses, other.root) != (beam.blade, beam.masses, beam.root):
         return None
-    bent = BentBeam(near.beam.mesh, beam, problem)
+    bent = BentBeam(near.beam.elements, beam, problem)
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
 def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
-    """The part of values Q (unknowns, ...) in the two highest polynomials of each element."""
+    """What the two highest functions of each element contribute to values Q (n + turning, ...)."""
     n = len(bent.w)
-    T = bent.mesh.IJT[0, :n]
-    return np.concatenate((T @ Q[:n], T @ Q[n : 2 * n], 0 * Q[2 * n :]))
+    return np.concatenate((*bent.trial.tails(Q[:n], Q[n : 2 * n]), 0 * Q[2 * n :]))
 
 
-def _check_unknowns(mesh: Mesh) -> None:
-    """NotConverged for a mesh of too many elements."""
-    unknowns = 2 * len(mesh.points)
+def _check_unknowns(elements: Elements) -> None:
+    """NotConverged for too many elements."""
+    unknowns = 2 * sum(elements.orders)
     if unknowns > MAX_UNKNOWNS:
         raise NotConverged(
             f"a bent state needs {unknowns} unknowns here, at most {MAX_UNKNOWNS}; ask for a larger"
@@ -197,12 +201,12 @@ def _check_unknowns(mesh: Mesh) -> None:
         )
 
 
-def _on_mesh(state: BentState, refined: Mesh) -> BentState:
-    """The same state on another mesh."""
+def _on_elements(state: BentState, refined: Elements) -> BentState:
+    """The same state on other elements."""
     _check_unknowns(refined)
     old = state.beam
-    q = state.resampled(refined)
     beam, steady = old.changed(refined), not old.beam.spin_up
+    q = state.resampled(beam)
     finer = newton(beam, q, stable=steady)
     if steady:
         finer = finer or descend(beam, q) or paths.follow_speed(beam)
@@ -221,11 +225,11 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     straight beams.
     """
     bent, s, V = state.beam, modes.s, modes.V
-    energies, is_blade = _energies(state, V), bent.beam.blade is not None
-    element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
+    energies = _energies(state, V)
+    element = np.tile(bent.trial.element_of_points, 2)
     element = np.append(element, [-1] * bent.hinged)  # the angle at the root is in none
-    state_tails, shape_tails = _tails(bent, state.q), _tails(bent, V)
-    truncation = np.zeros((len(bent.mesh.orders), len(s)))
+    state_tails, shape_tails = _tails(bent, state.strains), _tails(bent, V)
+    truncation = np.zeros((len(bent.elements.orders), len(s)))
     for k in range(len(truncation)):
         part = element == k
         lower = BentState(bent, state.q - part * state_tails)
@@ -239,7 +243,9 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    relative += max(1.0, state.f[0]) * lost_stretch(bent.mesh, state.f[None], is_blade).T
+    squares = bent.w * state_tails[: len(bent.w)] ** 2
+    lost = 4 * np.bincount(bent.trial.element_of_points, squares) / (bent.w @ state.f) ** 2
+    relative += max(1.0, state.f[0]) * lost[:, None]
     return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
 
 
@@ -248,7 +254,7 @@ def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
     moved = state.displaced(V)  # (2, m, modes)
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
-    turned = (abs(state.rotations @ V) ** 2).sum(axis=0)
+    turned = (abs(state.turned(V)) ** 2).sum(axis=0)
     mass = (abs(moved) ** 2).sum(axis=(0, 1)) + turned
     return np.array([state.stiffness_of(V), coriolis * swirl, mass])
 
@@ -256,15 +262,15 @@ def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
 def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solution:
     """The Solution of modes with these errors of s."""
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
-    bent, orders = state.beam, state.beam.mesh.orders
+    bent, orders = state.beam, state.beam.elements.orders
     moved = state.displaced(modes.V)
     theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = BentState(bent.changed(), state.q, state.iterations)  # without matrices
-    loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))
+    loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
-    stats = Stats(len(state.q), "hp", len(orders), max(orders))
-    turned = (abs(state.rotations @ modes.V) ** 2).sum(axis=0)
+    stats = Stats(bent.size, "hp", len(orders), max(orders))
+    turned = (abs(state.turned(modes.V)) ** 2).sum(axis=0)
     fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, modes.V)
     return Solution(
         beam=bent.beam,

@@ -29,7 +29,8 @@ class BentModes(NamedTuple):
     """The lowest modes about a deflected state."""
 
     s: NDArray  # (count,) growth rate + i frequency, by ascending frequency
-    V: NDArray  # (unknowns, count) complex with Coriolis forces or a spin-up, unit modal mass
+    # Changes of q (n + turning, count), complex with Coriolis forces or a spin-up, unit modal mass.
+    V: NDArray
     pairing: NDArray  # (count,) |y* (2 s M + C) v|, y the left vector: small where modes coalesce
     rounding: NDArray  # (count,) estimated rounding error of s
     status: Status  # by these modes and, with a spin-up, MORE_MODES beyond them
@@ -40,8 +41,8 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
     bent, gamma = state.beam, state.beam.beam.gamma
-    scale, K, B = bent.scale, state.scaled_stiffness, state.displacements * bent.scale
-    F = np.vstack((*B, state.rotations * scale))
+    K, B = state.stiffness, state.displacements
+    F = np.vstack((*B, state.rotations))
     M, C = F.T @ F, None
     if bent.problem.gyroscopic and gamma:
         S = B[1].T @ B[0]
@@ -49,18 +50,18 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     if bent.beam.spin_up:
         factors = lu_factor(K)
         modes = unsymmetric_modes(partial(lu_solve, factors), abs(np.diag(K)), M, C, count)
-        return modes._replace(V=scale[:, None] * modes.V)
+        return modes._replace(V=bent.values(modes.V))
     L, info = lapack.dpotrf(K, lower=1, clean=1)
     if info:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
     if C is not None:
-        s, V = _steady_gyroscopic(L, F, C, count)
+        s, V = _steady_gyroscopic(L, np.linalg.qr(F)[1], C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
     pairing, rounding = _pairing(abs(np.diag(K)), M, C, s, V, V)
-    return BentModes(s, scale[:, None] * V, pairing, rounding, "stable")
+    return BentModes(s, bent.values(V), pairing, rounding, "stable")
 
 
 def _pairing(
