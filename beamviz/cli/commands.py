@@ -175,6 +175,11 @@ def sweep(
     from beamviz.sweeps.run import dask_client
     from beamviz.sweeps.store import count_statuses
 
+    if scheduler and workers is not None:
+        raise InvalidInput(
+            f"--workers {workers} and --scheduler {scheduler} exclude each other: the cluster has"
+            " workers of its own"
+        )
     axes = sweep_axes(over, beam.units)
     note_unused(beam, axes)
     with contextlib.ExitStack() as stack:
