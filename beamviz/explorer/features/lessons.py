@@ -265,7 +265,7 @@ def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | Non
         f"<p>{formatted(lesson.meaning)}</p>{judged(lesson, guess)}"
         '<p class="proof"><span class="soft">The number that proves it:</span>'
         f" {escape(facts.proof if facts else '…')}</p>",
-        f'<p class="question">{formatted(lesson.task)}</p><p class="soft">{FINE_STEPS}</p>',
+        f'<p class="question">{formatted(lesson.task)}</p><p class="soft fine">{FINE_STEPS}</p>',
     )[step]
     number = NAMES.index(lesson.name) + 1
     title = f"<h3>{number}. {escape(lesson.title)}</h3>"

@@ -336,8 +336,8 @@ TOOLS += page.group(
     page.button("From the start", data_do="moment", data_value=0),
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
-TOOLS += select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
-MORE = select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
+MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
+MORE += select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
 MORE += select_of("body") + slider_of("body_at")
 MORE += page.checkbox("motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT)
 MORE += "".join(map(slider_of, ("damping", "until")))

@@ -24,7 +24,7 @@ from beamviz.solver.bent.equilibrium import (
     newton,
     stable_states,
 )
-from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
+from beamviz.solver.bent.modes import TINY, BentModes, bent_modes, coriolis
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
@@ -185,12 +185,6 @@ def _state_near(beam: Beam, problem: Problem, near: BentState | None) -> BentSta
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
-def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
-    """What the two highest functions of each element contribute to values Q (n + turning, ...)."""
-    n = len(bent.w)
-    return np.concatenate((*bent.trial.tails(Q[:n], Q[n : 2 * n]), 0 * Q[2 * n :]))
-
-
 def _check_unknowns(elements: Elements) -> None:
     """NotConverged for too many elements."""
     unknowns = 2 * sum(elements.orders)
@@ -219,23 +213,22 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
 def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
 
-    The truncation error is what the two highest polynomials of each element contribute to
-    v* T(s) v, T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes.
-    Divided by y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for
-    straight beams.
+    The truncation error is what the highest functions of each element contribute to v* T(s) v,
+    T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes. Divided by
+    y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for straight
+    beams.
     """
-    bent, s, V = state.beam, modes.s, modes.V
-    energies = _energies(state, V)
-    element = np.tile(bent.trial.element_of_points, 2)
-    element = np.append(element, [-1] * bent.hinged)  # the angle at the root is in none
-    state_tails, shape_tails = _tails(bent, state.strains), _tails(bent, V)
-    truncation = np.zeros((len(bent.elements.orders), len(s)))
+    bent, s, V = state.beam, modes.s, state.beam.values(modes.V)
+    energies, n = _energies(state, V), len(bent.w)
+    f_tails, kappa_tails = bent.trial.tails(state.f - 1, state.kappa)
+    truncation = _contributions_to_shapes(state, modes)
     for k in range(len(truncation)):
-        part = element == k
-        lower = BentState(bent, state.q - part * state_tails)
-        for changed in (_energies(lower, V), _energies(state, V - part[:, None] * shape_tails)):
-            dK, dC, dM = changed - energies
-            truncation[k] += abs(dK + s * dC + s**2 * dM)
+        part = bent.trial.element_of_points == k
+        lower = state.q.copy()
+        lower[:n] -= part * f_tails
+        lower[n : 2 * n] -= part * kappa_tails
+        dK, dC, dM = _energies(BentState(bent, lower), V) - energies
+        truncation[k] += abs(dK + s * dC + s**2 * dM)
     slope = np.maximum(2 * abs(s), TINY)  # of s^2
     squared = slope * truncation / np.maximum(modes.pairing, TINY)
     rigid = state.rigidities @ abs(V) ** 2 / energies[2].real  # s^2 without any softening
@@ -243,10 +236,29 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    squares = bent.w * state_tails[: len(bent.w)] ** 2
-    lost = 4 * np.bincount(bent.trial.element_of_points, squares) / (bent.w @ state.f) ** 2
+    lost = (
+        4 * np.bincount(bent.trial.element_of_points, bent.w * f_tails**2) / (bent.w @ state.f) ** 2
+    )
     relative += max(1.0, state.f[0]) * lost[:, None]
     return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
+
+
+def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
+    """What the highest functions t of each element in shapes v contribute to |v* T(s) v|
+    (elements, modes): t* T v + v* T t - t* T t."""
+    s, V, highest = modes.s, modes.V, state.beam.highest
+    terms = [(state.stiffness, 1.0), (state.inertia, s**2)]
+    if (C := coriolis(state)) is not None:
+        terms.append((C, s))
+    contributions = np.zeros((len(highest), len(s)), complex)
+    for matrix, factor in terms:
+        right, left = matrix @ V, matrix.T @ V.conj()
+        for k, unknowns in enumerate(highest):
+            t = V[unknowns]
+            inside = matrix[np.ix_(unknowns, unknowns)] @ t
+            parts = t.conj() * (right[unknowns] - inside) + left[unknowns] * t
+            contributions[k] += factor * parts.sum(axis=0)
+    return abs(contributions)
 
 
 def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
@@ -263,15 +275,16 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     """The Solution of modes with these errors of s."""
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.elements.orders
-    moved = state.displaced(modes.V)
+    V = bent.values(modes.V)
+    moved = state.displaced(V)
     theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = BentState(bent.changed(), state.q, state.iterations)  # without matrices
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
     stats = Stats(bent.size, "hp", len(orders), max(orders))
-    turned = (abs(state.turned(modes.V)) ** 2).sum(axis=0)
-    fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, modes.V)
+    turned = (abs(state.turned(V)) ** 2).sum(axis=0)
+    fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, V)
     return Solution(
         beam=bent.beam,
         problem=bent.problem,

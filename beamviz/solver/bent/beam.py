@@ -139,6 +139,12 @@ class BentBeam:
         angles = self.to_body_angles[:, :n] @ self.bending
         return np.hstack((angles, self.root_scale * self.to_body_angles[:, n:]))
 
+    @property
+    def highest(self) -> list[NDArray]:
+        """Numbers of the unknowns of the highest functions of each element, of both kinds."""
+        r = self.stretch.shape[1]
+        return [np.append(columns, r + columns) for columns in self.trial.highest]
+
     def values(self, c: NDArray) -> NDArray:
         """Changes of q (n + turning, ...) of unknowns c (size, ...)."""
         r = self.stretch.shape[1]
@@ -193,11 +199,6 @@ class BentState:
         self.f, self.kappa, self.turning = q[:n], q[n : 2 * n], q[n:]
         self.theta = beam.to_angle @ self.turning
         self.direction = np.stack((np.cos(self.theta), np.sin(self.theta)))
-
-    @property
-    def strains(self) -> NDArray:
-        """q less that of the straight beam at rest, f = 1."""
-        return np.concatenate((self.f - 1, self.turning))
 
     @cached_property
     def arms(self) -> NDArray:
@@ -393,11 +394,25 @@ class BentState:
             rows, turned = bent.body_angles, np.cos(2 * self.body_angles)
             K[r:, r:] += gamma2 * (rows.T * (bent.restoring * turned)) @ rows
         # The loads move along with the masses.
-        X, Y = self.displacements
-        K -= gamma2 * (X.T @ X + bent.softens * (Y.T @ Y))
+        moving = self.displacements if bent.softens else self.displacements[:1]
+        moving = moving.reshape(-1, bent.size)
+        K -= gamma2 * (moving.T @ moving)
         if spin_up:  # the load is not symmetric
-            K -= spin_up * ((S := X.T @ Y) - S.T)
+            K += spin_up * self.swirl
         return K
+
+    @cached_property
+    def inertia(self) -> NDArray:
+        """Mass (size, size) by the unknowns, with the rotary inertia of bodies."""
+        F = self.displacements.reshape(-1, self.beam.size)
+        return F.T @ F + self.rotations.T @ self.rotations
+
+    @cached_property
+    def swirl(self) -> NDArray:
+        """Integral (size, size) of virtual displacements times e3 x displacements: skew."""
+        X, Y = self.displacements
+        S = Y.T @ X
+        return S - S.T
 
     def displaced(self, V: NDArray) -> NDArray:
         """Root of the mass times the displacements (2, m, modes) by changes V (n + turning, modes)

@@ -101,24 +101,21 @@ class Trial:
         return np.repeat(pieces, self.grid.orders)
 
     @cached_property
-    def highest(self) -> NDArray:
+    def highest(self) -> list[NDArray]:
         """Numbers of the highest functions of each element: the two highest, more where a property
         has kinks inside."""
         ends = np.cumsum(self.elements.orders)
         tails = np.where(np.array(self.counts) > 1, KINKED_TAIL, 2)
-        columns = [np.arange(end - tail, end) for end, tail in zip(ends, tails, strict=True)]
-        return np.concatenate(columns)
+        return [np.arange(end - tail, end) for end, tail in zip(ends, tails, strict=True)]
 
     def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
-        """What the two highest functions of each element contribute to values (n, ...) of stretch
-        and of bending."""
+        """What the highest functions of each element contribute to values (n,) of stretch and of
+        bending."""
+        columns = np.concatenate(self.highest)
+        axial, across = self.stretch[:, columns], self.bending[:, columns]
         w = self.grid.weights
-        pairs = ((self.stretch, w * self.EA, stretch), (self.bending, w * self.EI, bending))
-        first, second = (
-            basis[:, self.highest] @ ((basis[:, self.highest].T * weight) @ values)
-            for basis, weight, values in pairs
-        )
-        return first, second
+        first = axial @ ((w * self.EA * stretch) @ axial)
+        return first, across @ ((w * self.EI * bending) @ across)
 
 
 @lru_cache(maxsize=8)
