@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from beamviz.beam import Beam
-from beamviz.cli.options import number, option
+from beamviz.cli.options import given_options, number, option
 from beamviz.errors import InvalidInput
 
 OUT = typer.Argument(
@@ -15,6 +15,7 @@ OUT = typer.Argument(
 )
 START_HELP = "Amplitude [L] of a mode to start from; repeat the option for more."
 RELEASE_HELP = "Transverse force [E I / L^2] that holds the beam until t = 0."
+NEEDS = {"within": "ramp-to", "ramp-to": "within", "ramp": "ramp-to", "release-at": "release"}
 UNUSED = {  # options of the model that other commands have, and their defaults here
     "plane": "chordwise",
     "terms": None,
@@ -65,22 +66,21 @@ def motion(
 
     if path:
         from beamviz.exports.motion_files import SUFFIXES, export_motion
-        from beamviz.files import check_suffix
+        from beamviz.files import check_suffix, check_writable
 
         check_suffix(path, SUFFIXES)
+        check_writable(path)
+    check_needs(context)
     speed = None
     if ramp_to is not None and within is not None:
         speed = Ramp(ramp_to, within, ramp, start=beam.gamma)
-    elif ramp_to is not None or within is not None:
-        given, missing = ("ramp-to", "within") if within is None else ("within", "ramp-to")
-        raise InvalidInput(f"--{given} needs --{missing}")
     moved = move(
         beam,
         until,
         speed=speed,
         release=release,
         release_at=release_at,
-        start=dict(start or ()),
+        start=amplitudes(start or []),
         damping=damping,
         points=points,
         catch=catch,
@@ -97,11 +97,27 @@ def motion(
     print(MOTION_FORMATS[format](moved).rstrip("\n"))
 
 
+def check_needs(context: typer.Context) -> None:
+    """InvalidInput for an option that has no effect without another."""
+    given = [name.replace("_", "-") for name in given_options(context)]
+    for name, other in NEEDS.items():
+        if name in given and other not in given:
+            raise InvalidInput(f"--{name} needs --{other}")
+
+
+def amplitudes(pairs: list[tuple[str, float]]) -> dict[str, float]:
+    """Amplitudes by mode; InvalidInput for a mode that is given twice."""
+    found: dict[str, float] = {}
+    for mode, amplitude in pairs:
+        if mode in found:
+            raise InvalidInput(f"--start {mode}:{amplitude:g}: {mode} is given twice")
+        found[mode] = amplitude
+    return found
+
+
 def model_options(context: typer.Context, options: dict[str, Any]) -> dict[str, Any]:
     """The keywords of `beamviz.motion` among those of `solve`; InvalidInput for one that it has
     not."""
-    from beamviz.cli.options import given_options
-
     given = given_options(context)
     for name, default in UNUSED.items():
         if name in given and options[name] != default:

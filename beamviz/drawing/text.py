@@ -1,6 +1,7 @@
-"""Values and messages as text, in display units: dimensionless, or kg, mm, rpm, Hz."""
+"""Values and messages as text, in display units: dimensionless, or kg, mm or m, rpm, Hz."""
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -11,6 +12,9 @@ from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver.solution import Solution
 from beamviz.units import Units, usual_measure
 
+LONG = 5.0  # [m] length from which on that of a beam, and every place on it, is in m, else in mm
+SMALL = 0.1  # [m] below which a single length is in mm in any case
+NUMBER = re.compile(rf"\b({'|'.join(NUMBERS)})\b(?: = (-?[\d.]+(?:e[-+]?\d+)?))?")  # in a message
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
@@ -63,8 +67,29 @@ def measure(name: str, units: Units | None) -> Measure:
     usual = usual_measure(name, units)
     if usual is None:
         return Measure(parameter.slider_label, parameter.symbol)
+    if usual.scale.unit == "mm":
+        return lengths(parameter.short_label, parameter.symbol, units)
     unit = usual.scale.unit.replace("^2", "²")
     return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, usual.factor)
+
+
+def lengths(label: str, symbol: str, units: Units | None) -> Measure:
+    """The display of lengths along a beam or beside it: in mm, in m where it is long, in its own
+    length [L] where its size is not known."""
+    if units is None:
+        return Measure(f"{label} [L]", symbol)
+    unit, per_metre = ("m", 1.0) if units.length >= LONG else ("mm", 1000.0)
+    return Measure(f"{label} [{unit}]", symbol, unit, per_metre * units.length)
+
+
+def length_text(length: float, units: Units | None, digits: int) -> str:
+    """A length [L] with its unit: '0.15 L', '150 mm', '18 m'."""
+    if units is None:
+        return f"{length:.{digits}g} L"
+    shown = lengths("", "", units)
+    if abs(length) * units.length < SMALL:
+        shown = shown._replace(unit="mm", factor=1000.0 * units.length)
+    return f"{significant(shown.factor * length, digits)} {shown.unit}"
 
 
 def described(beam: Beam) -> str:
@@ -89,6 +114,21 @@ def out_of_range(numbers: Mapping[str, Any], units: Units | None) -> str:
             low, high = (significant(shown.factor * end, 6) for end in parameter.limits)
             return f"{shown.label} = {shown.factor * value:.6g}: must lie in {low} .. {high}"
     return ""
+
+
+def in_words(text: str, units: Units | None) -> str:
+    """A message with the numbers of a beam as the page calls them: 'speed γ = 5' for 'gamma = 5',
+    or 'speed 42.63 rpm' where its size is known."""
+
+    def named(found: re.Match[str]) -> str:
+        name, value = found.groups()
+        shown, parameter = measure(name, units), NUMBERS[name]
+        if not shown.unit:
+            return found[0].replace(name, parameter.slider_label)
+        number = f" {shown.text(float(value), 6)}" if value else ""
+        return f"{parameter.short_label}{number}"
+
+    return NUMBER.sub(named, text)
 
 
 def frequencies(units: Units | None) -> Measure:
@@ -152,10 +192,11 @@ def stretch_caution(solution: Solution) -> str:
     if ratio < LARGE_STRETCH:
         return ""
     percent = significant(100 * (solution.equilibrium.max_stretch - 1), 2)
-    return (
-        f"Stretched by up to {percent} %: γ / μ = {ratio:.2g},"
-        " speed of the tip over speed of sound. Real materials fail long before."
-    )
+    meaning = "speed of the tip over speed of sound"
+    named = f"γ / μ = {ratio:.2g}, {meaning}"
+    if solution.beam.units:
+        named = f"{meaning} = {ratio:.2g}"
+    return f"Stretched by up to {percent} %: {named}. Real materials fail long before."
 
 
 def mode_value(solution: Solution, k: int) -> tuple[str, float]:

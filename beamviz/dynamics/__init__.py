@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
@@ -25,9 +26,12 @@ from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
 
+COMPARED = 401  # times at which the tips of two runs are compared
 REFINEMENTS = 9  # after which a motion counts as not converged
 TAIL = 1.0  # of the first steps, over the tolerance
-SHORT = 0.25  # quantile of the lengths of these steps that is kept: later ones may have lost modes
+# Steps in a row of the first run whose median length is that of the others, where it is the least:
+# later ones may have lost a vibration that does not fade, and of which no finer run would tell.
+SUSTAINED = 8
 GROWING = 2.0  # times as long is the step after one whose length follows from that before it
 # The error estimate: this times the changes to come, by halved steps and finer meshes, if each is
 # the last one times the ratio of the last two, and a part of the tolerance for vibrations that none
@@ -169,22 +173,25 @@ def divided_steps(case: Case, coarse: Run | BeamvizError, times: int) -> NDArray
     ends = [np.zeros(1)]
     for start, end in pairwise(corners):
         t = coarse.path.t
-        lengths = settled(np.diff(t)[(t[1:] > start) & (t[1:] <= end)])
-        count = math.ceil((end - start) / np.quantile(lengths, SHORT) - 1e-6)
+        length = shortest_sustained(np.diff(t)[(t[1:] > start) & (t[1:] <= end)])
+        count = math.ceil((end - start) / length - 1e-6)
         ends.append(np.linspace(start, end, times * count + 1)[1:])
     return np.concatenate(ends)
 
 
-def settled(lengths: NDArray) -> NDArray:
-    """The lengths of steps without those that only grow from a shorter one, at the start."""
-    return lengths[np.append(lengths[1:] < GROWING * lengths[:-1], True)]
+def shortest_sustained(lengths: NDArray) -> float:
+    """The least median length of SUSTAINED steps in a row, without those that only grow from a
+    shorter one, at the start."""
+    settled = lengths[np.append(lengths[1:] < GROWING * lengths[:-1], True)]
+    rows = sliding_window_view(settled, min(SUSTAINED, len(settled)))
+    return float(np.median(rows, axis=1).min())
 
 
 def difference(case: Case, one: Run | BeamvizError, other: Run | BeamvizError) -> float:
     """The largest distance of the tip in two runs, infinite where one has failed."""
     if isinstance(one, BeamvizError) or isinstance(other, BeamvizError):
         return math.inf
-    t = case.times
+    t = np.linspace(0.0, case.until, COMPARED)
     return float(np.linalg.norm(one.tip(t) - other.tip(t), axis=1).max())
 
 

@@ -154,11 +154,13 @@ class Hub:
         object.__setattr__(self, "inertia", check_positive("inertia", inertia))
         history = samples("torque", self.torque, -MAX_TORQUE, MAX_TORQUE)
         object.__setattr__(self, "history", history)
+        t, torque = history.t.tolist(), history.gamma.tolist()
+        given = torque[0] if len(torque) == 1 else (tuple(t), tuple(torque))
+        object.__setattr__(self, "torque", given)
 
     @property
     def record(self) -> dict[str, Any]:
-        torque = self.torque if np.ndim(self.torque) == 0 else np.array(self.torque).tolist()
-        return {"kind": "hub", "inertia": self.inertia, "torque": torque}
+        return {"kind": "hub", "inertia": self.inertia, "torque": self.torque}
 
     @property
     def described(self) -> str:

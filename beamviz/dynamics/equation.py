@@ -20,6 +20,7 @@ The speed gamma(t) is prescribed, or that of a hub of inertia J under a torque:
 Arrays have the instants of time in their first axis: q, v = q' and a = q" are (k, n).
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -172,7 +173,7 @@ class Equation:
                     f"t = {t:.4g}, gamma = {gamma:.4g}: the stretch {value:.4g} leaves the range of"
                     f" {law.name} strain, {law.min_stretch:.4g} .. {law.max_stretch:.4g}, in which"
                     " the axial force grows with the stretch",
-                    gamma,
+                    math.nan,
                 )
 
 

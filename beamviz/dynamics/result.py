@@ -1,5 +1,6 @@
 """The result of `beamviz.motion`: a plain record."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -8,15 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from beamviz.beam import Beam
+from beamviz.checks import check_float
 from beamviz.dynamics.drives import Hub, Ramp, Samples
 from beamviz.dynamics.integration import Path
+from beamviz.errors import InvalidInput
 from beamviz.tables import significant_decimals
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-SPECTRUM_SAMPLES = 8192
+# Samples of a spectrum: for each step, whose polynomials have up to ten coefficients, so that no
+# frequency of the motion appears as a lower one; and at a time, which bounds the memory.
+STEP_SAMPLES, BLOCK = 4, 8192
 TABLE_ROWS = 21
 
 
@@ -97,10 +102,14 @@ class Motion:
     def spectrum(self, since: float = 0.0) -> tuple[NDArray, NDArray]:
         """Frequencies [1/T*] and the amplitude [L] of the tip's deflection at each (k,), by Fourier
         transform with a Hann window: a vibration of constant amplitude is a peak of its height.
-        since: the time from which on the motion counts."""
-        length = self.t[-1] - since
-        t = since + np.linspace(0.0, length, SPECTRUM_SAMPLES, endpoint=False)
-        deflection = self.position(t, [1.0])[:, 0, 1]
+        since: the time, before the end, from which on the motion counts. Raises InvalidInput."""
+        last = float(self.t[-1])
+        if check_float("since", since, 0.0, last) == last:
+            raise InvalidInput(f"since = {since:g}: must be before the end of the motion")
+        length, blocks = last - since, math.ceil(STEP_SAMPLES * self.stats.steps / BLOCK)
+        t = since + np.linspace(0.0, length, BLOCK * blocks, endpoint=False)
+        parts = [self.position(part, [1.0])[:, 0, 1] for part in t.reshape(blocks, BLOCK)]
+        deflection = np.concatenate(parts)
         window = np.hanning(len(t) + 1)[:-1]
         amplitude = abs(np.fft.rfft(window * (deflection - deflection.mean()))) * 2 / window.sum()
         return 2 * np.pi * np.fft.rfftfreq(len(t), length / len(t)), amplitude

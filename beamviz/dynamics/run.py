@@ -83,18 +83,19 @@ def run(case: Case, solution: Solution, elements: Elements, control: Control) ->
         q, v = np.append(q, 0.0), np.append(v, case.beam.gamma)
     record, t, length = Recorder(first.unknowns, 0.0), 0.0, FIRST_STEP
     parts: list[tuple[float, Equation]] = []
+    before: Equation | None = None
     for part in case.parts:
-        equation = equation_of(case, elements, part.with_mass) if parts else first
+        equation = equation_of(case, elements, part.with_mass) if before else first
         equation.D = first.D
-        if parts and part.with_mass:
-            v = equation.after_docking(q, v, parts[-1][1], complex(*case.body_velocity))
+        if before and part.with_mass:
+            v = equation.after_docking(q, v, before, complex(*case.body_velocity))
         if part.end > t:
             q, v, length = integrate(
                 *(equation, scheme(case.integrator), (q, v), t, part.end),
                 *(case.drive.breaks, control, record, length),
             )
-        parts.append((part.end, equation))
-        t = part.end
+            parts.append((part.end, equation))
+        before, t = equation, part.end
     return Run(record.path, tuple(parts))
 
 

@@ -44,11 +44,11 @@ CHOICES = {
         "modes": "swings in its modes",
     },
     "hub": {
-        "constant": "turns at the speed γ",
-        "smooth": "speeds up to γ, smoothly",
-        "linear": "speeds up to γ, evenly",
-        "stop": "turns at γ and stops dead",
-        "torque": "starts at γ and is turned by a torque",
+        "constant": "turns at its speed",
+        "smooth": "speeds up from rest, smoothly",
+        "linear": "speeds up from rest, evenly",
+        "stop": "turns and stops dead",
+        "torque": "turns and is driven by a torque",
     },
     "body": {
         "stays": "stays on the beam",

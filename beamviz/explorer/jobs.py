@@ -7,7 +7,6 @@ that compete with the frame loop for the interpreter lock would take more time t
 
 import contextlib
 import math
-import re
 import threading
 import time
 from collections.abc import Callable
@@ -17,13 +16,20 @@ from functools import cached_property, partial
 from queue import SimpleQueue
 from typing import Any, Generic, NamedTuple, TypeVar, cast
 
-from beamviz.beam import NUMBERS, Beam
+from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import error_summary, out_of_range, stability_warning, stretch_caution
+from beamviz.drawing.text import (
+    error_summary,
+    in_words,
+    out_of_range,
+    stability_warning,
+    stretch_caution,
+)
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
+from beamviz.units import Units
 
 SOLVERS = 16  # threads: more only start while others solve for long
 CHARTS = 3  # threads for charts and maps
@@ -31,8 +37,6 @@ QUICK = 0.02  # [s] processor time of a solve that a frame waits for
 PATIENCE = 1.0  # [s] after which the page shows that a job is running
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
 WAIT = 0.1  # [s] that a frame waits for it at most
-
-NAMES = re.compile(rf"\b({'|'.join(NUMBERS)})\b")
 
 log = RateLimitedLog(__name__)
 
@@ -97,8 +101,13 @@ class Answer(Generic[Q, R]):
 
     @property
     def message(self) -> str:
-        """The text of the error; "" for a result."""
-        return str(self.error) if self.error else ""
+        """The text of the error in the words and units of the page; "" for a result."""
+        return in_words(str(self.error), self.units) if self.error else ""
+
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam of the request, if it has one and its size is known."""
+        return getattr(self.request, "units", None)
 
     @property
     def cancelled(self) -> bool:
@@ -275,14 +284,12 @@ class SolverAnswer(Answer[Case, SampledModes]):
     def message(self) -> str:
         """The full text of the warning or the error; "" for a stable equilibrium."""
         known = self.error is None or isinstance(self.error, NoEquilibrium)
-        return self.warning if known else in_words(str(self.error), self.request)
+        return self.warning if known else case_error(str(self.error), self.request)
 
 
-def in_words(text: str, case: Case) -> str:
-    """An error of a case with the numbers of the beam as the page calls them: "mass α" for alpha;
-    a number out of range in its own unit."""
-    named = out_of_range(case.numbers, case.units)
-    return named or NAMES.sub(lambda found: NUMBERS[found[0]].slider_label, text)
+def case_error(text: str, case: Case) -> str:
+    """An error of a case in the words of the page; a number out of range in its own unit."""
+    return out_of_range(case.numbers, case.units) or in_words(text, case.units)
 
 
 class Cases(NamedTuple):

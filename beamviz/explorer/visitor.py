@@ -21,7 +21,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.experiment import motion_of
-from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, in_words
+from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
@@ -135,7 +135,7 @@ class Visitor:
         try:
             return self.scene
         except InvalidInput as error:
-            raise InvalidInput(in_words(str(error), self.state.case)) from error
+            raise InvalidInput(case_error(str(error), self.state.case)) from error
 
     # Snapshots
 

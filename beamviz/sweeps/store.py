@@ -45,15 +45,7 @@ def open_store(plan: Plan, path: Path) -> list[Chunk]:
     where it is the store of another sweep, Unavailable where it cannot be written."""
     check_suffix(path, (".zarr",))
     with written(path):
-        if not path.exists():
-            solve_many([plan.beam], **plan.problem.options)  # raises where options do not fit
-            part = temporary(path)
-            try:
-                part.mkdir()
-                make_store(plan, part)
-                part.rename(path)
-            finally:
-                shutil.rmtree(part, ignore_errors=True)
+        if not path.exists() and created(plan, path):
             return plan.chunks
         group = open_group(path)
         check_same(plan, group, path)
@@ -67,6 +59,23 @@ def open_store(plan: Plan, path: Path) -> list[Chunk]:
                 raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
         write_coordinates(plan, group)
     return left
+
+
+def created(plan: Plan, path: Path) -> bool:
+    """Make the store of a sweep; False where another process has made one meanwhile."""
+    solve_many([plan.beam], **plan.problem.options)  # raises where options do not fit
+    part = temporary(path)
+    try:
+        part.mkdir()
+        make_store(plan, part)
+        part.rename(path)
+    except OSError:
+        if not path.exists():
+            raise
+        return False
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+    return True
 
 
 def solve_and_write(path: Path, region: Region, part: Plan) -> None:

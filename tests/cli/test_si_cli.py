@@ -115,6 +115,7 @@ def test_a_resonance_is_in_rpm_and_hertz(run, uniform):
         ),
         ("loci --si FILE --over kg --start 0 --stop 1 --per-rev 1", "need loci over gamma"),
         ("sweep a.zarr --over rpm=0:9:3", "over rpm: the size of the beam is not known"),
+        ("sweep a.zarr --over rpm=0,9", "over rpm: the size of the beam is not known"),
         (
             "sweep a.zarr --si FILE --over beta:mm=0:9999:3",
             "--over beta:mm=0:9999:3: stop: beta",

@@ -10,7 +10,7 @@ from helpers import slow, strict
 from matplotlib.figure import Figure
 from PIL import Image
 
-from beamviz import Beam, Hub, Ramp, motion
+from beamviz import Beam, Hub, InvalidInput, Ramp, motion, solve
 
 BEAM = Beam(alpha=1, beta=0.5, gamma=3)
 ARGUMENTS = ("--alpha", "1", "--beta", "0.5", "--gamma", "3", "--start", "B1:0.05", "--until", "1")
@@ -38,6 +38,33 @@ def test_outside_the_motion_is_an_error(moved, t, x):
         moved.position(t, x)
 
 
+def test_accuracy_does_not_depend_on_the_number_of_points(moved):
+    few = motion(BEAM, 1, start={"B1": 0.05}, points=2)
+    assert (few.error, few.stats.steps) == (moved.error, moved.stats.steps)
+
+
+@pytest.mark.parametrize("since", [-0.1, 1.0, 1.1, float("nan"), "late"])
+def test_a_spectrum_begins_within_the_motion(moved, since):
+    with pytest.raises(InvalidInput, match="since"):
+        moved.spectrum(since)
+
+
+@pytest.mark.slow
+def test_a_long_motion_has_no_false_frequencies():
+    """A third mode alone, for so long that 8192 samples would show it at a lower frequency."""
+    beam = Beam(gamma=1)
+    omega = solve(beam, coriolis=True).frequencies[2]
+    moved = motion(beam, 500, start={"B3": 1e-4}, integrator="gauss", step=0.05)
+    frequency, amplitude = moved.spectrum()
+    assert frequency[amplitude.argmax()] == pytest.approx(omega, rel=1e-3)
+
+
+def test_hubs_are_compared_by_value():
+    arrays = np.array([0.0, 1.0]), np.array([2.0, 3.0])
+    assert Hub(1, arrays) == Hub(1.0, ([0, 1], [2, 3])) != Hub(1, ([0, 1], [2, 4]))
+    assert len({Hub(1, 2), Hub(1, 2.0), Hub(1, ([0], [2]))}) == 1
+
+
 def test_it_pickles(moved):
     again = pickle.loads(pickle.dumps(moved))
     assert again.tip.tolist() == moved.tip.tolist()
@@ -50,7 +77,8 @@ def test_every_drive_pickles_and_has_a_record(speed):
     again = pickle.loads(pickle.dumps(done))
     assert again.drive.record == done.drive.record
     assert again.gamma.tolist() == done.gamma.tolist()
-    assert done.drive.described in done.drive.described
+    assert again.drive.described == done.drive.described
+    assert any(digit in done.drive.described for digit in "1234")
 
 
 def test_a_dataset(moved):
@@ -97,6 +125,10 @@ def test_the_command_prints_what_python_computes(run, moved):
         (("--until", "-1"), 2, "invalid-input"),
         (("--ramp-to", "5"), 2, "invalid-input"),
         (("--start", "B1"), 2, "invalid-input"),
+        (("--start", "B1:0.1", "--start", "B1:0.2"), 2, "invalid-input"),
+        (("--ramp", "linear"), 2, "invalid-input"),
+        (("--within", "1"), 2, "invalid-input"),
+        (("--release-at", "0.5"), 2, "invalid-input"),
         (("--plane", "flapwise"), 2, "invalid-input"),
         (("--no-coriolis",), 2, "invalid-input"),
         (("--gamma", "40", "--delta", "1", "--strain", "hencky"), 3, "no-equilibrium"),
@@ -131,3 +163,11 @@ def test_a_file_of_another_kind_is_refused(run, tmp_path):
     code, _, err = run("motion", str(tmp_path / "motion.txt"), *ARGUMENTS)
     assert code == 2
     assert ".csv" in err
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_motion_is_computed(run, tmp_path):
+    """Of a beam that has no equilibrium, which would be exit code 3."""
+    none = ("--gamma", "40", "--delta", "1", "--strain", "hencky")
+    code, _, err = run("motion", str(tmp_path / "missing" / "a.csv"), *none)
+    assert code == 1
+    assert "missing" in err

@@ -196,6 +196,23 @@ def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
     assert desk.evaluate(f"{by_id('lesson')}.scrollTop") == 0
 
 
+def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):
+    """What to look for and the slider are in view together; a chart that it names comes next to
+    another lesson."""
+    desk.resize(390, 844)
+    desk.send("lesson", "stiffening", until=f"!!document.querySelector('.guesses') && {says('1.')}")
+    desk.click("document.querySelector('.guesses button')", until=f"!!{by_id('try')}")
+    desk.click(f"{by_id('try')}.querySelector('.link')")
+    ends = f"""[{by_id("try")}.lastChild, {by_id("gamma-slider")}]
+      .map(e => e.getBoundingClientRect())"""
+    desk.wait(f"""(([look, slider]) => look.top > innerHeight / 2 && slider.bottom <= innerHeight
+      && look.bottom < slider.top)({ends})""")
+    desk.send("lesson", "crossing", until=says("Meeting without touching"))
+    gap = f"""{by_id("loci-chart")}.getBoundingClientRect().bottom
+      - {by_id("controls")}.getBoundingClientRect().top"""
+    desk.wait(f"{gap} <= 0")
+
+
 def test_a_replaced_scene_is_offered_back(desk):
     """A stray N, which begins a lesson, or R takes nothing away: a button brings it back."""
     offered = f"!!{by_id('replaced')}.querySelector('button')"

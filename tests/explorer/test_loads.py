@@ -31,8 +31,8 @@ def test_the_axial_force_of_a_ruler_is_that_of_statics():
     data = chart_data("axial", x, loads["axial"], it.beam.units)
     along, force = line(data)
     rho_a, L, speed = si["density"] * si["area"], si["length"], si["rotation_speed"]
-    expected = speed**2 * (rho_a * (L**2 - along**2) / 2 + si["mass"] * L)
-    assert (data["x"]["unit"], data["y"]["unit"]) == ("m", "N")
+    expected = speed**2 * (rho_a * (L**2 - (along / 1000) ** 2) / 2 + si["mass"] * L)
+    assert (data["x"]["unit"], data["y"]["unit"]) == ("mm", "N")
     assert force == pytest.approx(expected, rel=1e-4)
     assert data["y"]["range"][0] == 0
     assert data["y"]["range"][1] > force.max()

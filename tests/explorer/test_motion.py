@@ -1,8 +1,11 @@
 """The tab Motion: what the scene, the charts and the address show of a motion in time."""
 
 import base64
+import json
+import re
 import threading
 from dataclasses import replace
+from html import unescape
 from urllib.parse import parse_qsl
 
 import numpy as np
@@ -249,6 +252,28 @@ def test_what_cannot_move_says_so_in_place_of_the_experiment(guest):
     assert guest.props[CHART]["hidden"] is True
 
 
+@pytest.mark.parametrize(
+    ("action", "value"),
+    [
+        ("plane", "flapwise"),
+        ("stiffening", False),
+        ("softening", False),
+        ("spin_up", 2.0),
+        ("blade.preset", "tapered-steel-blade"),
+    ],
+)
+def test_a_button_removes_what_a_motion_has_not(guest, action, value):
+    """In the sentence that tells it."""
+    guest.do("tab", "motion")
+    guest.wait(lambda _: "The hub turns" in guest.texts["motion-words"])
+    guest.do(action, value)
+    found = guest.wait(lambda _: re.search("<button[^>]*>", guest.texts["motion-words"]))
+    told = dict(re.findall(r'(data-\w+)="([^"]*)"', found[0]))
+    key = told.get("data-set") or told["data-do"]
+    guest.do(key, json.loads(unescape(told.get("data-value", "null"))))
+    guest.wait(lambda _: "The hub turns" in guest.texts["motion-words"])
+
+
 def test_a_long_motion_is_cancelled(guest):
     """And computed again on request."""
     guest.do("tab", "motion")
@@ -348,7 +373,7 @@ def test_a_motion_starts_in_modes(guest, session):
     guest.do("motion.B3", 0.01)
     guest.wait(lambda _: "B3" in guest.parts["address"])
     assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, B3=0.01)
-    assert "swings with y = 0.05 in B1 and y = 0.02" in guest.texts["motion-words"]
+    assert "swings with 0.05 L in B1 and 0.02 L in B2" in guest.texts["motion-words"]
     with session.visitor.lock:
         state = session.visitor.state
         session.visitor.set_state(replace(state, hold=Hold(1.0, 0.1)._replace(held=False)))

@@ -56,6 +56,35 @@ def test_sliders_in_units_have_round_ends_within_the_limits(name, length, time, 
         assert round(step / 10.0 ** math.floor(math.log10(step * 1.0000001))) in (1, 2, 5)
 
 
+@pytest.mark.parametrize(("length", "unit"), [(0.3, "mm"), (4.99, "mm"), (5.0, "m"), (61.5, "m")])
+def test_lengths_of_a_long_beam_are_in_metres(length, unit):
+    """All of them in one unit, but for single ones that are small."""
+    units = Units(length, 0.1, 2.0)
+    for name in ("beta", "delta"):
+        assert measure(name, units).unit == unit
+        assert measure(name, units).label.endswith(f" [{unit}]")
+    assert messages.lengths("amplitude", "a", units).unit == unit
+    assert messages.length_text(0.3, units, 3).endswith(f" {unit}")
+    assert messages.length_text(1e-4, units, 3) == f"{0.1 * length:.3g} mm"
+    assert messages.length_text(0.3, None, 3) == "0.3 L"
+
+
+def test_a_message_has_the_numbers_as_the_page_calls_them():
+    """With their values in the unit of a real beam."""
+    text, units = (
+        "gamma = 5: no equilibrium beyond gamma = 4.5e-1 (alpha = 2, mu = 70)",
+        RULER.units,
+    )
+    assert messages.in_words(text, None) == (
+        "speed γ = 5: no equilibrium beyond speed γ = 4.5e-1 (mass α = 2, slenderness μ = 70)"
+    )
+    speeds = [messages.significant(units.rpm(gamma), 6) for gamma in (5, 0.45)]
+    assert messages.in_words(text, units) == (
+        f"speed {speeds[0]} rpm: no equilibrium beyond speed {speeds[1]} rpm"
+        f" (mass {messages.significant(2 * units.mass, 6)} kg, slenderness μ = 70)"
+    )
+
+
 def test_the_chart_of_a_real_beam_is_in_rpm_and_hertz():
     """x and y are those of the dimensionless chart times their units; the axes end at round
     numbers, and a line k per revolution is k times the speed in Hz."""

@@ -147,11 +147,11 @@ def test_work_on_shapes_with_and_without_matrices(plane, spin_up):
     of the equation of motion, also of a blade with a body on a root spring."""
     solution = solve(WING.replace(spin_up=spin_up), state="bent", plane=plane)
     state = solution.equilibrium.bent_state
-    parts = np.random.default_rng(0).standard_normal((2, len(state.q), 3))
-    for V in (parts[0], parts[0] + 1j * parts[1]):
-        products = (V.conj() * (state.stiffness @ V)).sum(axis=0)
+    parts = np.random.default_rng(0).standard_normal((2, state.beam.size, 3))
+    for c in (parts[0], parts[0] + 1j * parts[1]):
+        products, V = (c.conj() * (state.stiffness @ c)).sum(axis=0), state.beam.values(c)
         assert state.stiffness_of(V) == pytest.approx(products, rel=1e-12)
-        assert state.displaced(V) == pytest.approx(state.displacements @ V, abs=1e-14)
+        assert state.displaced(V) == pytest.approx(state.displacements @ c, abs=1e-14)
 
 
 def test_shapes_are_orthonormal_and_pickle():

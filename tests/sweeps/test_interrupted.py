@@ -20,6 +20,8 @@ from live.server import python, wait_until
 from beamviz import Beam, solve
 from beamviz.cli.commands import KEPT
 from beamviz.sweeps import open_sweep, sweep
+from beamviz.sweeps.plan import make_plan
+from beamviz.sweeps.store import created
 
 LINE = ["--over", "gamma=0:10:401", "--over", "alpha=0:3:26"]
 CHUNKS, SOLVED = 13, "10426 solved\n"
@@ -93,6 +95,15 @@ def test_ended_by_signals_while_its_workers_work(undisturbed, tmp_path):
         ended(store, number, before + 1)
         assert before < chunks(store) < CHUNKS
     assert "100 %, 10,426 of 10,426 beams" in finish(store, undisturbed)
+
+
+def test_another_process_makes_the_store_meanwhile(tmp_path):
+    """Two that start at once: one makes the store, the other goes on with it."""
+    plan, store = make_plan({"gamma": [0.0, 1.0]}, Beam(), modes=1), tmp_path / "a.zarr"
+    assert created(plan, store)
+    assert not created(plan, store)
+    assert [path.name for path in tmp_path.iterdir()] == ["a.zarr"]
+    assert len(sweep({"gamma": [0.0, 1.0]}, store, modes=1, workers=1)["frequency"]) == 2
 
 
 def test_an_interrupt_leaves_no_future_locked(tmp_path, interruptible):

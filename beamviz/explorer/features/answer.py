@@ -9,7 +9,14 @@ import numpy as np
 
 from beamviz.drawing import colours
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import described, duration, frequencies, rounded_to_error, significant
+from beamviz.drawing.text import (
+    described,
+    duration,
+    frequencies,
+    length_text,
+    rounded_to_error,
+    significant,
+)
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.motion import is_before
@@ -167,7 +174,7 @@ def legend(colouring: str, largest: float, units: Units | None) -> str:
     if colouring == "axial strain":
         ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
         return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
-    far = f"{significant(1000 * largest * units.length, 2)} mm" if units else f"{largest:.2g} L"
+    far = length_text(largest, units, 2)
     ends = ("0 at rest", "", far if largest > NOTHING else "")
     return page.colour_scale("displacement, as drawn", colours.SEQUENTIAL, *ends)
 
@@ -225,7 +232,7 @@ def stretch_text(shapes: SampledModes) -> str:
         return "in this model the rotation does not stretch the beam"
     speed = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
-    length = f" ({abs(change) / 100 * 1000 * beam.units.length:.2g} mm)" if beam.units else ""
+    length = f" ({length_text(abs(change) / 100, beam.units, 2)})" if beam.units else ""
     return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.drawing.text import Measure, significant
+from beamviz.drawing.text import Measure, lengths, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.jobs import Answer, Job, SolverAnswer
@@ -127,7 +127,7 @@ def load_measure(name: str, units: Units | None, largest: float) -> Measure:
 def position_measure(units: Units | None) -> Measure:
     if units is None:
         return Measure("position x / L", "x / L")
-    return Measure("position [m]", "x", "m", units.length)
+    return lengths("position", "x", units)
 
 
 def chart_data(name: str, x: np.ndarray, values: np.ndarray, units: Units | None) -> page.Data:

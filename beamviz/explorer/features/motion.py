@@ -13,7 +13,14 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
-from beamviz.drawing.text import Measure, duration, frequencies, measure
+from beamviz.drawing.text import (
+    Measure,
+    duration,
+    frequencies,
+    length_text,
+    lengths,
+    measure,
+)
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
 from beamviz.dynamics.pull import PulledBeam, pulled
@@ -43,6 +50,13 @@ DECADES = 4  # of amplitude in the spectrum
 MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has too
 
 
+class Obstacle(NamedTuple):
+    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any."""
+
+    reason: str
+    remedy: str = ""
+
+
 class MotionRequest(NamedTuple):
     """A motion to compute: its beam, options of `solve`, and the experiment."""
 
@@ -56,37 +70,50 @@ class MotionRequest(NamedTuple):
         names = (*MODEL, "plane", "stiffening", "softening")
         return cls(case.beam(), tuple((name, case.options[name]) for name in names), experiment)
 
-    def check(self) -> None:
-        """Raises InvalidInput for options that a motion has not."""
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam; None where it is not known."""
+        return self.beam.units
+
+    @property
+    def obstacle(self) -> "Obstacle | None":
+        """What a motion has not; None if it can be computed."""
         options, own, units = dict(self.options), self.experiment, self.beam.units
         if not self.beam.is_uniform:
-            raise InvalidInput(
-                "A motion in time is computed for a uniform clamped beam with at most one mass: a"
-                " button of the panel Blade makes it one."
+            return Obstacle(
+                "A motion in time is computed for a uniform clamped beam with at most one mass.",
+                page.button("Make it uniform, as at the root", data_do="blade.uniform"),
             )
         if own.body != "stays" and own.body_at > own.until:
-            raise InvalidInput(
+            return Obstacle(
                 f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
                 f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
                 " earlier time."
             )
         if options["plane"] != "chordwise":
-            raise InvalidInput(
-                "A motion in time is computed in the plane of rotation: choose in plane above."
+            return Obstacle(
+                "A motion in time is computed in the plane of rotation, and this beam vibrates out"
+                " of it.",
+                page.button("Vibrate in plane", data_set="plane", data_value="chordwise"),
             )
-        if not (options["stiffening"] and options["softening"]):
-            raise InvalidInput(
-                "A motion in time has all effects of rotation: switch stiffening and spin softening"
-                " on in Physical effects. The theory without stiffening is below."
-            )
+        for term in ("stiffening", "softening"):
+            if not options[term]:
+                return Obstacle(
+                    "A motion in time has all effects of rotation; the theory without stiffening is"
+                    " below.",
+                    page.button(f"Switch {term} on", data_set=term, data_value=True),
+                )
         if self.beam.spin_up:
-            raise InvalidInput(
-                "Put the spin-up λ back to 0: how the speed changes is chosen below."
+            return Obstacle(
+                "A motion in time has no constant spin-up: how the speed changes is chosen below.",
+                page.button("Set the spin-up to 0", data_set="spin_up", data_value=0),
             )
+        return None
 
     def computed(self) -> "Computed":
         """The motion. Raises the errors of `motion`, and Cancelled."""
-        self.check()
+        if obstacle := self.obstacle:
+            raise InvalidInput(obstacle.reason)
         beam, own = self.beam, self.experiment
         options = {name: one for name, one in self.options if name in MODEL}
         given: dict[str, Any] = {
@@ -184,6 +211,11 @@ class PullRequest(NamedTuple):
         options = tuple((name, state.case.options[name]) for name in MODEL)
         return cls(state.case.beam(), options, state.hold.at, state.hold.deflection)
 
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam; None where it is not known."""
+        return self.beam.units
+
     def pulled(self) -> PulledBeam:
         """The beam as it is held. Raises the errors of `pulled`."""
         return pulled(self.beam, self.deflection, self.at, **dict(self.options))
@@ -219,7 +251,7 @@ def played_reads(snapshot: Snapshot, film: Film) -> tuple[Any, ...]:
 
 PULL_HINT = (
     "A force across the beam that holds it until the motion begins; then it is let go. A force of"
-    " 1 bends a beam at rest by about a third of its length. Or drag the beam in the scene."
+    " E I / L² bends a beam at rest by about a third of its length. Or drag the beam in the scene."
 )
 HINTS = {
     "start": "How the beam begins: held by a force until it is let go, or swinging in its modes",
@@ -229,8 +261,8 @@ HINTS = {
     },
     "pull": PULL_HINT,
     "pull_at": "Where it is pulled: 0 is the clamp, 1 the tip",
-    "hub": "How the speed of the hub changes; γ is the speed of the beam, set beside the scene",
-    "within": "How long it takes to reach the speed γ from rest. T* is the beam's own unit of time",
+    "hub": "How the speed of the hub changes; the speed itself is set beside the scene",
+    "within": "How long it takes to reach the speed, which is set beside the scene, from rest",
     "torque": "Turns the hub, against the beam that drags on it. Negative: slows it down",
     "inertia": "Moment of inertia of the hub: a heavy one hardly feels the beam swing",
     "body": "What happens to the concentrated mass; it is caught without a blow",
@@ -304,8 +336,8 @@ TOOLS += page.group(
     page.button("From the start", data_do="moment", data_value=0),
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
-TOOLS += select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
-MORE = select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
+MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
+MORE += select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
 MORE += select_of("body") + slider_of("body_at")
 MORE += page.checkbox("motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT)
 MORE += "".join(map(slider_of, ("damping", "until")))
@@ -452,8 +484,7 @@ def display(name: str, units: Units | None) -> Measure:
     if name == "damping":
         return Measure(label, "ζ", "%", PERCENT)
     if name in MODES:
-        own = lengths(units)
-        return own._replace(label=f"{label} [{own.unit or 'L'}]")
+        return lengths(label, "y", units)
     if name in LOADS and units and units.mass:
         symbol, _, unit, powers = LOADS[name]
         factor = units.mass * units.length ** powers[0] * units.time ** powers[1]
@@ -500,6 +531,12 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
 
 def words_content(experiment: Experiment, case: Case, reason: str) -> Content:
     """The experiment in a sentence, or the reason why there is none."""
+    try:
+        obstacle = MotionRequest.of(case, experiment).obstacle
+    except InvalidInput:  # the page says which number is out of range
+        obstacle = None
+    if obstacle:
+        return page.html("motion-words", f"{escape(obstacle.reason)} {obstacle.remedy}")
     return page.html("motion-words", escape(reason or in_words(experiment, case)))
 
 
@@ -507,7 +544,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
     """What happens."""
     units, gamma = case.units, case.numbers["gamma"]
     known = isinstance(gamma, int | float) and math.isfinite(gamma)
-    speed = measure("gamma", units).text(gamma, 4) if known else "γ"
+    speed = measure("gamma", units).text(gamma, 4) if known else "its speed"
     if experiment.ramps:
         parts = [
             f"the hub speeds up from rest to {speed} within {duration(experiment.within, units)}"
@@ -520,8 +557,8 @@ def in_words(experiment: Experiment, case: Case) -> str:
     else:
         parts = [f"the hub turns at {speed}"]
     if experiment.modes:
-        shown = lengths(units)
-        swings = [f"{shown.text(size, 3)} in {name}" for name, size in experiment.modes.items()]
+        sizes = experiment.modes.items()
+        swings = [f"{length_text(size, units, 3)} in {name}" for name, size in sizes]
         parts.append(f"the beam swings with {' and '.join(swings)}")
     if experiment.pulls:
         where = "at its tip" if experiment.pull_at == 1 else f"at {experiment.pull_at:.3g} L"
@@ -531,7 +568,7 @@ def in_words(experiment: Experiment, case: Case) -> str:
         parts.append(f"the mass is {experiment.body} at {at}")
     text = "; ".join(parts)
     if known and (experiment.ramps or experiment.hub == "stop") and gamma == 0:
-        text += ". The speed γ is 0, so the hub rests: raise it"
+        text += ". The speed is 0, so the hub rests: raise it"
     return f"{text[0].upper()}{text[1:]}."
 
 
@@ -577,16 +614,10 @@ def play_content(playing: bool) -> Content:
     return page.html("motion-play", "Pause" if playing else "Play")
 
 
-def lengths(units: Units | None) -> Measure:
-    """The display of a deflection of the tip."""
-    if units is None:
-        return Measure("deflection of the tip [L]", "y")
-    return Measure("deflection of the tip [mm]", "y", "mm", 1000.0 * units.length)
-
-
 def strip_data(found: Computed) -> Data:
     """The deflection of the tip over time."""
-    along, across, tip = times(found.units), lengths(found.units), found.motion.tip[:, 1]
+    along, tip = times(found.units), found.motion.tip[:, 1]
+    across = lengths("deflection of the tip", "y", found.units)
     low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
     low, high = (low, high) if high > low else (-1e-3, 1e-3)
     margin = (0.6 if not isinstance(found.second, str) else 0.08) * (high - low)
@@ -628,7 +659,7 @@ def strip_data(found: Computed) -> Data:
 
 def spectrum_data(found: Computed) -> Data:
     """The spectrum of the deflection of the tip, with the frequencies of the modes as lines."""
-    along, across = frequencies(found.units), lengths(found.units)
+    along, across = frequencies(found.units), lengths("amplitude", "a", found.units)
     frequency, amplitude = found.spectrum
     highest = max((one for _, _, one in found.modes), default=float(frequency[-1]))
     inside = (frequency > 0) & (frequency <= WIDER * highest)
@@ -652,13 +683,10 @@ def spectrum_data(found: Computed) -> Data:
             "runs": [[0, len(amplitude) - 1, "resonance", "tip"]],
         }
     )
-    unit = across.unit or "L"
     return {
         "name": "Spectrum of the motion of the tip",
         "x": page.frequency_axis(along, (0.0, WIDER * highest)),
-        "y": page.axis_data(
-            across._replace(label=f"amplitude [{unit}]", symbol="a"), ends, log=True
-        ),
+        "y": page.axis_data(across, ends, log=True),
         "at": page.sent(along.factor * frequency),
         "lines": lines,
         "keys": [
@@ -670,11 +698,13 @@ def spectrum_data(found: Computed) -> Data:
 
 def notes(found: Computed, before: bool) -> str:
     """What the charts show, in words; before: the motion is that before the last change."""
-    across, units = lengths(found.units), found.units
-    far = across.factor * abs(found.motion.tip[:, 1]).max()
+    units = found.units
+    far, error = (
+        length_text(float(length), units, digits)
+        for length, digits in ((abs(found.motion.tip[:, 1]).max(), 4), (found.motion.error, 1))
+    )
     tip = "Before the last change the tip was" if before else "The tip is"
-    text = f"<p>{tip} at most {far:.4g} {across.unit or 'L'} aside"
-    text += f", known to {across.factor * found.motion.error:.1g} {across.unit or 'L'}.</p>"
+    text = f"<p>{tip} at most {far} aside, known to {error}.</p>"
     if isinstance(found.second, str):
         text += page.note(found.second)
     elif found.film.diverged is not None:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.checks import check_float
-from beamviz.drawing.text import significant
+from beamviz.drawing.text import lengths, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
@@ -19,6 +19,7 @@ from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
 from beamviz.si import SI_REQUIRED, PhysicalBeam
+from beamviz.units import Units
 
 RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
@@ -89,6 +90,7 @@ FIELDS = {  # their labels, and the SI values of their units
     "area": ("area A [mm²]", 1e-6),
     "second_moment": ("second moment I [mm⁴]", 1e-12),
 }
+ALONG_BEAM = ("length", "hub_radius")  # fields in m for a long beam
 ALONG = "along"  # the section varies along the span: see blade.py
 SECTION_NAMES = {
     "rectangle": "rectangle b × h",
@@ -172,12 +174,23 @@ def entries(beam: Beam) -> dict[str, float]:
     return values
 
 
+def field_of(name: str, units: Units) -> tuple[str, float]:
+    """The label of a field, and the SI value of its unit: lengths along the beam as on the page."""
+    label, factor = FIELDS[name]
+    if name not in ALONG_BEAM:
+        return label, factor
+    unit = lengths("", "", units).unit
+    return label.replace("[mm]", f"[{unit}]"), {"m": 1.0, "mm": 1e-3}[unit]
+
+
 def edited(beam: Beam, name: str, value: Any) -> Beam:
     """The beam with one field set, in the unit of the field; the others keep their values. Raises
     InvalidInput, which names the field, the value and the values allowed in its unit."""
-    (label, factor), values = FIELDS[name], entries(beam)
+    values = entries(beam)
     if name not in values:  # the beam or its section was changed meanwhile
         return beam
+    assert beam.units
+    label, factor = field_of(name, beam.units)
     low = -MAX_VALUE if name in ("hub_radius", "angular_acceleration") else 0.0
     number = check_float(label, value, low, 100.0 if name == PERCENT else MAX_VALUE)
     if number == 0 and name not in (*OPTIONAL, PERCENT):
@@ -196,7 +209,10 @@ def built(values: dict[str, float]) -> Beam:
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
-        raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
+        kind = "thick" if slenderness < low else "slender"
+        raise InvalidInput(
+            f"too {kind} a beam: L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}"
+        )
     si = {name: values[name] for name in SI_REQUIRED}
     units = PhysicalBeam.of(si).units
     assert units.mass
@@ -207,7 +223,7 @@ def built(values: dict[str, float]) -> Beam:
         ("angular_acceleration", 1 / units.time**2, NUMBERS["spin_up"].limits),
         ("mass", units.mass, PARAMETERS["alpha"].limits),
     ):
-        label, factor = FIELDS[name]
+        label, factor = field_of(name, units)
         check_float(label, values[name] / factor, *(limit * unit / factor for limit in limits))
         si[name] = values[name]
     si["mass_position"] = values[PERCENT] * values["length"]
@@ -307,13 +323,13 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
     beam = case.nearest_beam()
     if beam.physical and (section == ALONG or not beam.is_uniform):
         return page.html("real-beam", "")  # it has a panel of its own
-    if not entries(beam):
+    if beam.units is None or not entries(beam):
         return page.html("real-beam", INVITATION)
     content = page.html("real-beam", panel(section, beam, refused))
     content |= page.value("real.section", section) | page.value("real.material", material(beam))
     for name, number in entries(beam).items():
         key = f"real.{name}"
-        shown: Any = float(f"{number / FIELDS[name][1]:.{DIGITS}g}")
+        shown: Any = float(f"{number / field_of(name, beam.units)[1]:.{DIGITS}g}")
         if refused and refused.key == key:
             shown = refused.entry
         content |= page.value(key, shown)
@@ -336,9 +352,9 @@ INVITATION = (
 )
 
 
-def number_field(name: str, refused: Refused | None) -> str:
+def number_field(name: str, units: Units, refused: Refused | None) -> str:
     """A field, below it the reason why its last entry was refused."""
-    key, label, reason = f"real.{name}", escape(FIELDS[name][0]), ""
+    key, label, reason = f"real.{name}", escape(field_of(name, units)[0]), ""
     own: dict[str, Any] = {}
     if refused and refused.key == key:
         own = {"aria_invalid": True, "aria_describedby": "refused"}
@@ -349,10 +365,10 @@ def number_field(name: str, refused: Refused | None) -> str:
 
 def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     """The fields of a real beam."""
-    field = partial(number_field, refused=refused)
     units = beam.units
     assert units
     assert units.mass
+    field = partial(number_field, units=units, refused=refused)
     vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
     plane = page.button("in plane", data_set="plane", data_value="chordwise")
     plane += page.button("out of plane", data_set="plane", data_value="flapwise")

@@ -25,6 +25,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.scene import PER_REV, ViewOptions, clip
 from beamviz.solver.solution import Solution
+from beamviz.units import Units
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
 PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
@@ -45,6 +46,11 @@ class RunUpRequest(NamedTuple):
         stop = CHART_FILL * chart_range(state.case.nearest_beam(), "gamma")[1]
         case = state.shown_case.changed("gamma", 0.0)
         return cls(case, state.force_per_rev, state.damping, stop)
+
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam; None where it is not known."""
+        return self.case.units
 
     def run_up(self) -> RunUp:
         """The run-up to its end. Raises the errors of `forced_response.run_up`."""

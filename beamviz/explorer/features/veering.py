@@ -28,6 +28,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import BENDING, STRETCHING
+from beamviz.units import Units
 
 POINTS = 40  # of a sweep; even, so that the middle is not one of them
 REACH = 0.2  # of the chart's range, to each side: for the search of an event, and the widest view
@@ -75,6 +76,11 @@ class VeeringRequest:
 
     chart: ChartRequest
     event: Event
+
+    @property
+    def units(self) -> Units | None:
+        """The size of the beam; None where it is not known."""
+        return self.chart.units
 
     def pairs(self) -> Pairs:
         """The loci without and with Coriolis forces. Raises the errors of `loci`."""

@@ -17,12 +17,17 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
 from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
-from beamviz.solver.bent.equilibrium import descend, first_mesh, is_resolved, newton, stable_states
-from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
+from beamviz.solver.bent.equilibrium import (
+    descend,
+    first_elements,
+    is_resolved,
+    newton,
+    stable_states,
+)
+from beamviz.solver.bent.modes import TINY, BentModes, bent_modes, coriolis
 from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR, lost_stretch
+from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import Mesh, make_mesh
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
@@ -35,7 +40,7 @@ MAX_UNKNOWNS = 2000  # two for each point: ten seconds
 
 def _curve(state: BentState, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of a state."""
-    grid = state.beam.mesh.grid
+    grid = state.beam.grid
     return state.position(x), grid.at(x) @ state.f, state.angle(x)
 
 
@@ -44,7 +49,7 @@ def _fields(state: BentState, V: np.ndarray, x: np.ndarray) -> np.ndarray:
     df, dkappa = np.split(V, [len(state.f)])
     c, s = state.direction[..., None]
     turn = state.f[:, None] * (state.beam.to_angle @ dkappa)
-    rows = state.beam.mesh.grid.from_clamp(x)
+    rows = state.beam.grid.from_clamp(x)
     moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
     return corotational_components(*moved, state.angle(x))
 
@@ -82,12 +87,12 @@ def solve_bent(
         worst = excess.sum(axis=0).argmax()
         if excess[:, worst].sum() <= 1:
             return _solution(state, modes, truncation.sum(axis=0) + rounding)
-        mesh = state.beam.mesh
-        elements = Elements(mesh.breaks.tolist(), mesh.orders, mesh.orders)
-        state = _on_mesh(state, make_mesh(*refined(elements, excess[:, worst].tolist())))
+        finer = refined(state.beam.elements, excess[:, worst].tolist(), beam.blade)
+        state = _on_elements(state, finer)
     raise NotConverged(
         f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
-        f" {problem.tolerance:g} with {len(state.q)} unknowns; ask for a larger one or fewer modes"
+        f" {problem.tolerance:g} with {state.beam.size} unknowns; ask for a larger one or fewer"
+        " modes"
     )
 
 
@@ -98,7 +103,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
     beam, problem = solution.beam, solution.problem
     seen = bent_states([solution])
     others: list[Solution] = []
-    bent = seen[0].beam if seen else BentBeam(first_mesh(beam, problem), beam, problem)
+    bent = seen[0].beam if seen else BentBeam(first_elements(beam, problem), beam, problem)
     guesses: Iterable[BentState | None]
     if near:
         guesses = (_state_near(beam, problem, state) for state in bent_states(near))
@@ -155,9 +160,9 @@ def _first_state(beam: Beam, problem: Problem) -> BentState:
         straight = solve_hp([still], replace(problem, state="straight"))[0]
         if isinstance(straight, NoEquilibrium):
             raise straight
-    mesh = first_mesh(beam, problem)
-    _check_unknowns(mesh)
-    bent = BentBeam(mesh, still, problem)
+    elements = first_elements(beam, problem)
+    _check_unknowns(elements)
+    bent = BentBeam(elements, still, problem)
     states = stable_states(bent) or [paths.follow_speed(bent)]
     if beam.spin_up:
         return paths.spin_up_state(states[0].beam.changed(spin_up=beam.spin_up), states[0])
@@ -176,20 +181,13 @@ def _state_near(beam: Beam, problem: Problem, near: BentState | None) -> BentSta
     other = near.beam.beam
     if (other.blade, other.masses, other.root) != (beam.blade, beam.masses, beam.root):
         return None
-    bent = BentBeam(near.beam.mesh, beam, problem)
+    bent = BentBeam(near.beam.elements, beam, problem)
     return newton(bent, near.q) if beam.spin_up else descend(bent, near.q)
 
 
-def _tails(bent: BentBeam, Q: np.ndarray) -> np.ndarray:
-    """The part of values Q (unknowns, ...) in the two highest polynomials of each element."""
-    n = len(bent.w)
-    T = bent.mesh.IJT[0, :n]
-    return np.concatenate((T @ Q[:n], T @ Q[n : 2 * n], 0 * Q[2 * n :]))
-
-
-def _check_unknowns(mesh: Mesh) -> None:
-    """NotConverged for a mesh of too many elements."""
-    unknowns = 2 * len(mesh.points)
+def _check_unknowns(elements: Elements) -> None:
+    """NotConverged for too many elements."""
+    unknowns = 2 * sum(elements.orders)
     if unknowns > MAX_UNKNOWNS:
         raise NotConverged(
             f"a bent state needs {unknowns} unknowns here, at most {MAX_UNKNOWNS}; ask for a larger"
@@ -197,12 +195,12 @@ def _check_unknowns(mesh: Mesh) -> None:
         )
 
 
-def _on_mesh(state: BentState, refined: Mesh) -> BentState:
-    """The same state on another mesh."""
+def _on_elements(state: BentState, refined: Elements) -> BentState:
+    """The same state on other elements."""
     _check_unknowns(refined)
     old = state.beam
-    q = state.resampled(refined)
     beam, steady = old.changed(refined), not old.beam.spin_up
+    q = state.resampled(beam)
     finer = newton(beam, q, stable=steady)
     if steady:
         finer = finer or descend(beam, q) or paths.follow_speed(beam)
@@ -215,23 +213,22 @@ def _on_mesh(state: BentState, refined: Mesh) -> BentState:
 def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]:
     """Estimated truncation errors (elements, modes) and rounding errors (modes,) of s.
 
-    The truncation error is what the two highest polynomials of each element contribute to
-    v* T(s) v, T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes.
-    Divided by y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for
-    straight beams.
+    The truncation error is what the highest functions of each element contribute to v* T(s) v,
+    T(s) = s^2 M + s C + K: those of the state in the tangent, and those of the shapes. Divided by
+    y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for straight
+    beams.
     """
-    bent, s, V = state.beam, modes.s, modes.V
-    energies, is_blade = _energies(state, V), bent.beam.blade is not None
-    element = np.tile(np.repeat(np.arange(len(bent.mesh.orders)), bent.mesh.orders), 2)
-    element = np.append(element, [-1] * bent.hinged)  # the angle at the root is in none
-    state_tails, shape_tails = _tails(bent, state.q), _tails(bent, V)
-    truncation = np.zeros((len(bent.mesh.orders), len(s)))
+    bent, s, V = state.beam, modes.s, state.beam.values(modes.V)
+    energies, n = _energies(state, V), len(bent.w)
+    f_tails, kappa_tails = bent.trial.tails(state.f - 1, state.kappa)
+    truncation = _contributions_to_shapes(state, modes)
     for k in range(len(truncation)):
-        part = element == k
-        lower = BentState(bent, state.q - part * state_tails)
-        for changed in (_energies(lower, V), _energies(state, V - part[:, None] * shape_tails)):
-            dK, dC, dM = changed - energies
-            truncation[k] += abs(dK + s * dC + s**2 * dM)
+        part = bent.trial.element_of_points == k
+        lower = state.q.copy()
+        lower[:n] -= part * f_tails
+        lower[n : 2 * n] -= part * kappa_tails
+        dK, dC, dM = _energies(BentState(bent, lower), V) - energies
+        truncation[k] += abs(dK + s * dC + s**2 * dM)
     slope = np.maximum(2 * abs(s), TINY)  # of s^2
     squared = slope * truncation / np.maximum(modes.pairing, TINY)
     rigid = state.rigidities @ abs(V) ** 2 / energies[2].real  # s^2 without any softening
@@ -239,8 +236,29 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    relative += max(1.0, state.f[0]) * lost_stretch(bent.mesh, state.f[None], is_blade).T
+    lost = (
+        4 * np.bincount(bent.trial.element_of_points, bent.w * f_tails**2) / (bent.w @ state.f) ** 2
+    )
+    relative += max(1.0, state.f[0]) * lost[:, None]
     return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
+
+
+def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
+    """What the highest functions t of each element in shapes v contribute to |v* T(s) v|
+    (elements, modes): t* T v + v* T t - t* T t."""
+    s, V, highest = modes.s, modes.V, state.beam.highest
+    terms = [(state.stiffness, 1.0), (state.inertia, s**2)]
+    if (C := coriolis(state)) is not None:
+        terms.append((C, s))
+    contributions = np.zeros((len(highest), len(s)), complex)
+    for matrix, factor in terms:
+        right, left = matrix @ V, matrix.T @ V.conj()
+        for k, unknowns in enumerate(highest):
+            t = V[unknowns]
+            inside = matrix[np.ix_(unknowns, unknowns)] @ t
+            parts = t.conj() * (right[unknowns] - inside) + left[unknowns] * t
+            contributions[k] += factor * parts.sum(axis=0)
+    return abs(contributions)
 
 
 def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
@@ -248,7 +266,7 @@ def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
     moved = state.displaced(V)  # (2, m, modes)
     coriolis = 2 * state.beam.beam.gamma if state.beam.problem.gyroscopic else 0.0
     swirl = (moved[1].conj() * moved[0] - moved[0].conj() * moved[1]).sum(axis=0)
-    turned = (abs(state.rotations @ V) ** 2).sum(axis=0)
+    turned = (abs(state.turned(V)) ** 2).sum(axis=0)
     mass = (abs(moved) ** 2).sum(axis=(0, 1)) + turned
     return np.array([state.stiffness_of(V), coriolis * swirl, mass])
 
@@ -256,16 +274,17 @@ def _energies(state: BentState, V: np.ndarray) -> np.ndarray:
 def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solution:
     """The Solution of modes with these errors of s."""
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
-    bent, orders = state.beam, state.beam.mesh.orders
-    moved = state.displaced(modes.V)
+    bent, orders = state.beam, state.beam.elements.orders
+    V = bent.values(modes.V)
+    moved = state.displaced(V)
     theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     kept = BentState(bent.changed(), state.q, state.iterations)  # without matrices
-    loads = Loads(bent.beam, bent.problem.chordwise, bent.mesh.breaks, partial(_curve, kept))
+    loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(_curve, kept))
     equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
-    stats = Stats(len(state.q), "hp", len(orders), max(orders))
-    turned = (abs(state.rotations @ modes.V) ** 2).sum(axis=0)
-    fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, modes.V)
+    stats = Stats(bent.size, "hp", len(orders), max(orders))
+    turned = (abs(state.turned(V)) ** 2).sum(axis=0)
+    fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, V)
     return Solution(
         beam=bent.beam,
         problem=bent.problem,

@@ -1,6 +1,6 @@
 """A bent beam on an hp mesh: energy, residual, tangent stiffness and inertia.
 
-The unknowns at the Gauss points are the stretch f = |r'|, which may have a jump at the concentrated
+The state is the stretch f = |r'| at the Gauss points, which may have a jump at the concentrated
 mass, and the slope kappa = theta' of the angle. Then theta = int kappa, r' = f (cos theta,
 sin theta) and r = int r' from the clamp, so that the clamp is exact and nothing else has to be
 continuous: the straight formulation of `beamviz.solver.hp` with an angle that is not small.
@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.solver.hp.mesh import Mesh
+from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
+from beamviz.solver.hp.first_mesh import Elements
+from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import with_root
-from beamviz.solver.hp.properties import properties_on, stack_of
+from beamviz.solver.hp.trial import make_trial
 from beamviz.solver.problem import Problem
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
@@ -52,15 +54,15 @@ class Sections(NamedTuple):
     EA: NDArray  # (k,)
 
 
-def weakest_sections(mesh: Mesh, beam: Beam, masses: NDArray, problem: Problem) -> Sections:
+def weakest_sections(grid: Grid, beam: Beam, masses: NDArray, problem: Problem) -> Sections:
     """The sections of a beam that has mass at the points `masses` (m,)."""
     bodies = np.array([mass.beta for mass in beam.masses])
     if beam.blade is None:
-        clamp, one = np.zeros((1, len(mesh.points))), np.ones(1)
+        clamp, one = np.zeros((1, len(grid.points))), np.ones(1)
         ones = np.ones((1, len(masses))), np.ones((1, len(bodies)))
         return Sections(clamp, np.zeros(1, int), *ones, one, one)
-    starts, stops = mesh.breaks[:-1], mesh.breaks[1:]
-    first = np.cumsum([0, *mesh.orders[:-1]])
+    starts, stops = grid.breaks[:-1], grid.breaks[1:]
+    first = np.cumsum([0, *grid.orders[:-1]])
 
     def outboard(x: NDArray) -> NDArray:
         return np.vstack((x > starts[:, None], x >= stops[:, None])).astype(float)
@@ -70,8 +72,8 @@ def weakest_sections(mesh: Mesh, beam: Beam, masses: NDArray, problem: Problem) 
         return np.append(beam.blade.at(name, starts), beam.blade.at(name, stops, inboard=True))
 
     return Sections(
-        from_clamp=mesh.grid.from_clamp(np.append(starts, stops)),
-        nearest=np.append(first, first + np.array(mesh.orders) - 1),
+        from_clamp=grid.from_clamp(np.append(starts, stops)),
+        nearest=np.append(first, first + np.array(grid.orders) - 1),
         outboard=outboard(masses),
         bodies=outboard(bodies),
         EI=both(problem.bending_property),
@@ -80,44 +82,48 @@ def weakest_sections(mesh: Mesh, beam: Beam, masses: NDArray, problem: Problem) 
 
 
 class BentBeam:
-    """A beam on a mesh whose breaks hold the bodies.
+    """A beam on elements whose ends hold the bodies.
 
-    It has mass at the n mesh points and at the bodies: m in all. The last unknown is the angle at
-    the root where that is not clamped, `turning` unknowns with kappa in all.
+    It has mass at the n Gauss points and at the bodies: m in all. Its state changes by multiples of
+    r trial functions of the stretch, of as many of kappa and, where the root is not clamped, of the
+    angle there: these are the `size` unknowns, in natural units.
     """
 
-    def __init__(self, mesh: Mesh, beam: Beam, problem: Problem):
-        self.mesh, self.beam, self.problem = mesh, beam, problem
-        stack = stack_of([beam])
-        properties = properties_on(mesh, stack)
-        bending = properties.bending if problem.chordwise else properties.flap
-        self.w = mesh.weights  # (n,)
-        self.EI = 1.0 if beam.blade is None else bending[0] / self.w  # (n,)
-        self.EA = 1.0 if beam.blade is None else properties.axial[0] / self.w  # (n,)
-        self.J = mesh.J  # (n, n) integrates from the clamp to each mesh point
-        carried = (properties.alpha[0] > 0) & (stack.beta[0] > 0)
-        self.to_carried = properties.to_bodies[0][carried]  # (m - n, n)
-        distributed = self.w if beam.blade is None else self.w * beam.blade.at("mass", mesh.points)
-        self.mass = np.append(distributed, properties.alpha[0][carried])  # (m,)
-        self.mass_points = np.append(mesh.points, stack.beta[0][carried])  # (m,)
-        self.hinged = stack.hinged
-        self.to_angle = with_root(mesh.J) if stack.hinged else mesh.J  # (n, turning)
+    def __init__(self, elements: Elements, beam: Beam, problem: Problem):
+        self.elements, self.beam, self.problem = elements, beam, problem
+        share = problem.tolerance / TRUNCATION_FACTOR
+        self.trial = trial = make_trial(elements, beam.blade, problem.bending_property, share)
+        grid = self.grid = trial.grid
+        self.w, self.EI, self.EA = grid.weights, trial.EI, trial.EA  # (n,)
+        self.J = grid.J  # (n, n) integrates from the clamp to each Gauss point
+        bodies = [(beam.alpha, beam.beta), *((mass.alpha, mass.beta) for mass in beam.masses)]
+        alpha, beta = np.array(bodies).T
+        to_bodies = np.where(grid.points < beta[:, None], self.w, 0.0)
+        carried = (alpha > 0) & (beta > 0)
+        self.to_carried = to_bodies[carried]  # (m - n, n)
+        self.mass = np.append(self.w * trial.mass, alpha[carried])  # (m,)
+        self.mass_points = np.append(grid.points, beta[carried])  # (m,)
+        self.hinged = bool(beam.root < np.inf)
+        # Values of kappa and, where the root is not clamped, of the angle there -> angles.
+        self.to_angle = with_root(self.J) if self.hinged else self.J  # (n, turning)
         # Of the bodies `masses`: kappa -> their angles (masses, turning); moments of inertia about
         # the axis of bending (masses,); and those by which centrifugal forces turn them back into
         # the plane of rotation (masses,), with the moment restoring gamma^2 sin(2 theta) / 2.
-        turned = properties.to_bodies[0, 1:]
-        self.to_body_angles = with_root(turned) if stack.hinged else turned
+        turned = to_bodies[1:]
+        self.to_body_angles = with_root(turned) if self.hinged else turned
         Jx, Jy, Jz = np.array([mass.inertia for mass in beam.masses]).reshape(-1, 3).T
         self.rotary = Jz if problem.chordwise else Jy
         self.restoring = 0 * Jz if problem.chordwise else Jz - Jx
         self.law = problem.strain_law
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
-        # (n + turning,) 1 / sqrt of the stiffness at rest: the unknowns' natural units
-        rest = [beam.mu**2 * self.w * self.EA, self.w * self.EI]
+        # Trial functions of f (n, r) and of kappa (n, r); angles (n, r or r + 1) of the latter.
+        self.stretch, self.bending = trial.stretch / beam.mu, trial.bending
+        self.root_scale = 1 / np.sqrt(1 + beam.root) if self.hinged else 0.0
+        self.angle = trial.angle
         if self.hinged:
-            rest.append(np.array([1.0 + beam.root]))
-        self.scale = 1 / np.sqrt(np.concatenate(rest))
+            self.angle = np.column_stack((self.angle, np.full(len(self.w), self.root_scale)))
+        self.size = self.stretch.shape[1] + self.angle.shape[1]
 
     # The matrices of large beams are computed where they are used: solutions keep their beam.
 
@@ -127,22 +133,56 @@ class BentBeam:
         return np.vstack((self.J, self.to_carried)) if len(self.to_carried) else self.J
 
     @cached_property
-    def inertia(self) -> NDArray:
-        """Inertia (n, n) of a unit gradient along the beam: to_masses' mass to_masses."""
-        return properties_on(self.mesh, stack_of([self.beam])).G[0]
+    def body_angles(self) -> NDArray:
+        """Angles (masses, r or r + 1) of the bodies `masses` by the trial functions of kappa."""
+        n = len(self.w)
+        angles = self.to_body_angles[:, :n] @ self.bending
+        return np.hstack((angles, self.root_scale * self.to_body_angles[:, n:]))
+
+    @property
+    def highest(self) -> list[NDArray]:
+        """Numbers of the unknowns of the highest functions of each element, of both kinds."""
+        r = self.stretch.shape[1]
+        return [np.append(columns, r + columns) for columns in self.trial.highest]
+
+    def values(self, c: NDArray) -> NDArray:
+        """Changes of q (n + turning, ...) of unknowns c (size, ...)."""
+        r = self.stretch.shape[1]
+        parts = [self.stretch @ c[:r], self.bending @ c[r : 2 * r], self.root_scale * c[2 * r :]]
+        return np.concatenate(parts)
+
+    def on_unknowns(self, residual: NDArray) -> NDArray:
+        """Derivatives by the unknowns (size,) of those by q (n + turning,)."""
+        n = len(self.w)
+        parts = [residual[:n] @ self.stretch, residual[n : 2 * n] @ self.bending]
+        return np.concatenate((*parts, self.root_scale * residual[2 * n :]))
+
+    def local(self, ff: NDArray, fk: NDArray | float, kk: NDArray, root: float = 0.0) -> NDArray:
+        """Matrix (size, size) in the unknowns of a quadratic form whose density is given by its
+        coefficients (n,) of f^2, of f kappa and of kappa^2, with that of the angle at the root."""
+        Bf, Bk = self.stretch, self.bending
+        r = Bf.shape[1]
+        K = np.zeros((self.size, self.size))
+        K[:r, :r] = (Bf.T * ff) @ Bf
+        K[r : 2 * r, r : 2 * r] = (Bk.T * kk) @ Bk
+        K[:r, r : 2 * r] = coupling = (Bf.T * fk) @ Bk
+        K[r : 2 * r, :r] = coupling.T
+        if self.hinged:
+            K[-1, -1] = self.root_scale**2 * root
+        return K
 
     @cached_property
     def sections(self) -> Sections:
         """The sections where the beam may be weakest."""
-        return weakest_sections(self.mesh, self.beam, self.mass_points, self.problem)
+        return weakest_sections(self.grid, self.beam, self.mass_points, self.problem)
 
     def unknowns(self, f: NDArray, kappa: NDArray, root_angle: float = 0.0) -> NDArray:
         """q of a stretch and a kappa (n,), with an angle at the root where that is not clamped."""
         return np.concatenate((f, kappa, [root_angle] * self.hinged))
 
-    def changed(self, mesh: Mesh | None = None, /, **numbers: Any) -> "BentBeam":
-        """On another mesh, or with other numbers of the beam."""
-        return BentBeam(mesh or self.mesh, self.beam.replace(**numbers), self.problem)
+    def changed(self, elements: Elements | None = None, /, **numbers: Any) -> "BentBeam":
+        """On other elements, or with other numbers of the beam."""
+        return BentBeam(elements or self.elements, self.beam.replace(**numbers), self.problem)
 
 
 class BentState:
@@ -168,15 +208,15 @@ class BentState:
 
     def position(self, x: NDArray) -> NDArray:
         """Position (len(x), 2) of reference points, from the clamp."""
-        return self.beam.mesh.grid.from_clamp(x) @ (self.f * self.direction).T
+        return self.beam.grid.from_clamp(x) @ (self.f * self.direction).T
 
     def angle(self, x: NDArray) -> NDArray:
         """Angle [rad] (len(x),) of reference points."""
-        return self.beam.mesh.grid.from_clamp(x) @ self.kappa + self.root_angle
+        return self.beam.grid.from_clamp(x) @ self.kappa + self.root_angle
 
-    def resampled(self, mesh: Mesh) -> NDArray:
-        """q by interpolation at the Gauss points of another mesh."""
-        rows = self.beam.mesh.grid.at(mesh.points)
+    def resampled(self, beam: BentBeam) -> NDArray:
+        """q by interpolation at the Gauss points of the beam on other elements."""
+        rows = self.beam.grid.at(beam.grid.points)
         return np.concatenate((rows @ self.f, rows @ self.kappa, self.turning[len(self.kappa) :]))
 
     @property
@@ -304,7 +344,7 @@ class BentState:
     @property
     def is_stable(self) -> bool:
         """Whether the stiffness is positive definite, on the mesh and for shorter deformations."""
-        return lapack.dpotrf(self.scaled_stiffness, lower=1)[1] == 0 and not self.collapses
+        return lapack.dpotrf(self.stiffness, lower=1)[1] == 0 and not self.collapses
 
     @cached_property
     def distributed_loads(self) -> tuple[NDArray, NDArray]:
@@ -338,47 +378,57 @@ class BentState:
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """Tangent by q, symmetric without a spin-up (paper, eqs. 42-44)."""
+        """Tangent (size, size) by the unknowns, symmetric without a spin-up (paper, eqs. 42-44)."""
         bent, f, kappa, (along, across) = self.beam, self.f, self.kappa, self.loads
-        w, J, n, p, beam = bent.w, bent.to_angle, len(f), bent.power, bent.beam
+        w, p, beam = bent.w, bent.power, bent.beam
         gamma2, spin_up = beam.gamma**2, beam.spin_up
         b, db, ddb = f**p, p * f ** (p - 1), p * (p - 1) * f ** (p - 2)
-        # d(x, y) = R (t df + f n J dkappa), on which the load works that moves along.
-        load = np.array([[gamma2, spin_up], [-spin_up, gamma2 * bent.softens]])
-        t, fn = self.direction, f * np.stack((-self.direction[1], self.direction[0]))
-        along_t = bent.inertia * (t.T @ load @ t)
-        along_n = bent.inertia * (fn.T @ load @ fn)
-        mixed = (-np.diag(across) - bent.inertia * (t.T @ load @ fn)) @ J
-        i = np.arange(n)
-        K = np.empty((len(self.q), len(self.q)))
         axial = beam.mu**2 * bent.EA * bent.law.stiffness(f) + ddb * bent.EI * kappa**2 / 2
-        K[:n, :n] = np.diag(w * axial) - along_t
-        K[:n, n:] = mixed
-        K[n:, :n] = mixed.T
-        if spin_up:  # the load is not symmetric
-            K[n:, :n] = J.T @ (-np.diag(across) - bent.inertia * (fn.T @ load @ t))
-        K[n:, n:] = J.T @ (np.diag(f * along) - along_n) @ J
-        w = w * bent.EI
-        K[i, n + i] += w * db * kappa
-        K[n + i, i] += w * db * kappa
-        K[n + i, n + i] += w * b
-        if bent.hinged:
-            K[-1, -1] += beam.root
+        K = bent.local(w * axial, w * bent.EI * db * kappa, w * bent.EI * b, beam.root)
+        # The axial and the shear force turn with the beam.
+        r, angle = bent.stretch.shape[1], bent.angle
+        K[:r, r:] -= (turned := (bent.stretch.T * across) @ angle)
+        K[r:, :r] -= turned.T
+        K[r:, r:] += (angle.T * (f * along)) @ angle
         if bent.restoring.any():
-            rows, turned = bent.to_body_angles, np.cos(2 * self.body_angles)
-            K[n:, n:] += gamma2 * (rows.T * (bent.restoring * turned)) @ rows
+            rows, turned = bent.body_angles, np.cos(2 * self.body_angles)
+            K[r:, r:] += gamma2 * (rows.T * (bent.restoring * turned)) @ rows
+        # The loads move along with the masses.
+        moving = self.displacements if bent.softens else self.displacements[:1]
+        moving = moving.reshape(-1, bent.size)
+        K -= gamma2 * (moving.T @ moving)
+        if spin_up:  # the load is not symmetric
+            K += spin_up * self.swirl
         return K
 
+    @cached_property
+    def inertia(self) -> NDArray:
+        """Mass (size, size) by the unknowns, with the rotary inertia of bodies."""
+        F = self.displacements.reshape(-1, self.beam.size)
+        return F.T @ F + self.rotations.T @ self.rotations
+
+    @cached_property
+    def swirl(self) -> NDArray:
+        """Integral (size, size) of virtual displacements times e3 x displacements: skew."""
+        X, Y = self.displacements
+        S = Y.T @ X
+        return S - S.T
+
     def displaced(self, V: NDArray) -> NDArray:
-        """Root of the mass times the displacements (2, m, modes) by changes V (unknowns, modes) of
-        q: `displacements` @ V without that array."""
+        """Root of the mass times the displacements (2, m, modes) by changes V (n + turning, modes)
+        of q: those that `displacements` gives by the unknowns."""
         df, dkappa = np.split(V, [len(self.f)])
         (c, s), turn = self.direction[..., None], self.f[:, None] * (self.beam.to_angle @ dkappa)
         moved = self.beam.to_masses @ np.stack((c * df - s * turn, s * df + c * turn))
         return np.sqrt(self.beam.mass)[:, None] * moved
 
+    def turned(self, V: NDArray) -> NDArray:
+        """Root of the moments of inertia times the angles (masses, modes) of bodies by changes V
+        (n + turning, modes) of q."""
+        return np.sqrt(self.beam.rotary)[:, None] * (self.beam.to_body_angles @ V[len(self.f) :])
+
     def stiffness_of(self, V: NDArray) -> NDArray:
-        """v' K v (modes,) of changes V (unknowns, modes) of q, by the integrals that `stiffness`
+        """v' K v (modes,) of changes V (n + turning, modes) of q, by the integrals that `stiffness`
         consists of: to set up the matrix takes n / modes times as long."""
         bent, beam, f, p = self.beam, self.beam.beam, self.f[:, None], self.beam.power
         along, across = self.loads
@@ -408,23 +458,18 @@ class BentState:
         return stiffness
 
     @cached_property
-    def scaled_stiffness(self) -> NDArray:
-        """The tangent in the unknowns' natural units."""
-        scale = self.beam.scale
-        return scale[:, None] * self.stiffness * scale
-
-    @cached_property
     def displacements(self) -> NDArray:
-        """B (2, m, unknowns), root of the mass times d(x, y) / dq: the inertia is B' B."""
-        f, (c, s), J, R = self.f, self.direction, self.beam.to_angle, self.beam.to_masses
-        B = np.stack(
-            (np.hstack((R * c, -(R * (f * s)) @ J)), np.hstack((R * s, (R * (f * c)) @ J)))
-        )
-        return B * np.sqrt(self.beam.mass)[:, None]
+        """Root of the mass times the derivatives (2, m, size) of x and y by the unknowns: F with
+        the inertia F' F."""
+        f, (c, s), bent = self.f[:, None], self.direction[..., None], self.beam
+        r, gradient = bent.stretch.shape[1], np.empty((2, len(f), bent.size))
+        gradient[0, :, :r], gradient[1, :, :r] = c * bent.stretch, s * bent.stretch
+        gradient[0, :, r:], gradient[1, :, r:] = -f * s * bent.angle, f * c * bent.angle
+        return np.sqrt(bent.mass)[:, None] * (bent.to_masses @ gradient)
 
     @cached_property
     def rotations(self) -> NDArray:
-        """Rows (masses, unknowns) of the inertia: roots of moments of inertia times the angles of
+        """Rows (masses, size) of the inertia: roots of moments of inertia times the angles of
         bodies."""
-        rows = np.sqrt(self.beam.rotary)[:, None] * self.beam.to_body_angles
-        return np.hstack((np.zeros((len(rows), len(self.f))), rows))
+        rows = np.sqrt(self.beam.rotary)[:, None] * self.beam.body_angles
+        return np.hstack((np.zeros((len(rows), self.beam.stretch.shape[1])), rows))

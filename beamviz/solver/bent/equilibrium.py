@@ -24,14 +24,13 @@ from beamviz.solver.hp.equilibrium import (
     has_unique_equilibrium,
     is_small_strain,
 )
-from beamviz.solver.hp.first_mesh import MIN_ORDER
-from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.first_mesh import Elements
+from beamviz.solver.hp.mesh import make_mesh
 from beamviz.solver.hp.properties import stack_of
 from beamviz.solver.hp.spans import Span, find_spans, unstretched_positions
 from beamviz.solver.problem import Problem
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
-FEW_ELEMENTS = 30  # of a blade: on more elements the first order is the lowest
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12
@@ -69,23 +68,24 @@ def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]
     ]
 
 
-def first_mesh(beam: Beam, problem: Problem) -> Mesh:
+def first_elements(beam: Beam, problem: Problem) -> Elements:
     """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
     breaks = {0.0}
     for span, (first, last) in layer_widths(beam, problem):
         start, end = span.start.x, span.end.x
         half = (end - start) / 2
-        breaks.add(end)
         if not span.start.smooth:
             breaks |= {start + away for away in distances(LAYER * first, GRADING, half)}
+        if end == 1 or not span.end.smooth:
+            breaks.add(end)
         if end < 1 and not span.end.smooth:
             breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
     starts: list[float] = []  # of the elements
     for a, b in pairwise(sorted(breaks)):
         n = math.ceil((b - a) / LONGEST_ELEMENT)
         starts += [a + (b - a) * k / n for k in range(n)]
-    order = FIRST_ORDER if beam.is_uniform or len(starts) <= FEW_ELEMENTS else MIN_ORDER
-    return make_mesh((*starts, 1.0), (order,) * len(starts))
+    orders = (FIRST_ORDER,) * len(starts)
+    return Elements((*starts, 1.0), orders, orders)
 
 
 def distances(first: float, ratio: float, longest: float) -> Iterator[float]:
@@ -108,10 +108,8 @@ def stable_states(beam: BentBeam) -> list[BentState]:
 def is_resolved(state: BentState) -> bool:
     """Whether elements half as long have a stable state of the same energy: a long element may
     hide a loop."""
-    mesh = state.beam.mesh
-    halves = np.union1d(mesh.breaks, (mesh.breaks[1:] + mesh.breaks[:-1]) / 2)
-    halved = make_mesh(tuple(halves.tolist()), tuple(np.repeat(mesh.orders, 2).tolist()))
-    finer = newton(state.beam.changed(halved), state.resampled(halved), stable=True)
+    halved = state.beam.changed(state.beam.elements.halved)
+    finer = newton(halved, state.resampled(halved), stable=True)
     change = math.inf if finer is None else abs(finer.energy - state.energy)
     return change <= RESOLVED * abs(state.energy)
 
@@ -126,7 +124,7 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         if beam.beam.delta >= 0:
             return
     _, (at_clamp, _) = layer_widths(beam.beam, beam.problem)[0]
-    decay = np.exp(-beam.mesh.points / at_clamp)
+    decay = np.exp(-beam.grid.points / at_clamp)
     folded = folded_state(beam)
     f = folded.f if folded else np.ones(n)
     if beam.beam.root < SOFT_ROOT:  # turned over at the root
@@ -135,17 +133,19 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         yield beam.unknowns(f, math.pi * decay / (w @ decay))
     if straight is None:
         return
-    scale = beam.scale[n:]
-    omega_squared, modes = np.linalg.eigh(scale[:, None] * straight.stiffness[n:, n:] * scale)
+    r = beam.stretch.shape[1]
+    omega_squared, modes = np.linalg.eigh(straight.stiffness[r:, r:])
     for k in range(min(2, int((omega_squared < 0).sum()))):
-        turning = scale * modes[:, k]
+        turning = beam.values(np.append(np.zeros(r), modes[:, k]))[n:]
         turning *= MAX_TURN / abs(beam.to_angle @ turning).max()
         yield np.concatenate((straight.f, turning))
 
 
 def straight_state(bent: BentBeam) -> BentState | None:
     """The straight state that is stable along the beam; None where there is none."""
-    problem = axial_problem(bent.mesh, stack_of([bent.beam]), bent.law)
+    grid = bent.grid
+    mesh = make_mesh(tuple(grid.breaks.tolist()), grid.orders)
+    problem = axial_problem(mesh, stack_of([bent.beam]), bent.law)
     try:
         axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
     except (NoEquilibrium, NotConverged):
@@ -155,7 +155,7 @@ def straight_state(bent: BentBeam) -> BentState | None:
 
 def folded_state(bent: BentBeam) -> BentState | None:
     """The state of the beam folded over; None where its strain law cannot carry the load."""
-    return straight_state(BentBeam(bent.mesh, folded_over(bent.beam), bent.problem))
+    return straight_state(BentBeam(bent.elements, folded_over(bent.beam), bent.problem))
 
 
 def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
@@ -197,13 +197,14 @@ def _falls(state: BentState, trial: BentState, step: np.ndarray) -> bool:
 def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, float]:
     """Newton's step and its size, infinite where the stiffness is not positive definite. shift:
     added to the stiffness, in units of the present rigidities."""
-    bent, K = state.beam, state.scaled_stiffness
+    bent, K = state.beam, state.stiffness
     if shift:
-        K = K + np.diag(shift * state.rigidities * bent.scale**2)
+        axial, bending, root = np.split(shift * state.rigidities, [len(bent.w), 2 * len(bent.w)])
+        K = K + bent.local(axial, 0.0, bending, root.sum())
     L, info = lapack.dpotrf(K, lower=1)
     if info:
-        return np.zeros_like(bent.scale), math.inf
-    step = -bent.scale * lapack.dpotrs(L, bent.scale * state.residual, lower=1)[0]
+        return np.zeros_like(state.q), math.inf
+    step = -bent.values(lapack.dpotrs(L, bent.on_unknowns(state.residual), lower=1)[0])
     return step, state.step_size(step)
 
 
@@ -213,8 +214,7 @@ def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> BentState | N
     for iteration in range(1, NEWTON_STEPS + 1):
         step, size = _newton_step(state)
         if size == math.inf or beam.beam.spin_up:  # not positive definite, or not symmetric
-            scale = beam.scale
-            step = -scale * np.linalg.solve(state.scaled_stiffness, scale * state.residual)
+            step = -beam.values(np.linalg.solve(state.stiffness, beam.on_unknowns(state.residual)))
             size = state.step_size(step)
         state = BentState(beam, state.q + step, iteration)
         if not (size < 2 and state.f.min() > 0):

@@ -39,28 +39,28 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     """The `count` lowest modes about a state. A state without a spin-up has to be stable, which the
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
-    bent, gamma = state.beam, state.beam.beam.gamma
-    scale, K, B = bent.scale, state.scaled_stiffness, state.displacements * bent.scale
-    F = np.vstack((*B, state.rotations * scale))
-    M, C = F.T @ F, None
-    if bent.problem.gyroscopic and gamma:
-        S = B[1].T @ B[0]
-        C = 2 * gamma * (S - S.T)  # e3 x r' against virtual displacements
-    if bent.beam.spin_up:
+    K, M, C = state.stiffness, state.inertia, coriolis(state)
+    if state.beam.beam.spin_up:
         factors = lu_factor(K)
-        modes = unsymmetric_modes(partial(lu_solve, factors), abs(np.diag(K)), M, C, count)
-        return modes._replace(V=scale[:, None] * modes.V)
+        return unsymmetric_modes(partial(lu_solve, factors), abs(np.diag(K)), M, C, count)
     L, info = lapack.dpotrf(K, lower=1, clean=1)
     if info:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
+    F = np.vstack((*state.displacements, state.rotations))
     if C is not None:
-        s, V = _steady_gyroscopic(L, F, C, count)
+        s, V = _steady_gyroscopic(L, np.linalg.qr(F)[1], C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
     pairing, rounding = _pairing(abs(np.diag(K)), M, C, s, V, V)
-    return BentModes(s, scale[:, None] * V, pairing, rounding, "stable")
+    return BentModes(s, V, pairing, rounding, "stable")
+
+
+def coriolis(state: BentState) -> NDArray | None:
+    """The matrix C of a state; None without Coriolis forces."""
+    gamma = state.beam.beam.gamma
+    return 2 * gamma * state.swirl if state.beam.problem.gyroscopic and gamma else None
 
 
 def _pairing(

@@ -16,14 +16,14 @@ from beamviz.solver import continuation
 from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
-    first_mesh,
+    first_elements,
     folded_state,
     guesses,
     newton,
     stable_states,
 )
 from beamviz.solver.continuation import LIMIT_PRECISION, Root, continue_load
-from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.first_mesh import Elements
 
 FIRST_STEP = 0.4  # of a speed, relative: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio and number of lower speeds at which a stable state is sought
@@ -57,7 +57,7 @@ def follow_speed(bent: BentBeam) -> BentState:
         start = _finer(start)
         path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
         if path.limit is not None and start.is_straight:
-            bifurcated = _bifurcated(bent, start.beam.mesh, path.limit)
+            bifurcated = _bifurcated(bent, start.beam.elements, path.limit)
             if bifurcated:
                 start = bifurcated
                 path = follow(start, "gamma", gamma, FIRST_STEP, SPEED_PRECISION)
@@ -92,11 +92,11 @@ def _limit_of_meshes(limits: list[float]) -> float:
 def _finer(state: BentState) -> BentState:
     """The same state with a higher order, up to MAX_ORDER, and a shorter first element, as a strain
     law reaches its end first at the clamp."""
-    mesh = state.beam.mesh
-    breaks = (0.0, mesh.breaks[1] / FINER, *mesh.breaks[1:])
-    orders = (mesh.orders[0], *mesh.orders)
-    finer = make_mesh(tuple(breaks), tuple(min(order + 2, MAX_ORDER) for order in orders))
-    beam, q = state.beam.changed(finer), state.resampled(finer)
+    breaks, orders, _ = state.beam.elements
+    orders = tuple(min(order + 2, MAX_ORDER) for order in (orders[0], *orders))
+    finer = Elements((0.0, breaks[1] / FINER, *breaks[1:]), orders, orders)
+    beam = state.beam.changed(finer)
+    q = state.resampled(beam)
     return newton(beam, q, stable=True) or descend(beam, q) or state
 
 
@@ -107,7 +107,7 @@ def _slower(bent: BentBeam) -> BentState:
     while low < high:
         k = (low + high) // 2
         beam = bent.beam.replace(gamma=bent.beam.gamma * SLOWER**k)
-        slower = BentBeam(first_mesh(beam, bent.problem), beam, bent.problem)
+        slower = BentBeam(first_elements(beam, bent.problem), beam, bent.problem)
         stable = None
         if folded_state(slower):
             stable = next(filter(None, (descend(slower, guess) for guess in guesses(slower))), None)
@@ -123,9 +123,9 @@ def _slower(bent: BentBeam) -> BentState:
     return state
 
 
-def _bifurcated(bent: BentBeam, mesh: Mesh, gamma: float) -> BentState | None:
+def _bifurcated(bent: BentBeam, elements: Elements, gamma: float) -> BentState | None:
     """A deflected equilibrium just beyond the speed at which the straight one loses stability."""
-    beyond = bent.changed(mesh, gamma=PAST_BUCKLING * gamma)
+    beyond = bent.changed(elements, gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
         state = descend(beyond, guess)
         if state and not state.is_straight:
@@ -169,9 +169,9 @@ def _margins(state: BentState) -> NDArray:
     """Margins of stability (3,), positive for a stable state: the lowest eigenvalue of the
     stiffness, the least stretch, and the least local stiffness."""
     if state.beam.beam.spin_up:
-        lowest = np.linalg.eigvals(state.scaled_stiffness).real.min()
+        lowest = np.linalg.eigvals(state.stiffness).real.min()
     else:
-        lowest = scipy.linalg.eigvalsh(state.scaled_stiffness, subset_by_index=(0, 0))[0]
+        lowest = scipy.linalg.eigvalsh(state.stiffness, subset_by_index=(0, 0))[0]
     return np.array([lowest, state.f.min(), state.local_stiffness.min()])
 
 
@@ -219,33 +219,37 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
     the path. Raises NoEquilibrium where the beam collapses or winds around its clamp, and
     NotConverged."""
 
-    def at(p: float) -> BentBeam:
-        return start.beam.changed(spin_up=float(np.clip(p * target, *SPIN_UP.limits)))
+    bent, size = start.beam, start.beam.size
 
-    size, largest_share = len(start.q), start.beam.beam.spin_up / target
+    def at(z: NDArray) -> BentState:
+        """The state of z (size + 1,): the change of the unknowns from the start, and p."""
+        spin_up = float(np.clip(z[-1] * target, *SPIN_UP.limits))
+        return BentState(bent.changed(spin_up=spin_up), start.q + bent.values(z[:-1]))
+
+    largest_share = bent.beam.spin_up / target
     # Arc lengths are in the mean squares of the stretch and, relative to the start, of kappa.
-    w = np.sqrt(start.beam.w)
-    unit = start.beam.unknowns(w, w / max(1.0, np.linalg.norm(w * start.kappa)), 1.0)
-    unit = np.append(unit, 1.0)
+    w = bent.w
+    of_kappa = w / max(1.0, w @ start.kappa**2)
+    metric = np.eye(size + 1)
+    metric[:size, :size] = bent.local(w, 0.0, of_kappa, 1.0)
     along_p = np.append(np.zeros(size), 1.0)
-    z, direction = np.append(start.q, largest_share), along_p  # (q, p), and the tangent before it
+    z, direction = along_p * largest_share, along_p  # and the tangent before it
     arc, steps = FIRST_ARC, 0
     failure, largest_angle = "", start.largest_angle + 2 * math.pi
     while not failure and steps < MAX_ARCS and arc > SMALLEST_ARC:
-        A, _ = _bordered(at, z, direction * unit**2)
+        A, _ = _bordered(at, z, metric @ direction)
         tangent = np.linalg.solve(A, along_p)
-        tangent /= np.linalg.norm(tangent * unit)
-        ahead = _corrected(at, z + arc * tangent, tangent * unit**2)
+        tangent /= np.sqrt(tangent @ metric @ tangent)
+        ahead = _corrected(at, z + arc * tangent, metric @ tangent)
         if ahead is None:
             arc /= 2
             continue
-        share = float(ahead[-1])
-        state = BentState(at(share), ahead[:-1])
+        share, state = float(ahead[-1]), at(ahead)
         if state.collapses:
-            failure = f"collapses ({start.beam.problem.strain} strain)"
+            failure = f"collapses ({bent.problem.strain} strain)"
         elif state.largest_angle > largest_angle:
             failure = "winds around its clamp"
-        elif share >= 1 and (last := newton(at(1.0), ahead[:-1])):
+        elif share >= 1 and (last := newton(bent.changed(spin_up=target), state.q)):
             return last
         z, direction = ahead, tangent
         arc, steps = min(1.5 * arc, LONGEST_ARC), steps + 1
@@ -264,22 +268,26 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
 
 
 def _bordered(
-    at: Callable[[float], BentBeam], z: NDArray, across: NDArray
+    at: Callable[[NDArray], BentState], z: NDArray, across: NDArray
 ) -> tuple[NDArray, NDArray]:
-    """The tangent of R(q, p) by q and p with the row `across` below it, and R."""
-    p, h = float(z[-1]), DIFFERENCE
-    state, before, beyond = (BentState(at(load), z[:-1]) for load in (p, p - h, p + h))
-    slope = (beyond.residual - before.residual) / (2 * h)
-    return np.vstack((np.column_stack((state.stiffness, slope)), across)), state.residual
+    """The tangent of R(q, p) by z = (q, p) with the row `across` below it, and R, in unknowns."""
+    h = np.append(np.zeros(len(z) - 1), DIFFERENCE)
+    state = at(z)
+    before, here, beyond = (
+        each.beam.on_unknowns(each.residual) for each in (at(z - h), state, at(z + h))
+    )
+    slope = (beyond - before) / (2 * DIFFERENCE)
+    return np.vstack((np.column_stack((state.stiffness, slope)), across)), here
 
 
-def _corrected(at: Callable[[float], BentBeam], z: NDArray, across: NDArray) -> NDArray | None:
+def _corrected(at: Callable[[NDArray], BentState], z: NDArray, across: NDArray) -> NDArray | None:
     """The point of the path in the plane through z, by Newton's method; None if it is far off."""
 
     def increment(z: NDArray) -> NDArray:
         A, residual = _bordered(at, z, across)
         step = -np.linalg.solve(A, np.append(residual, 0.0))
-        if not BentState(at(float(z[-1])), z[:-1]).step_size(step[:-1]) < 1:
+        state = at(z)
+        if not state.step_size(state.beam.values(step[:-1])) < 1:
             raise np.linalg.LinAlgError
         return step
 

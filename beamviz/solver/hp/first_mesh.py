@@ -102,6 +102,15 @@ class Elements(NamedTuple):
         """The orders across the beam and along it: meshes with the same ones form a stack."""
         return self.orders, self.axial_orders
 
+    @property
+    def halved(self) -> "Elements":
+        """Elements of half the length and the same orders."""
+        middles = [(start + end) / 2 for start, end in pairwise(self.breaks)]
+        orders, axial_orders = (
+            tuple(order for order in row for _ in range(2)) for row in self.all_orders
+        )
+        return Elements(tuple(sorted((*self.breaks, *middles))), orders, axial_orders)
+
 
 def layers(span: Span, power: int) -> list[Layer]:
     """The boundary layers of a span thinner than it is long, by the tension N f^power."""

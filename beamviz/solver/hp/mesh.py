@@ -150,21 +150,34 @@ def make_mesh(
     return make_meshes(np.array(breaks), orders, axial_orders or orders)
 
 
-def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...]) -> Mesh:
-    """A mesh, or a stack of meshes of the same orders, between `breaks` (..., elements + 1)."""
+def make_grid(
+    breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...] | None = None
+) -> Grid:
+    """A grid, or a stack of grids of the same orders, between `breaks` (..., elements + 1)."""
     stack, n = breaks.shape[:-1], sum(orders)
     halves = np.diff(breaks)[..., None] / 2
     points, weights = np.empty((*stack, n)), np.empty((*stack, n))
-    J, tails = np.zeros((*stack, n, n)), np.zeros((*stack, 2 * len(orders), n))
-    T, axial, eye = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders))), np.eye(n)
-    blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
-    for k, (order, block, axial_order, columns) in enumerate(blocks):
+    J = np.zeros((*stack, n, n))
+    for k, (order, block) in enumerate(zip(orders, _blocks(orders), strict=True)):
         e = reference(order)
         h = halves[..., k, :]
         points[..., block] = breaks[..., k, None] + h * (e.points + 1)
         weights[..., block] = h * e.weights
         J[..., block, : block.start] = weights[..., None, : block.start]
         J[..., block, block] = h[..., None] * e.integration
+    arrays = map(read_only, (points, weights, J))
+    return Grid(read_only(breaks), orders, axial_orders or orders, *arrays)
+
+
+def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...]) -> Mesh:
+    """A mesh, or a stack of meshes of the same orders, between `breaks` (..., elements + 1)."""
+    grid, stack, n = make_grid(breaks, orders, axial_orders), breaks.shape[:-1], sum(orders)
+    weights, J = grid.weights, grid.J
+    halves, tails = np.diff(breaks)[..., None] / 2, np.zeros((*stack, 2 * len(orders), n))
+    T, axial, eye = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders))), np.eye(n)
+    blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
+    for k, (order, block, axial_order, columns) in enumerate(blocks):
+        e, h = reference(order), halves[..., k, :]
         tails[..., 2 * k : 2 * k + 2, block] = np.sqrt(h)[..., None] * e.last_two(order)
         T[0, block, block] = e.projection(order)
         T[1, block, block] = e.projection(axial_order)
@@ -172,11 +185,10 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
     rooted = np.sqrt(weights)[..., None] * J
     G, g = rooted.mT @ rooted, np.vecmat(weights, J)
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
-    breaks, points, weights, J = map(read_only, (breaks, points, weights, J))
-    grid = Grid(breaks, orders, axial_orders, points, weights, J)
     in_element = np.tile(np.repeat(np.eye(len(orders)), orders, axis=0), (2, 1))
     arrays = (rooted, in_element, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
-    return Mesh(breaks, orders, axial_orders, points, weights, J, grid, *map(read_only, arrays))
+    of_grid = grid.breaks, orders, axial_orders, grid.points, weights, J
+    return Mesh(*of_grid, grid, *map(read_only, arrays))
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
+from beamviz.blade import Blade
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
@@ -38,6 +39,7 @@ MOST_UNKNOWNS = 1200  # of a blade: two seconds
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 MAX_ENTRIES = 2**18  # of a matrix of each beam: stacks of large ones save no time, but take memory
 SHARED = 4  # beams of the same elements from which they share one mesh
+KINKED_ORDER = 16  # of an element with stations of a blade inside
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 GREATEST_ERROR = 0.01  # of a frequency near a limit where the tolerance cannot be met, relative
 
@@ -209,20 +211,23 @@ def check_unknowns(elements: Elements, beam: Beam) -> None:
     raise NotConverged(f"{reason}; ask for {remedy}")
 
 
-def refined(elements: Elements, excess: Sequence[float]) -> Elements:
+def refined(elements: Elements, excess: Sequence[float], blade: Blade | None = None) -> Elements:
     """Finer elements where the error is more than an even share of what is allowed: of a higher
     order, or halves where that would be above MAX_ORDER. excess: of each element, the error
-    relative to what is allowed for all."""
+    relative to what is allowed for all. blade: whose stations may be inside of elements, and are
+    where these are divided."""
     breaks, orders, axial_orders = [0.0], [], []
     ends, columns = pairwise(elements.breaks), (*elements.all_orders, excess)
     for (start, end), order, axial_order, share in zip(ends, *columns, strict=True):
         missed = share * len(excess)  # relative to an even share
         more = MORE_ORDER + math.ceil(math.log10(missed)) if missed > 1 else 0
-        halves = 2 if order + more > MAX_ORDER else 1
+        inside = [x for x in blade.breaks if start < x < end] if blade else []
+        halves = 2 if order + more > (KINKED_ORDER if inside else MAX_ORDER) else 1
         if halves == 1:
             order += more
         else:
-            breaks.append((start + end) / 2)
+            middle = (start + end) / 2
+            breaks.append(min(inside, key=lambda x: abs(x - middle)) if inside else middle)
         breaks.append(end)
         orders += [order] * halves
         axial_orders += [min(axial_order + more, order)] * halves

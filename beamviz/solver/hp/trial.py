@@ -1,0 +1,151 @@
+"""Trial functions of stretch and bending on elements longer than the distance of the stations of a
+blade.
+
+Where a property or its slope jumps, the stretch and the curvature jump with it, but the axial force
+and the bending moment are smooth. So a change of the stretch is a polynomial over E A, one of the
+curvature a polynomial over E I, and an element may span many stations. Integrals are sums over
+pieces, between stations and ends of elements, each with Gauss points of its own.
+
+The functions are orthonormal in the energy at rest (of mu = 1), so that their coefficients are in
+natural units and the two highest of each element, its tail, estimate what those left out carry.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from beamviz.blade import Blade
+from beamviz.solver.hp.first_mesh import Elements
+from beamviz.solver.hp.mesh import Grid, make_grid
+
+ACROSS_WAVES = 1  # Gauss points of a piece, more than half-waves of the highest polynomial in it
+KINKED_TAIL = 4  # functions of an element with stations inside: their kinks make single ones vanish
+SHORTEST = 1e-9  # piece, relative to the beam: a station nearer to the end of an element is there
+
+
+class Pieces(NamedTuple):
+    """Pieces of elements, as arguments of `make_grid`, and the number of them in each element."""
+
+    breaks: tuple[float, ...]
+    orders: tuple[int, ...]
+    counts: tuple[int, ...]
+
+
+def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: float) -> Pieces:
+    """The pieces of elements between the ends of the segments of a blade, with as many Gauss points
+    as the trial functions need. share: of the energy of a mode that may be lost."""
+    if blade is None:
+        return Pieces(elements.breaks, elements.orders, (1,) * len(elements.orders))
+    breaks, orders, counts = [0.0], [], []
+    for (start, stop), order in zip(pairwise(elements.breaks), elements.orders, strict=True):
+        inside = [x for x in blade.breaks if start + SHORTEST < x < stop - SHORTEST]
+        ends = [start, *inside, stop]
+        counts.append(len(ends) - 1)
+        breaks += ends[1:]
+        for a, b in pairwise(ends):
+            # A polynomial of degree n has cos(n phi) as its waves, x = cos(phi).
+            phi = [math.acos(np.clip(2 * (x - start) / (stop - start) - 1, -1, 1)) for x in (b, a)]
+            waves = order * (phi[1] - phi[0]) / math.pi
+            orders.append(
+                math.ceil(waves) + ACROSS_WAVES + order_of_quotient(blade, bending, a, b, share)
+            )
+    return Pieces(tuple(breaks), tuple(orders), tuple(counts))
+
+
+def order_of_quotient(blade: Blade, bending: str, start: float, stop: float, share: float) -> int:
+    """The number of Gauss points that 1 over the properties of a blade takes in a piece, by the
+    roots of their polynomials (Bernstein)."""
+    nearest = math.inf  # the size of the least ellipse around the piece through a root
+    for segment in blade.segments:
+        if not segment.start <= (start + stop) / 2 <= segment.stop:
+            continue
+        for name in (bending, "axial"):
+            roots = np.array(segment.polynomials[name].roots(), complex)
+            x = segment.start + (segment.stop - segment.start) * roots
+            z = (2 * x - start - stop) / (stop - start)
+            size = abs(z + np.sqrt(z - 1) * np.sqrt(z + 1))
+            nearest = min([nearest, *size])
+    return math.ceil(math.log(1 / share) / (4 * math.log(nearest))) if nearest < math.inf else 0
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Trial functions on the elements of a beam, with its properties at the Gauss points; n points
+    and r functions of each kind in all."""
+
+    elements: Elements
+    grid: Grid  # of the pieces
+    counts: tuple[int, ...]  # of pieces of each element
+    mass: NDArray  # (n,) rho A
+    EI: NDArray  # (n,)
+    EA: NDArray  # (n,)
+    stretch: NDArray  # (n, r)
+    bending: NDArray  # (n, r)
+
+    @cached_property
+    def angle(self) -> NDArray:
+        """Integrals (n, r) of the functions of bending, from the clamp."""
+        return self.grid.J @ self.bending
+
+    @cached_property
+    def element_of_points(self) -> NDArray:
+        """The number of the element of each point (n,)."""
+        pieces = np.repeat(np.arange(len(self.counts)), self.counts)
+        return np.repeat(pieces, self.grid.orders)
+
+    @cached_property
+    def highest(self) -> list[NDArray]:
+        """Numbers of the highest functions of each element: the two highest, more where a property
+        has kinks inside."""
+        ends = np.cumsum(self.elements.orders)
+        tails = np.where(np.array(self.counts) > 1, KINKED_TAIL, 2)
+        return [np.arange(end - tail, end) for end, tail in zip(ends, tails, strict=True)]
+
+    def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
+        """What the highest functions of each element contribute to values (n,) of stretch and of
+        bending."""
+        columns = np.concatenate(self.highest)
+        axial, across = self.stretch[:, columns], self.bending[:, columns]
+        w = self.grid.weights
+        first = axial @ ((w * self.EA * stretch) @ axial)
+        return first, across @ ((w * self.EI * bending) @ across)
+
+
+@lru_cache(maxsize=8)
+def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
+    """The trial functions on elements. bending: the property that is the bending stiffness."""
+    pieces = pieces_of(elements, blade, bending, share)
+    grid = make_grid(np.array(pieces.breaks), pieces.orders)
+    n, x = len(grid.points), grid.points
+    rho = EI = EA = np.ones(n)
+    if blade is not None:
+        rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
+    stretch, curvature = np.zeros((2, n, sum(elements.orders)))
+    for rows, columns, xi in _blocks(elements, pieces, x):
+        P = legendre.legvander(xi, columns.stop - columns.start - 1)
+        for basis, weight in ((stretch, EA), (curvature, EI)):
+            w = grid.weights[rows]
+            Q, _ = np.linalg.qr(np.sqrt(w / weight[rows])[:, None] * P)
+            basis[rows, columns] = Q / np.sqrt(w * weight[rows])[:, None]
+    return Trial(elements, grid, pieces.counts, rho, EI, EA, stretch, curvature)
+
+
+def _blocks(
+    elements: Elements, pieces: Pieces, points: NDArray
+) -> Iterator[tuple[slice, slice, NDArray]]:
+    """The points and the functions of each element, and its points on [-1, 1]."""
+    first = at = piece = 0
+    for (start, stop), order, count in zip(
+        pairwise(elements.breaks), elements.orders, pieces.counts, strict=True
+    ):
+        end = first + sum(pieces.orders[piece : piece + count])
+        rows = slice(first, end)
+        yield rows, slice(at, at + order), (2 * points[rows] - start - stop) / (stop - start)
+        first, at, piece = end, at + order, piece + count
