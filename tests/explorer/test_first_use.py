@@ -196,6 +196,21 @@ def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
     assert desk.evaluate(f"{by_id('lesson')}.scrollTop") == 0
 
 
+def test_a_met_challenge_is_seen(desk):
+    """In the lesson; on a phone, whose slider may be far from it, over the page."""
+    for size, shown in (((1280, 720), by_id("verdict")), ((390, 844), by_id("toast"))):
+        desk.resize(*size)
+        desk.send("lesson", "paradox", until=says("A theory that predicts"))
+        desk.send("lesson_step", 2, until="!!document.querySelector('#verdict p')")
+        desk.evaluate(f"{by_id('controls')}.scrollIntoView()")
+        desk.send("gamma", 3.516, until="!!document.querySelector('#verdict .met')")
+        desk.wait(f"{shown}.checkVisibility() && {shown}.innerText.includes('Right!')")
+        ends = f"[{shown}, {by_id('dock')}].map(e => e.getBoundingClientRect())"
+        desk.wait(f"""(([words, dock]) => words.top >= 0 && words.bottom <= innerHeight
+          && (innerWidth < 500 || words.top > dock.top + 36))({ends})""")
+        desk.send("lesson", "", until=f"{by_id('lesson')}.hidden")
+
+
 def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):
     """What to look for and the slider are in view together; a chart that it names comes next to
     another lesson."""

@@ -194,7 +194,7 @@ def test_a_failure_is_told_in_its_kind(guest):
     for name, value, words in (
         ("plane", "flapwise", "in the plane of rotation"),
         ("stiffening", False, "has all effects"),
-        ("spin_up", 5.0, "Put the spin-up"),
+        ("spin_up", 5.0, "no constant spin-up"),
         ("gamma", 60.0, "no equilibrium"),
     ):
         if name == "gamma":

@@ -66,7 +66,7 @@ class AnswerPanel(Feature):
         """What the picture shows or leaves out, what has replaced the visitor's scene, whether the
         first case is shown, and whether it has a mass."""
         state = snapshot.state
-        first = state.case == self.first
+        first = state.case == self.first and state.run_speed is None
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
         if picture.film and is_before(snapshot):

@@ -177,15 +177,17 @@ class Computed:
 
 
 def wanted(state: State) -> MotionRequest | None:
-    """The motion that a state describes; None while a number is out of range."""
+    """The motion that a state describes; None while a number is out of range, or where there is an
+    obstacle."""
     try:
-        return MotionRequest.of(state.case, state.experiment)
+        request = MotionRequest.of(state.case, state.experiment)
     except InvalidInput:
         return None
+    return None if request.obstacle else request
 
 
 def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
-    """The last motion; None before the first, and while a number is out of range."""
+    """The last motion; None before the first, and where the state describes none."""
     return snapshot.job_answer(JOB) if wanted(snapshot.state) else None
 
 

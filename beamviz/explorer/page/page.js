@@ -6,6 +6,7 @@ const beamviz = (() => {
   const PAUSE = 500; // [ms] between two changes of the address
   const LONGEST = 7900; // [characters] of an address that the server takes
   const REST = 300; // [ms] after an edit in which a control keeps the visitor's value
+  const READ = 80; // [ms] for a character of a note over the page, which then goes
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
   const values = {}, props = {}, drawn = {}, texts = {}, waiting = {}, used = {};
@@ -247,7 +248,7 @@ const beamviz = (() => {
     toast.textContent = text;
     toast.hidden = false;
     clearTimeout(toast.timer);
-    toast.timer = setTimeout(() => (toast.hidden = true), 12000);
+    toast.timer = setTimeout(() => (toast.hidden = true), READ * text.length + 3000);
   }
 
   // The table of modes: a row whose mode changes its place moves there, and is told
@@ -411,6 +412,7 @@ const beamviz = (() => {
     const e = event.target, key = event.key.toLowerCase();
     const inViser = e.closest?.("#root [role=dialog], .mantine-Modal-root, .mantine-Spotlight-root");
     if (e.matches?.(TAB)) onTabKey(event, e);
+    if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
     if ((event.ctrlKey || event.metaKey) && key === "z" && !isTyped(e)) {
       event.preventDefault();
       send(event.shiftKey ? "redo" : "undo", null);
