@@ -4,6 +4,7 @@ project and of its tests, and command lines with errors in one line."""
 import argparse
 import os
 import sys
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -35,3 +36,15 @@ def count(text: str) -> int:
     if number < 1:
         raise argparse.ArgumentTypeError(f"{text}: must be at least 1")
     return number
+
+
+def one_of(names: Collection[str]) -> Callable[[str], str]:
+    """The type of an argument that names one of some things. (`choices` of argparse refuses that an
+    argument of any number is left out.)"""
+
+    def named(text: str) -> str:
+        if text not in names:
+            raise argparse.ArgumentTypeError(f"{text}: must be one of {', '.join(names)}")
+        return text
+
+    return named

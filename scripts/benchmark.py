@@ -257,7 +257,7 @@ SECTIONS = {
 
 if __name__ == "__main__":
     parser = _script.Parser(__doc__)
-    parser.add_argument("sections", nargs="*", metavar="SECTION", choices=SECTIONS)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", type=_script.one_of(SECTIONS))
     for name in parser.parse_args().sections or list(SECTIONS)[:-2]:
         print(f"\n{name}")
         SECTIONS[name]()

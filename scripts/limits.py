@@ -304,5 +304,5 @@ def main(scenes: list[str]) -> None:
 
 if __name__ == "__main__":
     parser = _script.Parser(__doc__)
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", choices=SCENES)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", type=_script.one_of(SCENES))
     main(parser.parse_args().scenes)

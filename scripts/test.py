@@ -22,7 +22,7 @@ from _environment import ROOT, ensure, run, run_quietly, say
 sys.path.insert(0, str(ROOT / "tests"))
 from live.chromium import find_browser  # type: ignore[import-not-found]
 
-WORKERS = min(4, (os.cpu_count() or 2) + 2)  # some wait for a server or the browser
+WORKERS = min(4, (os.cpu_count() or 2) + 1)  # some wait for a server or the browser
 CHECKS = {  # in this order; the types are checked in the background until the tests are done
     "types": ["mypy"],
     "types of the page": ["scripts.check_page"],

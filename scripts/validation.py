@@ -11,6 +11,7 @@ from functools import partial
 from math import pi
 from typing import Any, NamedTuple
 
+import _script
 import numpy as np
 
 from beamviz.beam import Beam
@@ -556,4 +557,5 @@ def page() -> str:
 
 
 if __name__ == "__main__":
+    _script.Parser(__doc__).parse_args()
     print(page(), end="")

@@ -226,6 +226,26 @@ def test_a_wrong_number_is_an_error_of_one_line(monkeypatch, capsys, name, optio
         assert problem in error
 
 
+def test_names_may_be_left_out_and_a_wrong_one_is_an_error_of_one_line(capsys):
+    script = load_script("_script")
+    parser = script.Parser("")
+    parser.add_argument("names", nargs="*", type=script.one_of({"a": 1, "b": 2}))
+    assert parser.parse_args([]).names == []
+    assert parser.parse_args(["b", "a"]).names == ["b", "a"]
+    with pytest.raises(SystemExit) as ended:
+        parser.parse_args(["a", "c"])
+    error = capsys.readouterr().err
+    assert (ended.value.code, error.count("\n")) == (2, 1)
+    assert "c: must be one of a, b" in error
+
+
+@pytest.mark.parametrize("name", ["benchmark", "limits", "validation"])
+def test_a_script_ends_with_one_line_for_a_wrong_argument(name):
+    command = [PYTHON, SCRIPTS / f"{name}.py", "--wrong"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+
+
 def test_every_option_that_counts_is_known():
     """Other whole numbers are seeds."""
     scripts = {"load", "fuzz", "measure_error_bars", "measure_motion_error_bars"}

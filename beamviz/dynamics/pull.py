@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
+from beamviz.checks import check_float, check_positive
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.equation import Equation
 from beamviz.dynamics.meshes import first_mesh, refined
@@ -35,6 +36,8 @@ def pulled(beam: Beam, deflection: float, at: float = 1.0, **options: Any) -> Pu
     """The equilibrium of a beam of which the point `at` is held at a deflection [L] in the plane of
     rotation. options: strain, curvature and state as in `solve`. Raises InvalidInput, NoEquilibrium
     where there is none without a force, and NotConverged."""
+    deflection = check_float("deflection", deflection)
+    check_positive("at", at)  # the root does not move
     equation, q = at_rest(beam, at, tuple(sorted(options.items())))
     start, force = place(equation, q, at), 0.0
     reached, step = 0.0, 1.0

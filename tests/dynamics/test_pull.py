@@ -23,6 +23,13 @@ def test_a_force_holds_the_beam_at_a_deflection():
         assert pulled(Beam(), 1e-3 * x**3 / 3, x).force == pytest.approx(1e-3, rel=2e-3)
 
 
+@pytest.mark.parametrize(("deflection", "at"), [(float("nan"), 1.0), ("far", 1.0), (0.1, 0.0)])
+def test_what_cannot_be_pulled_is_named(deflection, at):
+    """The root does not move."""
+    with pytest.raises(InvalidInput):
+        pulled(Beam(gamma=1), deflection, at)
+
+
 def test_a_motion_begins_where_the_beam_was_held():
     """At the tip and elsewhere, on both sides of a mass."""
     beam = Beam(alpha=1, beta=0.5, gamma=3)

@@ -105,9 +105,10 @@ def come_and_go(url: str, visits: int) -> None:
 
 
 def left() -> tuple[int, int, int]:
-    """Numbers of threads, without those of viser's pool, of open files and sockets, of objects."""
+    """Numbers of threads, without those of pools, which start when all others are at work; of open
+    files and sockets; of objects."""
     names = [thread.name for thread in threading.enumerate()]
-    threads = sum(not name.startswith("ThreadPoolExecutor") for name in names)
+    threads = sum(not name.startswith(("ThreadPoolExecutor", "solver", "chart")) for name in names)
     gc.collect()
     return threads, len(os.listdir("/proc/self/fd")), len(gc.get_objects())
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from live.browser import page, says
+from live.browser import READY, page, says
 from live.visitor import Visitor, visitor
 from PIL import Image
 
@@ -138,7 +138,7 @@ def test_a_file_chosen_in_the_page_is_loaded(url, tmp_path):
     """With characters that JSON and UTF-8 encode; one too large is named, with the limit."""
     file = tmp_path / "beam.toml"
     with page(url) as live:
-        live.wait(says("B1"))
+        live.wait(f"{READY} && {says('1st bending')}")
         root = live.call("DOM.getDocument")["root"]["nodeId"]
         chosen = live.call("DOM.querySelector", nodeId=root, selector="#scene-file")
         for text, shown in (

@@ -117,7 +117,7 @@ def test_green_always_has_an_outward_state(beam, speed, curvature):
     assert state.stretch(np.linspace(0, 1, 41)).min() > 1 - 1e-6
 
 
-@settings(max_examples=25)
+@settings(max_examples=12)
 @given(
     beam=beams(alpha=(0, 100), beta=(0.05, 1), gamma=(0, 25), delta=(0, 2), mu=(50, 1000)), **MODELS
 )
