@@ -75,20 +75,37 @@ def replaced(path: str | Path) -> Iterator[Path]:
     Raises Unavailable where it cannot be written, at once or later (a full disk).
     """
     path = Path(path)
-    if path.is_dir():
-        raise Unavailable(f"cannot write {path}: it is a folder")
+    check_writable(path)
     part = temporary(path)
     try:
+        with failing_to_write(path):
+            part.open("xb").close()
+            yield part
+            part.replace(path)
+    finally:
+        with contextlib.suppress(OSError):  # it was renamed, or never there
+            part.unlink()
+
+
+def check_writable(path: Path) -> None:
+    """Raises Unavailable where a file cannot be written, before its contents are computed."""
+    if path.is_dir():
+        raise Unavailable(f"cannot write {path}: it is a folder")
+    with failing_to_write(path):
+        part = temporary(path)
         part.open("xb").close()
-        yield part
-        part.replace(path)
+        part.unlink()
+
+
+@contextlib.contextmanager
+def failing_to_write(path: Path) -> Iterator[None]:
+    """Within, failures to write a file are Unavailable, with the remedy."""
+    try:
+        yield
     except OSError as error:
         raise Unavailable(
             f"cannot write {path}: {error.strerror or error}; choose another place"
         ) from None
-    finally:
-        with contextlib.suppress(OSError):  # it was renamed, or never there
-            part.unlink()
 
 
 def temporary(path: Path) -> Path:

@@ -29,7 +29,7 @@ from beamviz.cli.options import (
     takes_scene,
 )
 from beamviz.errors import InvalidInput
-from beamviz.files import check_suffix, json_text
+from beamviz.files import check_suffix, check_writable, json_text
 from beamviz.solver.problem import Problem
 from beamviz.units import number_of
 from beamviz.version import __version__
@@ -123,6 +123,7 @@ def loci(
         from beamviz.plotting.loci import draw_chart
 
         check_suffix(plot, SUFFIXES)
+        check_writable(plot)
     if sweep:
         from beamviz.sweeps import open_line
 
@@ -174,6 +175,11 @@ def sweep(
     from beamviz.sweeps.run import dask_client
     from beamviz.sweeps.store import count_statuses
 
+    if scheduler and workers is not None:
+        raise InvalidInput(
+            f"--workers {workers} and --scheduler {scheduler} exclude each other: the cluster has"
+            " workers of its own"
+        )
     axes = sweep_axes(over, beam.units)
     note_unused(beam, axes)
     with contextlib.ExitStack() as stack:

@@ -66,9 +66,10 @@ def motion(
 
     if path:
         from beamviz.exports.motion_files import SUFFIXES, export_motion
-        from beamviz.files import check_suffix
+        from beamviz.files import check_suffix, check_writable
 
         check_suffix(path, SUFFIXES)
+        check_writable(path)
     check_needs(context)
     speed = None
     if ramp_to is not None and within is not None:

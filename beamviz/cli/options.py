@@ -58,11 +58,14 @@ scene_option = functools.partial(option, panel="Scene")
 
 
 def parse_triple(text: str) -> tuple[float, float, float]:
-    """Three comma-separated numbers; typer.BadParameter for anything else."""
+    """Three comma-separated numbers, not all 0; typer.BadParameter for anything else."""
     parts = [parse_number(part) for part in text.split(",")]
-    if len(parts) != 3 or not all(isinstance(x, int | float) and math.isfinite(x) for x in parts):
-        raise typer.BadParameter(f"{text}: must be three numbers between commas, as 0,-1,0.5")
-    x, y, z = map(float, parts)
+    numbers = [float(x) for x in parts if not isinstance(x, str) and math.isfinite(x)]
+    if not (len(parts) == len(numbers) == 3 and any(numbers)):
+        raise typer.BadParameter(
+            f"{text}: must be three numbers between commas, not all 0, as 0,-1,0.5"
+        )
+    x, y, z = numbers
     return x, y, z
 
 

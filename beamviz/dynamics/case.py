@@ -3,6 +3,7 @@ moments at which the body docks or is released."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ DAMPING = (0.0, 0.5)
 TOLERANCES = (1e-9, 1e-2)
 AMPLITUDES = (-0.5, 0.5)
 VELOCITIES = (-1e4, 1e4)
+CLOSEST = 1e-9  # times of samples, over the whole time; those 1e-11 apart give a wrong motion
 MAX_POINTS, MAX_ELEMENTS = 100_000, 200
 DEFAULT_ELEMENTS = 20  # the paper's
 
@@ -114,6 +116,7 @@ class Case:
         set_to("speed", drive_of(self.beam, self.speed))
         set_to("start", self.checked_start())
         self.check_body()
+        self.check_samples()
 
     def checked_start(self) -> dict[str, float]:
         given = {} if self.start is None else self.start
@@ -145,6 +148,16 @@ class Case:
             ) from None
         checked = tuple(check_float("body_velocity", v, *VELOCITIES) for v in (vx, vy))
         self.__dict__["body_velocity"] = checked
+
+    def check_samples(self) -> None:
+        """Samples of a speed or a torque must be so far apart that rounding errors of the time do
+        not hide the change between two of them."""
+        least = CLOSEST * self.until
+        for first, second in pairwise(t for t in self.drive.breaks if 0 <= t <= self.until):
+            if second - first < least:
+                raise InvalidInput(
+                    f"speed: its times {first!r} and {second!r}: must be {least:g} apart or more"
+                )
 
     @property
     def drive(self) -> Ramp | Samples | Hub:

@@ -59,11 +59,6 @@ class StretchAndAngle:
         self.size = self.bends + stretches
         self.I = elements.integration(self.places).astype(complex)
 
-    @property
-    def unstressed(self) -> NDArray:
-        """q (n,) of the straight, unstretched beam."""
-        return np.zeros(self.size)
-
     def state(self, q: NDArray, v: NDArray, a: NDArray) -> "State":
         """Position, velocity and acceleration of the points, of q, v and a (k, n) each."""
         return State(self, q, v, a)

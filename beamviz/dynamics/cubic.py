@@ -46,14 +46,6 @@ class CubicPositions:
         self.B = B  # (m, 4, n): q -> (r1', r2', r1'', r2'') at the Gauss points
         self.flat = B.reshape(-1, self.size)
 
-    @property
-    def unstressed(self) -> NDArray:
-        """q (n,) of the straight, unstretched beam."""
-        ends = self.elements.ends
-        full = np.zeros((2, 2 * len(ends)))
-        full[0, ::2], full[0, 1::2] = ends, 1.0
-        return full.ravel()[self.free]
-
     def complex_rows(self, x: NDArray, derivative: int) -> NDArray:
         """q -> r1 + i r2 at points x, or a derivative by x: (len(x), n)."""
         nodes = self.elements.ends

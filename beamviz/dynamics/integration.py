@@ -88,7 +88,8 @@ class Control:
         """The length of the step from t, None where it follows from the tolerance."""
         if self.ends is None:
             return self.step
-        return float(self.ends[np.searchsorted(self.ends, t * (1 + 1e-12), side="right")]) - t
+        next_end = np.searchsorted(self.ends[:-1], t * (1 + 1e-12), side="right")
+        return float(self.ends[next_end]) - t
 
     def newton_error(self, h: float) -> float:
         """The error [L] that Newton's method may leave in a step of length h: it is 1 / h times as
@@ -260,7 +261,7 @@ def integrate(
             h = control.planned(t) or min(length, most)
             if control.ends is not None:
                 h = min(h, most)
-            parts = math.ceil((stop - t) / h - 1e-9)
+            parts = max(math.ceil(min((stop - t) / h, 3) - 1e-9), 1)
             h = (stop - t) / parts if parts <= 2 else h  # no tiny last step
             step = stepper.step(t, h, q, v, a, guess)
             factor = HALF

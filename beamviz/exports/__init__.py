@@ -30,6 +30,7 @@ BT709 = 1  # in the tables of H.264
 PIXELS = (64, 4096)  # width and height of a picture
 FRAME_RATES = (5.0, 50.0)  # [1/s]; the limit of GIF
 MAX_FRAMES = 1000
+MAX_WORKERS = 1024
 SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
 MODE_ARRAYS = ("labels", "families", "frequencies", "errors", "growth_rates")
@@ -182,6 +183,7 @@ def animate(
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     periods = None if periods is None else check_int("periods", periods, 1, MAX_FRAMES)
+    workers = None if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     with replaced(path) as file:
         solved = SolvedScene(scene, direction, zoom)
         loop = Loop(solved, periods)
@@ -191,7 +193,7 @@ def animate(
                 f"the film has {count} frames: must be at most {MAX_FRAMES}; ask for fewer"
                 " periods, a lower fps or a higher pace"
             )
-        renderer, workers = Renderer(solved, *size), workers or os.cpu_count() or 1
+        renderer = Renderer(solved, *size)
         frames, sample = (
             rendered(renderer, (loop.moment(k / count) for k in numbers), workers)
             for numbers in (progress(count), count * np.arange(SAMPLE) // SAMPLE)
@@ -200,10 +202,13 @@ def animate(
     return loop
 
 
-def rendered(renderer: Renderer, moments: Iterator[Any], workers: int) -> Iterator[Image.Image]:
-    """The frames of a film, in RGB, rendered in some threads."""
-    with ThreadPoolExecutor(workers) as pool:
-        while together := list(itertools.islice(moments, workers)):
+def rendered(
+    renderer: Renderer, moments: Iterator[Any], workers: int | None
+) -> Iterator[Image.Image]:
+    """The frames of a film, in RGB, rendered in some threads, by default one for each processor."""
+    threads = workers or os.cpu_count() or 1
+    with ThreadPoolExecutor(threads) as pool:
+        while together := list(itertools.islice(moments, threads)):
             yield from pool.map(renderer.picture, together)
 
 

@@ -1,7 +1,6 @@
 """Files made of a motion in time: numbers, a chart, a film, a page that plays offline."""
 
 import json
-import os
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from beamviz.dynamics import Motion
 from beamviz.exports import (
     FORMATS,
     FRAME_RATES,
+    MAX_WORKERS,
     PIXELS,
     SAMPLE,
     check_format,
@@ -99,16 +99,13 @@ def animate_motion(
     suffix = check_suffix(path, tuple(FORMATS))
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
+    workers = None if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     with replaced(path) as file:
         scene = MotionScene(motion, dark=dark)
         count = max(round(scene.seconds * fps), 2)
         renderer = Renderer(scene, *size)
         frames, sample = (
-            rendered(
-                renderer,
-                (k / (count - 1) * motion.t[-1] for k in numbers),
-                workers or os.cpu_count() or 1,
-            )
+            rendered(renderer, (k / (count - 1) * motion.t[-1] for k in numbers), workers)
             for numbers in (progress(count), (count - 1) * np.arange(SAMPLE) // (SAMPLE - 1))
         )
         write_film(file, frames, fps, sample)

@@ -1,12 +1,13 @@
 """A scene with its solution, drawn at any moment, and the loop of its film."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from beamviz.checks import check_float
+from beamviz.checks import check_float, check_floats
 from beamviz.drawing import BeamScene, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import SampledModes, playback_rate
@@ -52,9 +53,8 @@ class SolvedScene:
     """
 
     def __init__(self, scene: Scene, direction: Direction | None = None, zoom: float = 1.0):
-        if direction and not any(direction):
-            raise InvalidInput("from = 0,0,0: must be a direction")
-        self.scene, self.direction = scene, direction
+        self.scene = scene
+        self.direction = None if direction is None else check_direction(direction)
         self.zoom = check_float("zoom", zoom, *ZOOMS)
         self.solution = solve(scene.beam, **scene.solver_options)
         self.shapes = SampledModes.sampled(self.solution)
@@ -97,6 +97,15 @@ class SolvedScene:
     def move(self, beams: BeamScene, moment: Moment) -> None:
         """Move the beams drawn to a moment."""
         beams.move(*moment)
+
+
+def check_direction(direction: Iterable[float]) -> Direction:
+    """A direction as three floats, or InvalidInput."""
+    numbers = check_floats("direction", direction)
+    if len(numbers) != 3 or not any(numbers):
+        raise InvalidInput(f"direction = {numbers}: must be three numbers, not all 0")
+    x, y, z = numbers
+    return x, y, z
 
 
 class Loop:

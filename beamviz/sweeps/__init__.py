@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
-from beamviz.errors import requires, unknown_keyword
+from beamviz.errors import InvalidInput, requires, unknown_keyword
 from beamviz.solver.problem import OPTIONS
 from beamviz.sweeps.arrays import ARRAYS
 from beamviz.sweeps.plan import find_place, make_plan
@@ -48,6 +48,10 @@ def sweep(
     for name in options.keys() - OPTIONS.keys():
         raise unknown_keyword(
             "keyword", name, (*OPTIONS, "axes", "out", "executor", "beam", "workers", "progress")
+        )
+    if executor is not None and not hasattr(executor, "submit"):
+        raise InvalidInput(
+            f"executor = {executor!r}: must be a concurrent.futures.Executor or a Dask Client"
         )
     with requires("sweep"):
         import xarray  # noqa: F401

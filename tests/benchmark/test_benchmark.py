@@ -187,6 +187,8 @@ def small(monkeypatch):
     monkeypatch.setattr(benchmark, "PEERS", (MISSING,))
     monkeypatch.setattr(work_precision, "QUICK", LITTLE)
     monkeypatch.setattr(motion, "QUICK", LITTLE_MOTION)
+    monkeypatch.setattr(motion, "LEAST", 0.0)
+    monkeypatch.setattr(motion, "REPEATS", 1)
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         monkeypatch.setenv(name, os.environ.get(name, "1"))
 

@@ -46,6 +46,7 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     "screenshot a.png --mode 0": f"mode = 0|1 .. {MAX_MODES}",
     "screenshot a.png --phase nan": "phase = nan|0 .. 1",
     "screenshot a.png --from 1,2": "--from|1,2|0,-1,0.5",
+    "screenshot a.png --from 0,0,0": "--from|0,0,0|not all 0",
     "screenshot a.jpg": "a.jpg|.png",
     "screenshot a.png --lesson nodes --scene $SCENE": "--scene $SCENE and --lesson nodes",
     "serve --port 70000": "port = 70000|1 .. 65535",
@@ -73,6 +74,7 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     f"{OVER} {ALL_AXES}": "6 axes|gamma, alpha, beta, delta, mu, spin_up|5",
     "sweep a.zarr --over gamma=0,1 --workers 0": "workers = 0",
     "sweep a.zarr --over gamma=0,1 --scheduler nowhere": "nowhere",
+    f"{OVER} delta=0,1 --scheduler at --workers 2": "--workers 2|--scheduler at",
     "sweep file.zarr --over gamma=0,1": "file.zarr",
     "loci --over mu --sweep $STORE": "mu",
     "loci --over gamma --sweep $STORE": "alpha|0 .. 2",
@@ -117,7 +119,7 @@ def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
     command, *options = Template(line).substitute(files).split()
     expected = Template(NAMED[line]).substitute(files)
     code, out, err = run(command, *options)
-    assert (code, out, err.count("\n")) == (1 if "scheduler" in line else 2, "", 1)
+    assert (code, out, err.count("\n")) == (1 if line.endswith("nowhere") else 2, "", 1)
     assert err.startswith("beamviz: ")
     message = err.removeprefix("beamviz: ").removesuffix("\n")
     assert [part for part in expected.split("|") if part not in message] == []
@@ -144,6 +146,7 @@ FILES = {
     },
     **{suffix: ("export", f"{{}}/a.{suffix}") for suffix in ("html", "glb", "csv", "npz")},
     "plot": ("loci", "--plot", "{}/a.png", *SWEEP),
+    "motion": ("motion", "{}/a.csv", "--until", "0.1"),
 }
 COMMANDS = {
     **FILES,

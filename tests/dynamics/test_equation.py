@@ -22,7 +22,8 @@ def test_tangents(cubic, hub, strain, curvature):
     load = np.array([3.0]), np.array([0.7])
     made = HubEquation(mesh, model, 0.5, None) if hub else Equation(mesh, model, None)
     random = np.random.default_rng(0)
-    start = np.append(made.unknowns.unstressed, [0.0] * hub)
+    none = np.zeros_like(mesh.points)
+    start = np.append(made.unknowns.fitted(none, none + 1), [0.0] * hub)  # straight, unstretched
     state = [part + random.normal(size=len(start)) * 0.05 for part in (start, 0.0, 0.0)]
     if hub:
         state[1][-1] = 2.0  # the speed

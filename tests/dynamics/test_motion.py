@@ -282,6 +282,8 @@ def test_steps_that_do_not_converge():
         ({"start": {"B1": 0.1}, "release": 1}, "exclude"),
         ({"catch": 0.5}, "alpha = 0"),
         ({"integrator": "euler"}, "euler"),
+        ({"speed": ([0, 0.5, 0.5 + 1e-11], [2, 2, 3])}, "apart"),
+        ({"speed": Hub(1, ([0, 0.5, 0.5 + 1e-11], [2, 2, 3]))}, "apart"),
         ({"plane": "flapwise"}, "plane"),
         ({"relese": 1}, "release"),
         ({"elements": 5}, "ancf"),
@@ -290,6 +292,17 @@ def test_steps_that_do_not_converge():
 def test_wrong_input_is_named(options, named):
     with pytest.raises(InvalidInput, match=named):
         motion(Beam(gamma=2), **{"until": 1, **options})
+
+
+@pytest.mark.parametrize("after", [2**-53, 1e-12, 1e-10, 1e-8])
+@pytest.mark.parametrize("place", [0.5, 1.0])
+def test_moments_that_are_close(after, place):
+    """A body that docks at the very end, or a corner of the speed beside another, as they come of
+    conversions of units, changes nothing."""
+    catch = place - after
+    options = {"start": {"B1": 0.05}, "tolerance": 1e-3, "speed": ([0, 0.5, 2], [3, 3, 4])}
+    until = [motion(Beam(alpha=1, gamma=3), 1, catch=t, **options) for t in (catch, place)]
+    assert until[0].tip == pytest.approx(until[1].tip, abs=2e-3)
 
 
 def test_a_blade_is_refused():

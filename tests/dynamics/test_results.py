@@ -163,3 +163,11 @@ def test_a_file_of_another_kind_is_refused(run, tmp_path):
     code, _, err = run("motion", str(tmp_path / "motion.txt"), *ARGUMENTS)
     assert code == 2
     assert ".csv" in err
+
+
+def test_a_place_that_cannot_be_written_is_told_before_the_motion_is_computed(run, tmp_path):
+    """Of a beam that has no equilibrium, which would be exit code 3."""
+    none = ("--gamma", "40", "--delta", "1", "--strain", "hencky")
+    code, _, err = run("motion", str(tmp_path / "missing" / "a.csv"), *none)
+    assert code == 1
+    assert "missing" in err

@@ -8,7 +8,8 @@ from importlib.resources import files
 from typing import Any
 
 import pytest
-from live.browser import Page, by_id, page, says
+from helpers import slow
+from live.browser import READY, Page, by_id, page, says
 from live.visitor import Visitor, visitor
 
 from beamviz.beam import Beam
@@ -27,7 +28,7 @@ from beamviz.explorer.features import real_beam
 from beamviz.presets import PRESETS
 from beamviz.scene import MAX_LINK, Scene
 
-FIRST = Scene(real_beam.STEEL_BEAM.beam)
+FIRST = Scene(real_beam.STEEL_BEAM.beam).changed(playing=False)
 NREL, STEEL = PRESETS["nrel-5mw-blade"].beam, PRESETS["tapered-steel-blade"].beam
 SI: dict[str, Any] = {
     "stations": [0.0, 0.4, 1.0],
@@ -373,53 +374,59 @@ def test_a_beam_of_another_size_is_not_lost_by_an_impossible_table(guest, sessio
 
 # In a browser
 
+
+@pytest.fixture(scope="module")
+def opened(url) -> Iterator[Page]:
+    """A page of the explorer of this file, which its tests use in turn."""
+    with page(url, 1440, 900) as opened:
+        opened.wait(f"{READY} && {says('1st bending')}")
+        yield opened
+
+
 CELLS = "[...document.querySelectorAll('#blade table')[0].querySelectorAll('input.cell')]"
 PASTE = """(text => {{ const data = new DataTransfer(); data.setData('text', text);
   const cell = {cell}; cell.focus(); cell.dispatchEvent(new ClipboardEvent('paste',
   {{clipboardData: data, bubbles: true, cancelable: true}})) }})({text})"""
 
 
-def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(url, tmp_path):
+def test_cells_are_typed_pasted_and_read_from_a_file_in_the_page(opened, tmp_path):
     """By keyboard, letters of which are no shortcuts; several cells by paste; a CSV file. Another
     cell keeps what is typed in it, and a reload all of it."""
-    with page(url, 1440, 900) as opened:
-        opened.wait(says("real beam".capitalize()))
-        opened.send("blade.begin", None)
-        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}[0].value === '0'")
-        opened.evaluate(PASTE.format(cell=f"{CELLS}[3]", text=json.dumps(TABLE)))
-        opened.wait(f"{CELLS}.length === 15 && {CELLS}[7].value === '200'")
-        opened.evaluate(f"{CELLS}[7].focus(); {CELLS}[7].select()")
-        choices = (
-            "document.documentElement.dataset.theme + document.getElementById('play').ariaPressed"
-        )
-        before = opened.evaluate(choices)
-        for letter in "pd":
-            opened.key(letter)
-        opened.call("Input.insertText", text="stiff")
-        opened.key("Tab", until=says("station 2, EI [N m²] = "))
-        assert opened.evaluate("document.activeElement === " + f"{CELLS}[8]")
-        opened.wait("location.search.includes('draft=')")
-        typed = opened.evaluate(f"{CELLS}[7].value")
-        assert typed.endswith("stiff")
-        assert opened.evaluate(choices) == before
-        opened.reload()
-        opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 15")
-        opened.wait(f"{CELLS}[7].value === {json.dumps(typed)}")
-        file = tmp_path / "blade.csv"
-        file.write_text(TABLE.replace("\t", ",").replace("200", "250"))
-        node = opened.call("DOM.getDocument")["root"]["nodeId"]
-        box = opened.call("DOM.querySelector", nodeId=node, selector="#blade-file")["nodeId"]
-        opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
-        opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
-        assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
-        assert opened.problems == []
+    opened.send("reset")
+    opened.send("blade.begin")
+    opened.wait(f"!!document.querySelector('#blade table') && {CELLS}[0].value === '0'")
+    opened.evaluate(PASTE.format(cell=f"{CELLS}[3]", text=json.dumps(TABLE)))
+    opened.wait(f"{CELLS}.length === 15 && {CELLS}[7].value === '200'")
+    opened.evaluate(f"{CELLS}[7].focus(); {CELLS}[7].select()")
+    choices = "document.documentElement.dataset.theme + document.getElementById('play').ariaPressed"
+    before = opened.evaluate(choices)
+    for letter in "pd":
+        opened.key(letter)
+    opened.call("Input.insertText", text="stiff")
+    opened.key("Tab", until=says("station 2, EI [N m²] = "))
+    assert opened.evaluate("document.activeElement === " + f"{CELLS}[8]")
+    opened.wait("location.search.includes('draft=')")
+    typed = opened.evaluate(f"{CELLS}[7].value")
+    assert typed.endswith("stiff")
+    assert opened.evaluate(choices) == before
+    opened.reload()
+    opened.wait(f"!!document.querySelector('#blade table') && {CELLS}.length === 15")
+    opened.wait(f"{CELLS}[7].value === {json.dumps(typed)}")
+    file = tmp_path / "blade.csv"
+    file.write_text(TABLE.replace("\t", ",").replace("200", "250"))
+    node = opened.call("DOM.getDocument")["root"]["nodeId"]
+    box = opened.call("DOM.querySelector", nodeId=node, selector="#blade-file")["nodeId"]
+    opened.call("DOM.setFileInputFiles", nodeId=box, files=[str(file)])
+    opened.wait(f"{CELLS}[7].value === '250' && !location.search.includes('draft=')")
+    assert not opened.evaluate(f"!!{by_id('blade-reasons')}.innerText")
+    assert opened.problems == []
 
 
 @pytest.mark.slow
 def test_a_blade_of_many_stations_outlives_a_reload(url):
     """By its address."""
     with page(url, 1440, 900) as opened:
-        opened.wait(says("Real beam"))
+        opened.wait(f"{READY} && {says('1st bending')}")
         shown = f"!!document.querySelector('#blade table') && {CELLS}.length === 5 * 49"
         opened.send("blade.preset", "nrel-5mw-blade", until=shown)
         opened.wait("location.search.includes('61.5') && location.search.length > 2000")
@@ -428,22 +435,20 @@ def test_a_blade_of_many_stations_outlives_a_reload(url):
         assert opened.problems == []
 
 
-@pytest.fixture(scope="module")
-def blade_page(url) -> Iterator[Page]:
-    """A page with a blade that spins up, a body and a spring at the root, and axe-core."""
-    with page(url, 1440, 900) as opened:
-        opened.wait(says("Real beam"))
-        for action, value in (
-            ("playing", False),
-            ("blade.preset", "tapered-steel-blade"),
-            ("blade.masses.add", None),
-            ("blade.root", "spring"),
-            ("spin_up", 20.0),
-        ):
-            opened.send(action, value)
-        opened.wait(f"!!{by_id('blade-spring')}")
-        opened.evaluate(AXE)
-        yield opened
+@pytest.fixture
+def blade_page(opened) -> Page:
+    """That page with a blade that spins up, a body and a spring at the root."""
+    for action, value in (
+        ("reset", None),
+        ("blade.preset", "tapered-steel-blade"),
+        ("blade.masses.add", None),
+        ("blade.root", "spring"),
+        ("spin_up", 20.0),
+    ):
+        opened.send(action, value)
+    opened.catch_up()
+    opened.wait(f"!!{by_id('blade-spring')}")
+    return opened
 
 
 def test_the_positions_stay_in_view_beside_the_last_columns(blade_page):
@@ -461,11 +466,12 @@ def test_the_positions_stay_in_view_beside_the_last_columns(blade_page):
 
 
 @pytest.mark.parametrize(
-    ("size", "scheme"), [((1440, 900), "light"), ((390, 844), "dark")], ids=str
+    ("size", "scheme"), [((390, 844), "dark"), *slow(((1440, 900), "light"))], ids=str
 )
 def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, size, scheme):
     """With a wrong cell; letters of 14 px, targets of 24 px, of 44 px on a phone; nothing is wider
     than a phone."""
+    blade_page.evaluate(AXE)
     blade_page.resize(*size)
     blade_page.send("dark", scheme == "dark")
     blade_page.wait(f"document.documentElement.dataset.theme === '{scheme}'")

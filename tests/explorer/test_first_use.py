@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from helpers import slow
 from live.browser import READY, Page, are_apart, by_id, page, says, tab
 from live.server import wait_until
 from live.visitor import PAPER
 
 from beamviz.scene import Scene
 
-FIRST = Scene(PAPER.replace(gamma=5))
+FIRST = Scene(PAPER.replace(gamma=5)).changed(playing=False)  # a scene that moves takes time
 
 
 @pytest.fixture
@@ -180,8 +181,10 @@ def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
     desk.click(f"{zoom}[2]", until=f"{zoom}[2].hidden")
 
 
-@pytest.mark.parametrize("size", [(1440, 900), (1280, 720), (960, 1080), (390, 844)], ids=str)
-@pytest.mark.parametrize("name", ["veering", "stiffening"])
+@pytest.mark.parametrize("name", ["veering", *slow("stiffening")])
+@pytest.mark.parametrize(
+    "size", [(1440, 900), (390, 844), *slow(((1280, 720),), ((960, 1080),))], ids=str
+)
 def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
     """Below what there is to do, in the lesson and in the page; the next step begins at its top."""
     desk.resize(*size)
@@ -191,6 +194,23 @@ def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
     desk.wait(f"(([look, lesson]) => look <= Math.min(lesson, innerHeight) + 1)({ends})")
     desk.key("n", until="!!document.querySelector('#lesson .proof')")
     assert desk.evaluate(f"{by_id('lesson')}.scrollTop") == 0
+
+
+def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):
+    """What to look for and the slider are in view together; a chart that it names comes next to
+    another lesson."""
+    desk.resize(390, 844)
+    desk.send("lesson", "stiffening", until=f"!!document.querySelector('.guesses') && {says('1.')}")
+    desk.click("document.querySelector('.guesses button')", until=f"!!{by_id('try')}")
+    desk.click(f"{by_id('try')}.querySelector('.link')")
+    ends = f"""[{by_id("try")}.lastChild, {by_id("gamma-slider")}]
+      .map(e => e.getBoundingClientRect())"""
+    desk.wait(f"""(([look, slider]) => look.top > innerHeight / 2 && slider.bottom <= innerHeight
+      && look.bottom < slider.top)({ends})""")
+    desk.send("lesson", "crossing", until=says("Meeting without touching"))
+    gap = f"""{by_id("loci-chart")}.getBoundingClientRect().bottom
+      - {by_id("controls")}.getBoundingClientRect().top"""
+    desk.wait(f"{gap} <= 0")
 
 
 def test_a_replaced_scene_is_offered_back(desk):
@@ -301,6 +321,7 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
     wait_until(lambda: are_apart(desk.evaluate(boxes)))
 
 
+@pytest.mark.slow
 def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
     """Below the scene; without one the page begins at its top."""
     height = f"{by_id('tab-veering')}.getBoundingClientRect().top"

@@ -112,8 +112,7 @@ def test_the_tab_follows_the_beam(guest):
     assert guest.charts["loads-axial"]["lines"][0]["y"][0] == pytest.approx(newtons / 1e3, rel=1e-5)
     guest.do("dimensionless")
     guest.wait(lambda _: "EI/L²" in guest.charts["loads-axial"]["y"]["label"])
-    guest.do("strain", "biot")
-    guest.do("gamma", 180.0, until="No equilibrium")
+    guest.do("link", "?strain=biot&mu=10&gamma=20&tab=loads", until="No equilibrium")
     guest.wait(lambda _: hidden(guest) == ["axial", "shear", "moment"])
 
 

@@ -87,7 +87,7 @@ def test_the_lines_are_the_branches_in_their_families(coriolis):
 def test_lines_have_the_names_and_colours_of_the_table_of_modes(beam, options, event):
     """At each speed, as both change along the loci of a bent beam, and within mixed modes."""
     data = chart_data(chart_of(beam, **options))
-    for gamma in data["at"][10:-1:10]:
+    for gamma in data["at"][10:-1:30]:
         solution, found = solve(beam.replace(gamma=gamma), **options), []
         for line in data["lines"]:
             k = data["at"].index(gamma)

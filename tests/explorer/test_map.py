@@ -10,6 +10,7 @@ from live.server import wait_until
 from live.visitor import Visitor, pause
 
 from beamviz.beam import Beam
+from beamviz.explorer.features import map as map_tab
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -37,6 +38,14 @@ def place(guest: Visitor) -> list[float]:
     return [guest.charts["map-chart"]["cursor"][axis] for axis in "xy"]
 
 
+@pytest.fixture
+def few_columns(monkeypatch) -> int:
+    """The columns of a map that is computed sooner."""
+    columns, _ = size = 27, 15
+    monkeypatch.setattr(map_tab, "SIZE", size)
+    return columns
+
+
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_the_values_are_those_of_solve(guest, coriolis):
     """The smallest gap and the frequency of a mode; buttons move the beam to the extremes."""
@@ -59,6 +68,7 @@ def test_the_values_are_those_of_solve(guest, coriolis):
         guest.wait(lambda _, words=words: words in guest.texts["map-text"])
 
 
+@pytest.mark.usefixtures("few_columns")
 def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest, session):
     """In one step, which one undo restores; near the end of an axis the map is not sent again. The
     same number cannot be on both axes; what is neither a point nor an axis is ignored."""
@@ -99,17 +109,17 @@ def test_beams_without_a_frequency_are_explained(guest):
     guest.says("In colour, but: buckled chordwise")
 
 
-def test_a_slow_map_is_cancelled_and_restarted(guest):
+def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
     """With its progress; the last map is faded until there is another."""
     pause(guest)
     guest.do("tab", "map")
-    map_shown(guest, columns="81")
+    map_shown(guest, columns=str(few_columns))
     guest.choose("method", "ancf-planar")
     for action in ("cancel_jobs", None):
         guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
         if action:
             guest.do(action, until=lambda _: "cancelled: map" in guest.texts["work"])
-            assert guest.charts["map-chart"]["columns"] == 81
+            assert guest.charts["map-chart"]["columns"] == few_columns
             for part in ("map-chart", "map-text"):
                 assert guest.props[part]["data-outdated"] == ""
             guest.do("retry_jobs", None)

@@ -28,8 +28,10 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.drawing.sizes import section_size, sections
+from beamviz.dynamics import motion
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
+from beamviz.exports.motion_files import animate_motion
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -434,3 +436,25 @@ def test_what_cannot_be_written_is_not_solved(tmp_path, monkeypatch, write, name
     with pytest.raises((InvalidInput, Unavailable), match=message):
         write(tmp_path / name, beyond, **options)
     assert list(tmp_path.iterdir()) == [tmp_path / "folder.png"]
+
+
+@pytest.mark.parametrize("direction", [(1, 2), (0, 0, 0), "abc", (0, 0, math.nan), 3])
+def test_a_wrong_direction_is_named(tmp_path, direction):
+    with pytest.raises(InvalidInput):
+        screenshot(tmp_path / "a.png", Scene.of(PAPER), 64, 64, direction=direction)
+
+
+def test_a_direction_may_be_an_array(tmp_path):
+    for name, direction in (("tuple", (0.0, -1.0, 0.5)), ("array", np.array([0.0, -1.0, 0.5]))):
+        screenshot(tmp_path / f"{name}.png", Scene.of(PAPER), 64, 64, direction=direction)
+    assert (tmp_path / "tuple.png").read_bytes() == (tmp_path / "array.png").read_bytes()
+
+
+def test_a_wrong_number_of_threads_is_named(tmp_path):
+    moved = motion(Beam(), 0.1, points=2)
+    for workers in (0, -1, 1.5):
+        with pytest.raises(InvalidInput, match="workers"):
+            animate(tmp_path / "a.gif", Scene.of(PAPER), 64, 64, workers=workers)
+        with pytest.raises(InvalidInput, match="workers"):
+            animate_motion(tmp_path / "a.gif", moved, 64, 64, workers=workers)
+    assert not list(tmp_path.iterdir())

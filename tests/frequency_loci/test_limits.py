@@ -55,13 +55,13 @@ def test_beyond_the_limit_of_equilibrium():
 @pytest.mark.parametrize(
     ("beam", "over", "values"),
     [
-        (Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11)),
         (Beam(gamma=40), "mu", np.linspace(40, 80, 11)),
+        *slow((Beam(gamma=40, beta=0.9), "alpha", np.linspace(0, 1, 11))),
     ],
 )
 def test_limits_over_other_numbers(beam, over, values):
     """The limit is located between two values: an equilibrium exists on one side of it only."""
-    (limit,) = loci(beam, over, values, strain="hencky").limits
+    (limit,) = loci(beam, over, values, 1, strain="hencky").limits
     edge = limit.stop if limit.start == values[0] else limit.start
     sides = [beam.replace(**{over: edge * (1 + step)}) for step in (-1e-6, 1e-6)]
     outcomes = solve_many(sides, strain="hencky")  # so near to the limit a solve may fail
@@ -82,7 +82,7 @@ def test_the_end_of_a_force_law_over_the_hub_radius():
         s = (1 + GAUSS[0]) / 2
         return GAUSS[1] / 2 @ (np.exp(s - 1) * s / np.sqrt(delta**2 + s**2 / g)) / g - 1
 
-    (limit,) = loci(Beam(gamma=30), "delta", np.linspace(0, 2, 11), strain="hencky").limits
+    (limit,) = loci(Beam(gamma=30), "delta", np.linspace(0, 2, 11), 1, strain="hencky").limits
     assert limit.start == pytest.approx(brentq(excess, 1, 2, xtol=1e-14), rel=3e-9)
 
 
@@ -108,6 +108,7 @@ def test_a_limit_just_above_a_value_of_the_grid():
     assert limit.start == pytest.approx(critical, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_limit_at_zero():
     """With a heavy mass there is an equilibrium at beta = 0 only, where the mass is held: precision
     relative to the limit cannot be reached."""
@@ -207,9 +208,12 @@ def test_nowhere_an_equilibrium():
 @pytest.mark.parametrize(
     ("beam", "over", "values", "at", "coriolis"),
     [
-        *((INWARD, "gamma", np.linspace(2, 5, 16), 2.9960, on) for on in (False, True)),
+        (INWARD, "gamma", np.linspace(2, 5, 16), 2.9960, True),
         (Beam(gamma=4), "delta", np.linspace(-1.5, 0.5, 16), None, False),
-        (INWARD.replace(gamma=2.5), "alpha", np.linspace(0, 2, 16), None, True),
+        *slow(
+            (INWARD, "gamma", np.linspace(2, 5, 16), 2.9960, False),
+            (INWARD.replace(gamma=2.5), "alpha", np.linspace(0, 2, 16), None, True),
+        ),
     ],
 )
 def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
@@ -231,7 +235,7 @@ def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     assert (before[-1], after[0]) == (before.min(), after.min())
 
 
-@pytest.mark.parametrize("values", [np.linspace(2.9, 3.1, 9), np.linspace(2, 5, 31)])
+@pytest.mark.parametrize("values", [np.linspace(2.9, 3.1, 9), *slow(np.linspace(2, 5, 31))])
 def test_a_kink_of_a_gap_is_no_crossing(values):
     """Where the beam buckles the gap between S1 and B4 is least, 10, and grows suddenly."""
     found = loci(INWARD, "gamma", values, state="stable")

@@ -352,6 +352,7 @@ def test_neither_a_foreign_page_nor_our_own_can_use_the_server_of_the_other(fore
         assert not opens(shown, own)
 
 
+@pytest.mark.slow
 def test_only_pages_of_this_machine_show_a_page_in_a_notebook():
     """Another page cannot, even with the key."""
     with explorer(SCENE, visitor_key=KEY, framed=True) as found:

@@ -162,6 +162,7 @@ def test_the_dataset_is_labelled(tmp_path):
         (False, {"method": "ancf", "elements": 2, "modes": 9}, "modes = 9: at most 4"),
         (False, {"out": "a.nc"}, r"a.nc: must end in .zarr"),
         (False, {"workers": 0}, r"workers = 0: must be a whole number"),
+        (False, {"executor": 3}, "executor = 3"),
     ],
 )
 def test_wrong_arguments_make_and_change_no_store(made, arguments, message, tmp_path, monkeypatch):

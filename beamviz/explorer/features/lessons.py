@@ -187,7 +187,9 @@ def lesson_reads(snapshot: Snapshot) -> tuple[object, ...]:
 def lesson_content(name: str, step: int, guess: int | None, facts: Facts | None) -> Content:
     """The open lesson beside the tabs."""
     text = lesson_html(lesson(name), step, guess, facts) if name else ""
-    return page.html("lesson-text", text) | page.props("lesson", hidden=not name)
+    in_tab = bool(name) and any(key.startswith("tab-") for key in controls(lesson(name).do))
+    shown = page.props("lesson", hidden=not name, data_beside="tab" if in_tab else "controls")
+    return page.html("lesson-text", text) | shown
 
 
 def verdict_reads(snapshot: Snapshot) -> tuple[Any, ...]:
@@ -263,7 +265,7 @@ def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | Non
         f"<p>{formatted(lesson.meaning)}</p>{judged(lesson, guess)}"
         '<p class="proof"><span class="soft">The number that proves it:</span>'
         f" {escape(facts.proof if facts else '…')}</p>",
-        f'<p class="question">{formatted(lesson.task)}</p><p class="soft">{FINE_STEPS}</p>',
+        f'<p class="question">{formatted(lesson.task)}</p><p class="soft fine">{FINE_STEPS}</p>',
     )[step]
     number = NAMES.index(lesson.name) + 1
     title = f"<h3>{number}. {escape(lesson.title)}</h3>"

@@ -50,6 +50,13 @@ DECADES = 4  # of amplitude in the spectrum
 MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has too
 
 
+class Obstacle(NamedTuple):
+    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any."""
+
+    reason: str
+    remedy: str = ""
+
+
 class MotionRequest(NamedTuple):
     """A motion to compute: its beam, options of `solve`, and the experiment."""
 
@@ -68,35 +75,45 @@ class MotionRequest(NamedTuple):
         """The size of the beam; None where it is not known."""
         return self.beam.units
 
-    def check(self) -> None:
-        """Raises InvalidInput for options that a motion has not."""
+    @property
+    def obstacle(self) -> "Obstacle | None":
+        """What a motion has not; None if it can be computed."""
         options, own, units = dict(self.options), self.experiment, self.beam.units
         if not self.beam.is_uniform:
-            raise InvalidInput(
-                "A motion in time is computed for a uniform clamped beam with at most one mass: a"
-                " button of the panel Blade makes it one."
+            return Obstacle(
+                "A motion in time is computed for a uniform clamped beam with at most one mass.",
+                page.button("Make it uniform, as at the root", data_do="blade.uniform"),
             )
         if own.body != "stays" and own.body_at > own.until:
-            raise InvalidInput(
+            return Obstacle(
                 f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
                 f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
                 " earlier time."
             )
         if options["plane"] != "chordwise":
-            raise InvalidInput(
-                "A motion in time is computed in the plane of rotation: choose in plane above."
+            return Obstacle(
+                "A motion in time is computed in the plane of rotation, and this beam vibrates out"
+                " of it.",
+                page.button("Vibrate in plane", data_set="plane", data_value="chordwise"),
             )
-        if not (options["stiffening"] and options["softening"]):
-            raise InvalidInput(
-                "A motion in time has all effects of rotation: switch stiffening and spin softening"
-                " on in Physical effects. The theory without stiffening is below."
-            )
+        for term in ("stiffening", "softening"):
+            if not options[term]:
+                return Obstacle(
+                    "A motion in time has all effects of rotation; the theory without stiffening is"
+                    " below.",
+                    page.button(f"Switch {term} on", data_set=term, data_value=True),
+                )
         if self.beam.spin_up:
-            raise InvalidInput("Put the spin-up back to 0: how the speed changes is chosen below.")
+            return Obstacle(
+                "A motion in time has no constant spin-up: how the speed changes is chosen below.",
+                page.button("Set the spin-up to 0", data_set="spin_up", data_value=0),
+            )
+        return None
 
     def computed(self) -> "Computed":
         """The motion. Raises the errors of `motion`, and Cancelled."""
-        self.check()
+        if obstacle := self.obstacle:
+            raise InvalidInput(obstacle.reason)
         beam, own = self.beam, self.experiment
         options = {name: one for name, one in self.options if name in MODEL}
         given: dict[str, Any] = {
@@ -319,8 +336,8 @@ TOOLS += page.group(
     page.button("From the start", data_do="moment", data_value=0),
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
-TOOLS += select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
-MORE = select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
+MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
+MORE += select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
 MORE += select_of("body") + slider_of("body_at")
 MORE += page.checkbox("motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT)
 MORE += "".join(map(slider_of, ("damping", "until")))
@@ -514,6 +531,12 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
 
 def words_content(experiment: Experiment, case: Case, reason: str) -> Content:
     """The experiment in a sentence, or the reason why there is none."""
+    try:
+        obstacle = MotionRequest.of(case, experiment).obstacle
+    except InvalidInput:  # the page says which number is out of range
+        obstacle = None
+    if obstacle:
+        return page.html("motion-words", f"{escape(obstacle.reason)} {obstacle.remedy}")
     return page.html("motion-words", escape(reason or in_words(experiment, case)))
 
 

@@ -209,7 +209,10 @@ def built(values: dict[str, float]) -> Beam:
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
     if not low <= slenderness <= high:
-        raise InvalidInput(f"L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}")
+        kind = "thick" if slenderness < low else "slender"
+        raise InvalidInput(
+            f"too {kind} a beam: L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}"
+        )
     si = {name: values[name] for name in SI_REQUIRED}
     units = PhysicalBeam.of(si).units
     assert units.mass

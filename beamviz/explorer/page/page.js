@@ -59,7 +59,7 @@ const beamviz = (() => {
       bridge = update.bridge;
       for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
     }
-    const rows = rowPlaces(), step = lessonStep(), guessed = byId("try");
+    const rows = rowPlaces(), step = lessonStep(), guessed = byId("try"), met = isMet();
     Object.assign(values, update.values); // the new texts show them
     for (const [id, html] of Object.entries(update.html ?? {})) {
       texts[id] = html;
@@ -86,6 +86,7 @@ const beamviz = (() => {
       byId("lesson").scrollIntoView({ block: "nearest" });
     }
     if (lessonStep() !== step) byId("lesson").scrollTop = 0;
+    else if (!met && isMet()) showVerdict();
     else if (!guessed) byId("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) setAddress(update.address);
@@ -95,6 +96,15 @@ const beamviz = (() => {
 
   /* The open lesson and its step. */
   const lessonStep = () => all("#lesson h3, #lesson [aria-current]").map((e) => e.textContent).join();
+
+  const isMet = () => Boolean(byId("verdict").querySelector(".met"));
+
+  /* Shows that a challenge is met: in the lesson, or where that is out of view, as on a phone, over the page. */
+  function showVerdict() {
+    const verdict = byId("verdict"), { top, bottom } = verdict.getBoundingClientRect();
+    if (media("min-width: 1100px").matches) verdict.scrollIntoView({ block: "nearest" });
+    else if (bottom > innerHeight || top < byId("scene").getBoundingClientRect().bottom) say(verdict.innerText, true);
+  }
 
   /* What makes an address that of another scene: its lesson, or a real beam. */
   function sceneOf(query) {
@@ -292,7 +302,7 @@ const beamviz = (() => {
     }
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
-    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").scrollIntoView(); // below the fold
+    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").firstElementChild.scrollIntoView(); // below the fold
     if (!tell) return;
     used.tab = performance.now();
     send("tab", panel.id.slice(4));
