@@ -14,6 +14,7 @@ from oracle.error_bars import (
 from beamviz import InvalidInput, NoEquilibrium, solve, solve_many
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
+from beamviz.presets import preset
 
 TAPER = Blade.tapered(height=0.5)
 BODIES = (Mass(1, 0.5), Mass(1, 1))
@@ -76,6 +77,22 @@ def test_random_deflected_blades(seed):
     """Inward ones past buckling, and ones that spin up."""
     found = bent_verdict(random_bent_scene(seed, blades=True))
     assert found["kind"] in ("within", "no-equilibrium", "unknown"), found
+
+
+@pytest.mark.parametrize(
+    ("numbers", "options"),
+    [
+        ({"alpha": 0.15, "beta": 0.6536, "gamma": 4.46}, {}),
+        ({"alpha": 0.118, "beta": 0.9986, "spin_up": -9.229}, {"coriolis": True}),
+    ],
+)
+def test_errors_of_deflected_blades_of_many_stations(numbers, options):
+    """Elements span many stations, where the mass has kinks: single coefficients nearly vanish
+    there, and the errors of modes must not."""
+    beam = preset("nrel-5mw-blade").beam.replace(delta=-1.0, **numbers)
+    options = options | {"state": "stable", "strain": "biot", "modes": 8}
+    found, finer = (solve(beam, tolerance=tolerance, **options) for tolerance in (1e-6, 1e-7))
+    assert (abs(found.s - finer.s) <= found.errors + finer.errors).all()
 
 
 @pytest.mark.parametrize("options", [{}, {"plane": "flapwise"}, {"coriolis": True}])

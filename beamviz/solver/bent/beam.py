@@ -465,7 +465,8 @@ class BentState:
         r, gradient = bent.stretch.shape[1], np.empty((2, len(f), bent.size))
         gradient[0, :, :r], gradient[1, :, :r] = c * bent.stretch, s * bent.stretch
         gradient[0, :, r:], gradient[1, :, r:] = -f * s * bent.angle, f * c * bent.angle
-        return np.sqrt(bent.mass)[:, None] * (bent.to_masses @ gradient)
+        at_points, at_bodies = bent.grid.integrals(gradient), bent.to_carried @ gradient
+        return np.sqrt(bent.mass)[:, None] * np.concatenate((at_points, at_bodies), axis=1)
 
     @cached_property
     def rotations(self) -> NDArray:

@@ -133,19 +133,21 @@ def _inverse_spectrum(
     start = np.random.default_rng(0).standard_normal(size)
     unit = np.sqrt(np.linalg.norm(solve(M @ start[:n])) / np.linalg.norm(start[:n]))
 
+    if isinstance(M, np.ndarray):  # products with a matrix take less time than solutions
+        A = -solve(M) if C is None else -solve(np.hstack((C, M / unit)))
+
     def inverse(v: NDArray) -> NDArray:
-        if C is None:
-            return -solve(M @ v)
+        if isinstance(M, np.ndarray):
+            first = A @ v
+        else:
+            first = -solve(M @ v if C is None else C @ v[:n] + M @ (v[n:] / unit))
         # (s q, unit s^2 q) -> (q, unit s q), of one size where s is about 1 / unit
-        return np.concatenate((-solve(C @ v[:n] + M @ (v[n:] / unit)), unit * v[:n]))
+        return first if C is None else np.concatenate((first, unit * v[:n]))
 
     if size > max(FEW, 2 * wanted + 8):
         from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
 
-        dense = isinstance(M, np.ndarray)  # a product takes less time than a call
-        operator = (
-            inverse(np.eye(size)) if dense else LinearOperator((size, size), inverse, dtype=float)
-        )
+        operator = LinearOperator((size, size), inverse, dtype=float)
         nu, V = eigs(operator, wanted, ncv=2 * wanted + 8, v0=start)
     else:
         nu, V = np.linalg.eig(inverse(np.eye(size)))

@@ -95,6 +95,15 @@ class Grid:
         arrays = self.points[k], self.weights[k], self.J[k]
         return Grid(self.breaks[k], self.orders, self.axial_orders, *arrays)
 
+    def integrals(self, values: np.ndarray) -> np.ndarray:
+        """J times values (..., n, k) on one grid, element by element: faster for many columns."""
+        result, total = np.empty_like(values), 0.0
+        for k, (order, block) in enumerate(zip(self.orders, _blocks(self.orders), strict=True)):
+            here, half = values[..., block, :], (self.breaks[k + 1] - self.breaks[k]) / 2
+            result[..., block, :] = total + (half * reference(order).integration) @ here
+            total = total + (self.weights[block] @ here)[..., None, :]
+        return result
+
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x; of a
         stack, x is (..., len(x))."""
