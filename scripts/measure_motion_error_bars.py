@@ -4,7 +4,7 @@ The truth is the same motion with a quarter of the tolerance, and where it appli
 tip, released at a constant speed) the independent integration of tests/oracle/motion.py. Run it on
 a quiet machine; what has been computed is kept in a file:
 
-    python scripts/measure_motion_error_bars.py [--motions 200] [--kept FILE] [--out assets]
+    python scripts/measure_motion_error_bars.py [--motions 210] [--kept FILE] [--out assets]
 """
 
 import json
@@ -48,7 +48,7 @@ class Watch:
 def main() -> None:
     """Measure, write error_bars_motion.json and .md, print the page."""
     parser = _script.Parser(__doc__)
-    parser.add_argument("--motions", type=_script.count, default=200)
+    parser.add_argument("--motions", type=_script.count, default=210)
     parser.add_argument("--kept", type=Path)
     parser.add_argument("--out", type=Path, default=_script.ROOT / "assets")
     given = parser.parse_args()
@@ -131,10 +131,16 @@ def random_motion(seed: int) -> tuple[str, Beam, float, dict[str, Any]]:
     )
     until = draw(1, 3)
     options: dict[str, Any] = {"damping": float(random.choice([0.0, draw(0, 0.1)]))}
-    kinds = ("started in modes", "released", "spun up", "stopped", "a table of speeds", "a hub")
+    kinds = (
+        *("started in modes", "long and undamped", "released"),
+        *("spun up", "stopped", "a table of speeds", "a hub"),
+    )
     kind = kinds[seed % len(kinds)]
     if kind == "started in modes":
         options |= {"start": {"B1": draw(0.01, 0.15), "B2": draw(0.0, 0.01)}}
+    elif kind == "long and undamped":
+        until = draw(10, 60)
+        options |= {"start": {"B1": draw(0.01, 0.1), "B2": draw(0.0, 0.02)}, "damping": 0.0}
     elif kind == "released":
         options |= {"release": draw(0.1, 2)}
     elif kind == "spun up":
