@@ -201,7 +201,7 @@ def test_a_failure_is_told_in_its_kind(guest):
             guest.do("strain", "hencky")
         guest.do(name, value)
         guest.wait(lambda _, w=words: w.lower() in guest.texts["motion-words"].lower())
-        assert guest.props[CHART]["hidden"] is True
+        guest.wait(lambda _: guest.props[CHART]["hidden"] is True)
         guest.do("undo")
         if name == "gamma":
             guest.do("strain", "green")
