@@ -157,16 +157,18 @@ class BentBeam:
         parts = [residual[:n] @ self.stretch, residual[n : 2 * n] @ self.bending]
         return np.concatenate((*parts, self.root_scale * residual[2 * n :]))
 
-    def local(self, ff: NDArray, fk: NDArray | float, kk: NDArray, root: float = 0.0) -> NDArray:
+    def local(self, ff: NDArray, fk: NDArray, kk: NDArray, root: float = 0.0) -> NDArray:
         """Matrix (size, size) in the unknowns of a quadratic form whose density is given by its
         coefficients (n,) of f^2, of f kappa and of kappa^2, with that of the angle at the root."""
-        Bf, Bk = self.stretch, self.bending
-        r = Bf.shape[1]
+        r = self.stretch.shape[1]
         K = np.zeros((self.size, self.size))
-        K[:r, :r] = (Bf.T * ff) @ Bf
-        K[r : 2 * r, r : 2 * r] = (Bk.T * kk) @ Bk
-        K[:r, r : 2 * r] = coupling = (Bf.T * fk) @ Bk
-        K[r : 2 * r, :r] = coupling.T
+        for rows, own in self.trial.blocks:
+            Bf, Bk = self.stretch[rows, own], self.bending[rows, own]
+            turning = slice(r + own.start, r + own.stop)
+            K[own, own] = (Bf.T * ff[rows]) @ Bf
+            K[turning, turning] = (Bk.T * kk[rows]) @ Bk
+            K[own, turning] = coupling = (Bf.T * fk[rows]) @ Bk
+            K[turning, own] = coupling.T
         if self.hinged:
             K[-1, -1] = self.root_scale**2 * root
         return K

@@ -200,7 +200,7 @@ def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, floa
     bent, K = state.beam, state.stiffness
     if shift:
         axial, bending, root = np.split(shift * state.rigidities, [len(bent.w), 2 * len(bent.w)])
-        K = K + bent.local(axial, 0.0, bending, root.sum())
+        K = K + bent.local(axial, np.zeros_like(axial), bending, root.sum())
     L, info = lapack.dpotrf(K, lower=1)
     if info:
         return np.zeros_like(state.q), math.inf

@@ -231,7 +231,7 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
     w = bent.w
     of_kappa = w / max(1.0, w @ start.kappa**2)
     metric = np.eye(size + 1)
-    metric[:size, :size] = bent.local(w, 0.0, of_kappa, 1.0)
+    metric[:size, :size] = bent.local(w, np.zeros_like(w), of_kappa, 1.0)
     along_p = np.append(np.zeros(size), 1.0)
     z, direction = along_p * largest_share, along_p  # and the tangent before it
     arc, steps = FIRST_ARC, 0

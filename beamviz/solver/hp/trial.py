@@ -11,7 +11,6 @@ natural units and the two highest of each element, its tail, estimate what those
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -92,6 +91,7 @@ class Trial:
     EA: NDArray  # (n,)
     stretch: NDArray  # (n, r)
     bending: NDArray  # (n, r)
+    blocks: list[tuple[slice, slice]]  # the points and the functions of each element
 
     @cached_property
     def angle(self) -> NDArray:
@@ -132,24 +132,20 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
     if blade is not None:
         rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
     stretch, curvature = np.zeros((2, n, sum(elements.orders)))
-    for rows, columns, xi in _blocks(elements, pieces, x):
+    blocks = _blocks(elements, pieces)
+    for (rows, columns), (start, stop) in zip(blocks, pairwise(elements.breaks), strict=True):
+        xi = (2 * x[rows] - start - stop) / (stop - start)
         P = legendre.legvander(xi, columns.stop - columns.start - 1)
         for basis, weight in ((stretch, EA), (curvature, EI)):
             w = grid.weights[rows]
             Q, _ = np.linalg.qr(np.sqrt(w / weight[rows])[:, None] * P)
             basis[rows, columns] = Q / np.sqrt(w * weight[rows])[:, None]
-    return Trial(elements, grid, pieces.counts, rho, EI, EA, stretch, curvature)
+    return Trial(elements, grid, pieces.counts, rho, EI, EA, stretch, curvature, blocks)
 
 
-def _blocks(
-    elements: Elements, pieces: Pieces, points: NDArray
-) -> Iterator[tuple[slice, slice, NDArray]]:
-    """The points and the functions of each element, and its points on [-1, 1]."""
-    first = at = piece = 0
-    for (start, stop), order, count in zip(
-        pairwise(elements.breaks), elements.orders, pieces.counts, strict=True
-    ):
-        end = first + sum(pieces.orders[piece : piece + count])
-        rows = slice(first, end)
-        yield rows, slice(at, at + order), (2 * points[rows] - start - stop) / (stop - start)
-        first, at, piece = end, at + order, piece + count
+def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice]]:
+    """The points and the functions of each element."""
+    ends = np.cumsum([0, *pieces.orders])[np.cumsum([0, *pieces.counts])]
+    rows = [slice(*block) for block in pairwise(ends.tolist())]
+    functions = np.cumsum([0, *elements.orders]).tolist()
+    return list(zip(rows, (slice(*block) for block in pairwise(functions)), strict=True))
