@@ -8,6 +8,8 @@ from beamviz.blade import Blade, Mass
 from beamviz.frequency_loci.forced_response import run_up, static_deflection
 from beamviz.frequency_loci.identity import match_modes
 from beamviz.frequency_loci.mode_vectors import mode_vectors
+from beamviz.presets import preset
+from beamviz.solver.bent import other_stable_states
 
 ONES = (1, 1, 1)
 UNIFORM = Blade((0, 0.4, 1), ONES, ONES, ONES)
@@ -84,3 +86,22 @@ def test_modes_are_matched_whatever_the_order_of_the_bodies(one, other):
     matched = match_modes(first, second)
     assert matched.partner.tolist() == [0, 1, 2, 3]
     assert np.diag(matched.mac) == pytest.approx(np.ones(4), abs=1e-3)
+
+
+@pytest.mark.parametrize(("delta", "at"), [(-7.3e-5, 2.0002149231), (-0.01, 1.9619512067)])
+def test_the_second_stable_state_of_a_blade(delta, at):
+    """Straight, or folded over beyond a limit point, which elements between neighbouring stations
+    place there too (computed with an element for each interval)."""
+    beam = preset("tapered-steel-blade").beam.replace(alpha=0.546, gamma=0.0, delta=delta)
+    found = loci(beam, "gamma", [0, 5], plane="flapwise", state="stable")
+    (event,) = found.events
+    assert event.kind == "second state"
+    assert event.at == pytest.approx(at, rel=1e-9)
+
+
+def test_a_blade_of_many_stations_has_a_second_state_only_beyond_its_limit():
+    """At 4.3602113 (as above); below it long elements have loops, which are no states."""
+    beam = preset("nrel-5mw-blade").beam.replace(alpha=0.5, delta=-0.02)
+    for gamma, count in ((2.5, 0), (5.0, 1)):
+        solution = solve(beam.replace(gamma=gamma), plane="flapwise", state="stable")
+        assert len(other_stable_states(solution)) == count

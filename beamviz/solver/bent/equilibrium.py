@@ -39,7 +39,9 @@ QUADRATIC = 0.05  # a Newton step below this size needs no check of the energy
 LARGER, SMALLER = 4.0, 16.0  # ratios of successive shifts: after a failure, after a success
 FALL = 1e-4  # of the energy in a step, as a share of what its slope promises
 CONVERGED = 1e-7  # size of a Newton step after which the next one is rounding error
-RESOLVED = 1e-4  # relative change of the energy of a resolved state on a finer mesh
+HALVINGS = 3  # of elements, after which a state whose energy still changes is none
+RESOLVED_ANGLE = 0.01  # relative change of its largest angle
+RESOLVED = 1e-4  # change of the energy of a resolved state on shorter elements, of its terms
 ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is rounding error
 ENERGY_ROUNDING = 1e-12  # of its terms
 STRETCHES = 1e-3, 1e3  # at which a descent ends
@@ -105,13 +107,21 @@ def stable_states(beam: BentBeam) -> list[BentState]:
     return sorted(states, key=attrgetter("energy"))
 
 
-def is_resolved(state: BentState) -> bool:
-    """Whether elements half as long have a stable state of the same energy: a long element may
-    hide a loop."""
-    halved = state.beam.changed(state.beam.elements.halved)
-    finer = newton(halved, state.resampled(halved), stable=True)
-    change = math.inf if finer is None else abs(finer.energy - state.energy)
-    return change <= RESOLVED * abs(state.energy)
+def resolved(state: BentState) -> BentState | None:
+    """The state, on shorter elements where it needs them, if elements half as long have one of the
+    same energy and the same largest angle; else None: a long element may hide a loop, which shrinks
+    with it."""
+    for _ in range(HALVINGS):
+        halved = state.beam.changed(state.beam.elements.halved)
+        finer = newton(halved, state.resampled(halved), stable=True)
+        if finer is None:
+            return None
+        change = abs(finer.energy - state.energy) / sum(finer.energies)
+        turn = abs(finer.largest_angle - state.largest_angle)
+        if change <= RESOLVED and turn <= RESOLVED_ANGLE * state.largest_angle:
+            return state
+        state = finer
+    return None
 
 
 def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
