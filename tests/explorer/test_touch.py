@@ -73,8 +73,9 @@ def test_the_mass_is_dragged_by_a_finger(phone):
 def test_the_tip_is_pulled_by_a_finger(phone):
     """And let go: the motion begins with the force that held it there."""
     shown, session = phone
+    shown.catch_up()  # the page has sent its own address, too
     shown.send("link", PULL)
-    wait_until(lambda: session.snapshot.film)
+    wait_until(lambda: session.snapshot.film and not session.is_busy)
     shown.evaluate("scrollTo(0, 0)")
     shown.send("playing", False)
     shown.send("moment", 0.4)

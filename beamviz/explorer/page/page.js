@@ -83,10 +83,11 @@ const beamviz = (() => {
     }
     if (update.open) showTab(update.open);
     for (const key of update.point ?? []) point(key);
-    if (update.point || update.props?.lesson?.hidden === false) { // it names the controls, or opens
+    const turned = lessonStep() !== step; // also to another lesson, which may stand elsewhere
+    if (turned || update.point || update.props?.lesson?.hidden === false) { // it names controls, or opens
       byId("lesson").scrollIntoView({ block: "nearest" });
     }
-    if (lessonStep() !== step) byId("lesson").scrollTop = 0;
+    if (turned) byId("lesson").scrollTop = 0;
     else if (!met && isMet()) showVerdict();
     else if (!guessed) byId("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
