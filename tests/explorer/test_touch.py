@@ -75,7 +75,7 @@ def test_the_tip_is_pulled_by_a_finger(phone):
     shown, session = phone
     shown.catch_up()  # the page has sent its own address, too
     shown.send("link", PULL)
-    wait_until(lambda: session.snapshot.film and not session.is_busy)
+    wait_until(lambda: session.visitor.clock.film and not session.is_busy)
     shown.evaluate("scrollTo(0, 0)")
     shown.send("playing", False)
     shown.send("moment", 0.4)

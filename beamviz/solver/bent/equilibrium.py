@@ -116,9 +116,10 @@ def resolved(state: BentState) -> BentState | None:
         finer = newton(halved, state.resampled(halved), stable=True)
         if finer is None:
             return None
-        change = abs(finer.energy - state.energy) / sum(finer.energies)
+        change = abs(finer.energy - state.energy)
         turn = abs(finer.largest_angle - state.largest_angle)
-        if change <= RESOLVED and turn <= RESOLVED_ANGLE * state.largest_angle:
+        same = change <= RESOLVED * sum(finer.energies)  # which are 0 where nothing loads the beam
+        if same and turn <= RESOLVED_ANGLE * state.largest_angle:
             return state
         state = finer
     return None
