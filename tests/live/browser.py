@@ -133,6 +133,22 @@ class Page:
         """Open a tab."""
         self.evaluate(f"{by_id(f'to-{name}')}.click()")
 
+    def _carry(
+        self,
+        move: Callable[[Sequence[float]], None],
+        start: Sequence[float],
+        end: Sequence[float],
+        taken: Until,
+        arrived: Until,
+    ) -> None:
+        """Move what is pressed from one point of the page to another, and wait as `drag`."""
+        for k, point in enumerate(way(start, end)):
+            move(point)
+            self.next_frame()
+            if k == 0:
+                self.wait(taken)
+        self.wait(arrived)
+
     def drag(
         self,
         start: Sequence[float],
@@ -145,12 +161,7 @@ class Page:
         self.mouse("mouseMoved", *start)
         self.next_frame()
         self.mouse("mousePressed", *start, 1)
-        for k, point in enumerate(way(start, end)):
-            self.mouse("mouseMoved", *point, 1)
-            self.next_frame()
-            if k == 0:
-                self.wait(taken)
-        self.wait(arrived)
+        self._carry(lambda point: self.mouse("mouseMoved", *point, 1), start, end, taken, arrived)
         self.mouse("mouseReleased", *end)
 
     def touch(self, kind: str, *points: Sequence[float]) -> None:
@@ -167,13 +178,8 @@ class Page:
     ) -> None:
         """Drag a finger from one point of the page to another, and wait as `drag`."""
         self.touch("touchStart", start)
-        for k, point in enumerate(way(start, end)):
-            self.next_frame()
-            self.touch("touchMove", point)
-            if k == 0:
-                self.wait(taken)
         self.next_frame()
-        self.wait(arrived)
+        self._carry(lambda point: self.touch("touchMove", point), start, end, taken, arrived)
         self.touch("touchEnd")
 
     def drag_along(self, script: str, *parts: float) -> None:

@@ -37,7 +37,7 @@ FAILURES = {
     "not-converged": "The calculation did not converge",
     "not-located": "An event was not located",
 }
-AXES = {name: PARAMETERS[name].slider_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
+AXES = {name: PARAMETERS[name].short_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
