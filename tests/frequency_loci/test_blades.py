@@ -90,8 +90,8 @@ def test_modes_are_matched_whatever_the_order_of_the_bodies(one, other):
 
 @pytest.mark.parametrize(("delta", "at"), [(-7.3e-5, 2.0002149231), (-0.01, 1.9619512067)])
 def test_the_second_stable_state_of_a_blade(delta, at):
-    """Straight, or folded over beyond a limit point, which elements between neighbouring stations
-    place there too (computed with an element for each interval)."""
+    """The blade is straight, or folded over beyond a limit point. The values were computed with an
+    element for each interval between stations."""
     beam = preset("tapered-steel-blade").beam.replace(alpha=0.546, gamma=0.0, delta=delta)
     found = loci(beam, "gamma", [0, 5], plane="flapwise", state="stable")
     (event,) = found.events
@@ -100,8 +100,22 @@ def test_the_second_stable_state_of_a_blade(delta, at):
 
 
 def test_a_blade_of_many_stations_has_a_second_state_only_beyond_its_limit():
-    """At 4.3602113 (as above); below it long elements have loops, which are no states."""
+    """The limit point is at 4.3602113, computed as above; below it long elements have loops, which
+    are no states of the blade."""
     beam = preset("nrel-5mw-blade").beam.replace(alpha=0.5, delta=-0.02)
     for gamma, count in ((2.5, 0), (5.0, 1)):
         solution = solve(beam.replace(gamma=gamma), plane="flapwise", state="stable")
         assert len(other_stable_states(solution)) == count
+
+
+def test_a_second_state_is_followed_to_another_tolerance():
+    """The elements of the finer one have other Gauss points. The frequencies differ by no more than
+    their error bars."""
+    beam = preset("tapered-steel-blade").beam.replace(alpha=0.546, gamma=3.0, delta=-0.01)
+    coarse, fine = (
+        solve(beam, plane="flapwise", state="stable", tolerance=each) for each in (1e-5, 1e-9)
+    )
+    (other,) = other_stable_states(coarse)
+    (followed,) = other_stable_states(fine, [other])
+    difference = abs(followed.frequencies - other.frequencies)
+    assert (difference <= followed.errors + other.errors).all()

@@ -109,8 +109,8 @@ def stable_states(beam: BentBeam) -> list[BentState]:
 
 def resolved(state: BentState) -> BentState | None:
     """The state, on shorter elements where it needs them, if elements half as long have one of the
-    same energy and the same largest angle; else None: a long element may hide a loop, which shrinks
-    with it."""
+    same energy and the same largest angle; else None, as a long element may hide a loop, which
+    shrinks when the element is halved."""
     for _ in range(HALVINGS):
         halved = state.beam.changed(state.beam.elements.halved)
         finer = newton(halved, state.resampled(halved), stable=True)
