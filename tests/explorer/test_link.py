@@ -50,7 +50,10 @@ def test_a_link_is_parsed(query, found):
         ("length=1", ["the link: missing key 'density'"]),
         ("alpha=-1&beta=3", ["alpha = -1: must lie in 0 .. 100", "beta = 3: must lie in 0 .. 1"]),
         ("colour=1&lenght=1", ["'colour': did you mean 'colouring'", "did you mean 'length'"]),
-        ("length=-1&density=iron&mass=1", ["missing key 'area'", "length = -1", "density = 'iron'"]),
+        (
+            "length=-1&density=iron&mass=1",
+            ["missing key 'area'", "length = -1", "density = 'iron'"],
+        ),
         (
             "stations=[0,1,2]&mass_per_length=[1,2]&bending_stiffness=[1,2,-3]&axial_stiffness=x",
             ["mass_per_length: 2 values, 3", "bending_stiffness = -3", "axial_stiffness = 'x'"],
