@@ -13,6 +13,7 @@ from beamviz.solver.solution import Solution
 from beamviz.units import DisplayUnit, Units, display_unit, suited_unit, unit_for
 
 NUMBER = re.compile(rf"\b({'|'.join(NUMBERS)})\b(?: = (-?[\d.]+(?:e[-+]?\d+)?))?")  # in a message
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
@@ -153,8 +154,12 @@ def frequencies(units: Units | None) -> Measure:
 
 
 def significant(value: float, digits: int) -> str:
-    """A number with `digits` significant digits, or more before the point, without exponent."""
-    return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
+    """A number with `digits` significant digits, or more before the point: '1234', '0.00012',
+    '1.2 × 10⁻⁵'."""
+    if abs(value) >= 10.0 ** (digits - 1):
+        return f"{value:.0f}"
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    return f"{mantissa} × 10{str(int(exponent)).translate(RAISED)}" if exponent else mantissa
 
 
 def rounded_to_error(value: float, error: float) -> str:
@@ -227,8 +232,8 @@ def mode_value(solution: Solution, k: int) -> tuple[str, float]:
 
 
 def duration(time: float, units: Units | None) -> str:
-    """A time [T*] with its unit: milliseconds for a beam in SI units."""
-    return f"{significant(1000 * time * units.time, 3)} ms" if units else f"{time:.2g} T*"
+    """A time [T*] with its unit: seconds, or a part of one, for a beam in SI."""
+    return si_text(time * units.time, "s", 3) if units else f"{time:.2g} T*"
 
 
 def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:

@@ -203,4 +203,4 @@ def stretch_text(solution: Solution) -> str:
     if abs(strain[k]) < ROUNDING:
         return "No part of it is stretched."
     kind = "stretch" if strain[k] > 0 else "compression"
-    return f"Greatest {kind}: {100 * abs(strain[k]):.3g} % at {along.text(x[k], 3)}."
+    return f"Greatest {kind}: {significant(100 * abs(strain[k]), 3)} % at {along.text(x[k], 3)}."

@@ -565,7 +565,8 @@ def in_words(experiment: Experiment, case: Case) -> str:
         swings = [f"{length_text(size, units, 3)} in {name}" for name, size in sizes]
         parts.append(f"the beam swings with {' and '.join(swings)}")
     if experiment.pulls:
-        where = "at its tip" if experiment.pull_at == 1 else f"at {experiment.pull_at:.3g} L"
+        place = length_text(experiment.pull_at, units, 3)
+        where = "at its tip" if experiment.pull_at == 1 else f"at {place}"
         parts.append(f"the beam is pulled {where} and let go")
     if experiment.body != "stays":
         at = time_text(experiment.body_at, units)
