@@ -76,7 +76,7 @@ class FrameLoop:
             opened = self.loop.run_in_executor(self.opener, self.session, client, follows)
             self.sessions[visitor] = session = await opened
             if self.opening is not opening:  # shown while the session was built
-                session.visitor.load(self.opening, opened=self.opening)
+                session.visitor.open(self.opening)
             self.presenter = session if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
@@ -109,7 +109,7 @@ class FrameLoop:
         """Show a scene to all visitors, from any thread, and to those who come later."""
         self.opening, self.last = scene, None
         for session in list(self.sessions.values()):
-            session.visitor.load(scene, opened=scene)
+            session.visitor.open(scene)
 
     def presented(self) -> Snapshot | None:
         """The last snapshot of the presenter."""

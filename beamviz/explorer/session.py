@@ -149,7 +149,8 @@ class Session:
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""
         visitor, picture, state = self.visitor, snapshot.picture, snapshot.state
-        clock = fitted_clock(snapshot.clock, picture).with_film(picture.film, state.moment)
+        clock = fitted_clock(snapshot.clock, picture)
+        clock = clock.with_film(picture.film, state.moment, state.cue)
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
         if snapshot.is_moving and not snapshot.is_led:

@@ -231,6 +231,37 @@ def test_play_begins_the_motion(guest, session):
     guest.wait(lambda _: session.snapshot.film and "Play" in guest.texts["motion-play"])
 
 
+def test_an_experiment_that_is_begun_again_begins_at_its_start(pulled, session):
+    """Though its motion is known already, and was at another moment."""
+    pulled.do("experiment", "stop")
+    for _ in range(2):
+        pulled.wait(lambda _: has_chart(pulled, 10.0) and session.snapshot.film)
+        pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
+        pulled.do("experiment", "stop", until=lambda _: pulled.values["moment"] == 0)
+        catch_up(pulled)
+        assert session.visitor.clock.moment == 0
+    pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
+    pulled.do("only", 0)
+    pulled.wait(lambda _: session.snapshot.film is None)
+    pulled.do("motion.play", until=lambda _: 0 < session.visitor.clock.moment < 2.5)
+
+
+def test_a_moment_chosen_while_another_motion_arrives_is_kept(pulled, session, monkeypatch):
+    """In the frame of both: the new motion is shown at it, paused, and so is the state."""
+    release, compute = threading.Event(), tab.motion
+    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    for moment, alpha in ((1.25, 2.0), (3.5, 0.5), (0.75, 1.5)):
+        release.clear()
+        pulled.do("alpha", alpha)
+        catch_up(pulled)
+        release.set()
+        pulled.do("moment", moment)
+        wait_until(lambda alpha=alpha: session.snapshot.film.beam.alpha == alpha)
+        pulled.wait(lambda _, at=moment: pulled.values["moment"] == at)
+        catch_up(pulled)
+        assert session.visitor.clock.moment == session.visitor.state.moment == moment
+
+
 def test_the_lines_of_the_spectrum_are_those_of_the_speed_reached(guest):
     """A motion that ends within its ramp, at a fifth of the speed."""
     own = "motion={pull=0.0,hub='linear',within=20.0,until=4.0}"

@@ -30,6 +30,7 @@ from beamviz.scene import Scene
 from beamviz.solver import solve
 
 JOB = "lesson"
+RETURNED = "The scene from before the lesson is back."
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
@@ -64,13 +65,13 @@ class Lessons(Feature):
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
 
     def open(self, name: Any) -> None:
-        """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""
+        """Begin the lesson of a name, or with "" leave all; an unknown name changes nothing."""
         if name in NAMES:
             number = NAMES.index(name) + 1
             said = "" if self.visitor.state.lesson else f"Lesson {number} has replaced your scene."
             self.visitor.change(lambda state: begun(state, lesson(name)), loads=True, replaced=said)
         elif name == "":
-            self.visitor.change(partial(replace, lesson="", step=0, guess=None, rate=None))
+            self.visitor.change(left, loads=True, replaced=RETURNED)
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
@@ -150,8 +151,17 @@ def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
     tab = tab_named(named[0]) if named else ""
-    state = replace(state.loaded(scene), lesson=lesson.name, step=0, tab=tab)
-    return replace(state, rate=lesson_rate(lesson.name), **motion_of(lesson))
+    own: dict[str, Any] = {"lesson": lesson.name, "step": 0, "tab": tab}
+    own |= {"before_lesson": state.outside, **motion_of(lesson)}
+    return replace(state.loaded(scene), rate=lesson_rate(lesson.name), **own)
+
+
+def left(state: State) -> State:
+    """As before the first lesson, but for the open tab and what undo leaves as it is."""
+    found = state.before_lesson
+    if not (state.lesson and found):
+        return state
+    return state.restored(found).with_viewpoint(found.camera).at_moment(found.moment)
 
 
 @cache

@@ -409,8 +409,7 @@ class MotionTab(Feature):
         with visitor.lock:
             moment = times(visitor.state.case.units).plain(value)
             moment = clip(moment, RANGES["until"].limits[1], visitor.state.moment)
-            visitor.clock = visitor.clock.at(moment)
-            visitor.change(lambda state: replace(state, moment=moment, in_motion=True))
+            visitor.change(lambda state: replace(state.at_moment(moment), in_motion=True))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused."""
