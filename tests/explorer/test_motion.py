@@ -283,6 +283,40 @@ def test_what_cannot_move_says_so_in_place_of_the_experiment(guest):
     assert guest.props[CHART]["hidden"] is True
 
 
+PARTS = ("motion-presets", "motion-settings", "motion-play-row", "moment-row", "motion-files")
+
+
+def offered(guest: Visitor) -> set[str]:
+    """The controls of the tab that are on the page."""
+    return {id for id in PARTS if not guest.props[id]["hidden"]}
+
+
+@pytest.mark.parametrize(
+    ("action", "value", "left"),
+    [
+        ("blade.preset", "tapered-steel-blade", set()),
+        ("plane", "flapwise", set()),
+        ("alpha", 1e9, set()),
+        ("motion.body_at", 9.0, {"motion-presets", "motion-settings"}),
+        ("gamma", 60.0, {"motion-presets", "motion-settings"}),
+    ],
+)
+def test_without_a_motion_there_is_nothing_to_play(guest, session, action, value, left):
+    """Of a blade, out of plane, out of range: no experiment, and no pull of the beam in the scene
+    either; of a body dropped after the end, or a beam without equilibrium: another experiment."""
+    own = "{body='dropped', body_at=1.0, until=2.0}"
+    guest.do("link", f"?alpha=1&strain=hencky&tab=motion&motion={own}")
+    guest.wait(lambda _: has_chart(guest, 2.0))
+    assert offered(guest) == {*PARTS}
+    assert session.beam_pull.sleeve.visible
+    guest.do(action, value)
+    guest.wait(lambda _: offered(guest) == left)
+    catch_up(guest)
+    assert session.beam_pull.sleeve.visible is bool(left)
+    guest.do("undo")
+    guest.wait(lambda _: offered(guest) == {*PARTS})
+
+
 @pytest.mark.parametrize(
     ("action", "value"),
     [

@@ -30,7 +30,7 @@ from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.film import Film, HeldShapes, time_text, times
-from beamviz.explorer.jobs import Answer, Job
+from beamviz.explorer.jobs import Answer, Job, case_error
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
@@ -51,10 +51,12 @@ MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has
 
 
 class Obstacle(NamedTuple):
-    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any."""
+    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any.
+    of_beam: the same is true of every experiment with this beam and model."""
 
     reason: str
     remedy: str = ""
+    of_beam: bool = True
 
 
 class MotionRequest(NamedTuple):
@@ -88,7 +90,8 @@ class MotionRequest(NamedTuple):
             return Obstacle(
                 f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
                 f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
-                " earlier time."
+                " earlier time.",
+                of_beam=False,
             )
         if options["plane"] != "chordwise":
             return Obstacle(
@@ -177,13 +180,24 @@ class Computed:
 
 
 def wanted(state: State) -> MotionRequest | None:
-    """The motion that a state describes; None while a number is out of range, or where there is an
-    obstacle."""
-    try:
-        request = MotionRequest.of(state.case, state.experiment)
-    except InvalidInput:
+    """The motion that a state describes; None where there is an obstacle."""
+    if obstacle_of(state.case, state.experiment):
         return None
-    return None if request.obstacle else request
+    return MotionRequest.of(state.case, state.experiment)
+
+
+def obstacle_of(case: Case, experiment: Experiment) -> Obstacle | None:
+    """Why a case has no motion; None if that can be computed."""
+    try:
+        return MotionRequest.of(case, experiment).obstacle
+    except InvalidInput as error:
+        return Obstacle(f"There is no motion: {case_error(str(error), case)}.")
+
+
+def can_move(state: State) -> bool:
+    """Whether some experiment with the beam and the model of a state has a motion."""
+    obstacle = obstacle_of(state.case, state.experiment)
+    return obstacle is None or not obstacle.of_beam
 
 
 def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
@@ -329,6 +343,7 @@ TOOLS = page.group(
         page.button(name, data_set="experiment", data_value=key)
         for key, (name, _) in PRESETS.items()
     ),
+    id="motion-presets",
     class_="row choices",
 )
 TOOLS += '<p id="motion-words" role="status"></p>'
@@ -336,6 +351,7 @@ TOOLS += page.group(
     "Play",
     page.button("Play", id="motion-play", data_do="motion.play"),
     page.button("From the start", data_do="moment", data_value=0),
+    id="motion-play-row",
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
 MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
@@ -365,7 +381,8 @@ FIGURES = "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for i
 CONTENT = (
     '<div class="chart-tab motion-tab"><div class="beside">'
     f'<div class="tools">{TOOLS}</div>'
-    f'<div class="tools lists">{MORE}<div id="motion-list"></div></div></div>'
+    f'<div class="tools lists"><div id="motion-settings" class="tools">{MORE}</div>'
+    '<div id="motion-list"></div></div></div>'
     f'<div class="charts">{FIGURES}</div></div>'
 )
 
@@ -531,14 +548,18 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
 
 
 def words_content(experiment: Experiment, case: Case, reason: str) -> Content:
-    """The experiment in a sentence, or the reason why there is none."""
-    try:
-        obstacle = MotionRequest.of(case, experiment).obstacle
-    except InvalidInput:  # the page says which number is out of range
-        obstacle = None
+    """The experiment in a sentence, or the reason why it has no motion, with the controls that have
+    an effect then."""
+    obstacle = obstacle_of(case, experiment)
+    words = escape(reason or in_words(experiment, case))
     if obstacle:
-        return page.html("motion-words", f"{escape(obstacle.reason)} {obstacle.remedy}")
-    return page.html("motion-words", escape(reason or in_words(experiment, case)))
+        words = f"{escape(obstacle.reason)} {obstacle.remedy}"
+    of_beam = obstacle is not None and obstacle.of_beam
+    content = page.html("motion-words", words)
+    content |= page.props("motion-play-row", hidden=bool(obstacle or reason))
+    for id in ("motion-presets", "motion-settings"):
+        content |= page.props(id, hidden=of_beam)
+    return content
 
 
 def in_words(experiment: Experiment, case: Case) -> str:
