@@ -113,8 +113,8 @@ class Session:
             self.draw(snapshot, elapsed)
             self.postponed = in_haste and snapshot.state.case is not before
             self.pages(lambda *_: self.show_page(snapshot), *snapshot.reading)
-            if not (self.postponed or snapshot.is_led):
-                self.requests(lambda *_: self.request(snapshot), *snapshot.reading)
+            if not snapshot.is_led:
+                self.requests(lambda *_: self.request(snapshot), self.postponed, *snapshot.reading)
             visitor.page.show_again()
         visitor.client.flush()
 
@@ -139,9 +139,14 @@ class Session:
         self.visitor.page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
-        """Request what the page needs of the background jobs."""
+        """Request what the page needs of the background jobs, or note that it will."""
         for feature in self.features:
-            feature.request(snapshot)
+            for name, one in feature.wanted(snapshot).items():
+                job = self.visitor.jobs[name]
+                if one is None:
+                    job.withdraw()
+                else:
+                    job.request(one, later=self.postponed)
 
     def show_part(self, part: Part, *reading: Any) -> None:
         self.visitor.page.show(part.shows(*reading))

@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from html import escape
@@ -17,7 +17,7 @@ from beamviz.explorer import page
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named
 from beamviz.explorer.features.loci_chart import loci_lines
-from beamviz.explorer.jobs import Job, SolverAnswer, solver_answer
+from beamviz.explorer.jobs import SolverAnswer, solver_answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import NO_COMPARISON, Case, State
@@ -52,7 +52,7 @@ class Lessons(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[str, Facts] = visitor.job(JOB, Facts.of)
+        visitor.job(JOB, Facts.of)
         self.page.on("lesson", self.open)
         self.page.on("lesson_step", self.go)
         self.page.on("lesson_turn", self.turn)
@@ -112,9 +112,9 @@ class Lessons(Feature):
             if verdict and verdict.met and name not in state.met:
                 self.visitor.set_state(replace(state, met=state.met | {name}))
 
-    def request(self, snapshot: Snapshot) -> None:
-        if snapshot.state.lesson:
-            self.job.request(snapshot.state.lesson)
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The facts of the open lesson."""
+        return {JOB: snapshot.state.lesson} if snapshot.state.lesson else {}
 
     @property
     def parts(self) -> Iterable[Part]:

@@ -1,8 +1,9 @@
 """The tab Motion: the beam is pulled and let go, spun up or stopped, and the equation of motion is
 integrated in time; the scene plays it, and the tab shows the tip over time and its spectrum."""
 
+import contextlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -30,7 +31,7 @@ from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.film import Film, HeldShapes, time_text, times
-from beamviz.explorer.jobs import Answer, Job, case_error
+from beamviz.explorer.jobs import Answer, case_error
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
@@ -394,8 +395,8 @@ class MotionTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[MotionRequest, Computed] = visitor.job(JOB, MotionRequest.computed)
-        self.pulls: Job[PullRequest, PulledBeam] = visitor.job(PULL_JOB, PullRequest.pulled)
+        visitor.job(JOB, MotionRequest.computed)
+        visitor.job(PULL_JOB, PullRequest.pulled)
         for name in (*RANGES, *CHOICES, "unstiffened"):
             self.page.on(f"motion.{name}", partial(self.edit, name))
         self.page.on("experiment", self.begin)
@@ -439,19 +440,16 @@ class MotionTab(Feature):
             if shown and clock.moment != state.moment:
                 visitor.set_state(replace(state, moment=clock.moment))
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the motion while the scene shows it, or the tab is open."""
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""
         state = snapshot.state
-        if not (state.in_motion or state.hold or state.tab == self.tab.key):
-            self.job.withdraw()
-            return
-        try:
+        is_shown = state.in_motion or state.hold or state.tab == self.tab.key
+        with contextlib.suppress(InvalidInput):  # the page says which number is out of range
             if state.hold:
-                self.pulls.request(PullRequest.of(state))
-                return
-            self.job.request(MotionRequest.of(state.case, state.experiment))
-        except InvalidInput:  # the page says which number is out of range
-            self.job.withdraw()
+                return {PULL_JOB: PullRequest.of(state)}
+            if is_shown:
+                return {JOB: MotionRequest.of(state.case, state.experiment)}
+        return {JOB: None}
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -462,7 +460,7 @@ class MotionTab(Feature):
             Part(lambda s: (answer_of(s), is_before(s)), notes_content),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
             Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
-            fading(JOB, *CHARTS, "motion-list"),
+            fading([JOB], *CHARTS, "motion-list"),
         )
 
 
