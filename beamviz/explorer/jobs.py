@@ -34,7 +34,7 @@ from beamviz.units import Units
 SOLVERS = 16  # threads: more only start while others solve for long
 CHARTS = 3  # threads for charts and maps
 QUICK = 0.02  # [s] processor time of a solve that a frame waits for
-LATE = 0.2  # [s] after which the page says of a result that it is that to an earlier request
+LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
 SOLUTION = "solution"  # name of the job
