@@ -142,6 +142,7 @@ def loci(
     limits = [*limits_of(search.changes, high, over), *unlocated]
     for part in parts:
         limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
+        part.track.release_vectors()
     return Loci(
         beam=beam,
         problem=path.problem,

@@ -14,7 +14,7 @@ from beamviz.solver.quadrature import distributed_mass, gauss
 from beamviz.solver.solution import Solution
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
-FEWEST_IN_SPAN = 6  # Gauss points between two discontinuities of a blade
+MORE_IN_SPAN = 2  # Gauss points between two discontinuities of a blade, however close
 STEP = 1e-4  # of the difference that is the rotation of a body
 RIGID = 1e-6  # for the frequency of a rigid rotation
 
@@ -118,8 +118,8 @@ def _fields_of_blades(
     every = (first, *beside)
     breaks = {place for beam in every if beam.blade for place in beam.blade.breaks}
     ends = tuple(sorted({0.0, 1.0, *breaks, *(m.beta for beam in every for m in beam.masses)}))
-    points = max(FEWEST_IN_SPAN, math.ceil(count / math.sqrt(len(ends) - 1)))
-    x, w = distributed_mass(first, ends, points)
+    points = MORE_IN_SPAN + np.ceil(count * np.diff(ends)).astype(int)
+    x, w = distributed_mass(first, ends, points.tolist())
     n = len(solutions)
     turning = [(m.beta, m.inertia) for beam in every for m in beam.masses if any(m.inertia)]
     if beside:
@@ -207,11 +207,13 @@ def _complex_vectors(
     fields = fields * np.exp(-0.5j * np.angle(square))[:, :, None, None]
     u, w = fields[:, :, 0], fields[:, :, 1]
     both = np.concatenate((u.real, u.imag, w.real, w.imag), axis=2)
-    swirl = np.concatenate((w.real, -w.imag, -u.real, u.imag), axis=2)
-    others = np.concatenate((u.imag, u.real, w.imag, w.real), axis=2)
-    shapes = np.concatenate((omega * both, both, root * swirl), axis=2)
-    duals = np.concatenate((both, omega * both, 2 * root * others), axis=2)
-    return _normalised(shapes, duals)
+    shapes, duals = [omega * both, both], [both, omega * both]
+    if root.any():
+        swirl = np.concatenate((w.real, -w.imag, -u.real, u.imag), axis=2)
+        others = np.concatenate((u.imag, u.real, w.imag, w.real), axis=2)
+        shapes.append(root * swirl)
+        duals.append(2 * root * others)
+    return _normalised(np.concatenate(shapes, axis=2), np.concatenate(duals, axis=2))
 
 
 def _positive_frequencies(squares: np.ndarray) -> np.ndarray:

@@ -63,6 +63,11 @@ class Track:
         """The mode vectors at these values."""
         return self.path.vectors(self.values)
 
+    def release_vectors(self) -> None:
+        """Free the mode vectors, most of the memory of a chart; they are computed again where they
+        are asked for."""
+        vars(self).pop("vectors", None)
+
     @cached_property
     def continuity(self) -> Continuity:
         """How the modes continue from one value to the next."""

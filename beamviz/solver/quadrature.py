@@ -2,6 +2,7 @@
 discontinuities.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 
@@ -13,7 +14,7 @@ from beamviz.solver.hp.spans import ends_of_spans
 
 MOMENT_POINTS = 12  # Gauss points between two discontinuities, of a static moment
 
-gauss = lru_cache(maxsize=8)(legendre.leggauss)  # points and weights on [-1, 1]
+gauss = lru_cache(maxsize=64)(legendre.leggauss)  # points and weights on [-1, 1]
 
 
 def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
@@ -22,7 +23,8 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
     that is not uniform, points between all discontinuities and, at the end, the bodies."""
     if not beam.is_uniform:
         bodies = beam.bodies
-        along, mass = distributed_mass(beam, ends_of_spans(beam), points)
+        ends = ends_of_spans(beam)
+        along, mass = distributed_mass(beam, ends, [points] * (len(ends) - 1))
         at = [body.beta for body in bodies]
         return np.append(along, at), np.append(mass, [body.alpha for body in bodies])
     xi, weights = gauss(points)
@@ -33,13 +35,16 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
 
 
 def distributed_mass(
-    beam: Beam, ends: tuple[float, ...], points: int
+    beam: Beam, ends: tuple[float, ...], points: Sequence[int]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights (n,) of an integral over the mass of the beam itself, `points` Gauss
-    points between two ends."""
-    xi, weights = gauss(points)
-    start, length = np.array(ends)[:-1, None], np.diff(ends)[:, None]
-    x, w = (start + length * (xi + 1) / 2).ravel(), (length / 2 * weights).ravel()
+    """Points (n,) and weights (n,) of an integral over the mass of the beam itself. points: number
+    of Gauss points between each two ends."""
+    parts = []
+    for (start, stop), count in zip(pairwise(ends), points, strict=True):
+        xi, weights = gauss(count)
+        half = (stop - start) / 2
+        parts.append((start + half * (xi + 1), half * weights))
+    x, w = np.concatenate(parts, axis=1)
     return x, w if beam.blade is None else w * beam.blade.at("mass", x)
 
 

@@ -65,7 +65,7 @@ class Equilibrium:
     status: Status
     iterations: int
     loads: Loads
-    bent_state: Any = None  # for `beamviz.solver.bent`; None where it is straight
+    bent_state: Any = None  # a `SavedState` of beamviz.solver.bent; None where it is straight
     buckled_chordwise: bool = False
 
     @property

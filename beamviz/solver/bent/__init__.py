@@ -16,7 +16,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_elements,
@@ -25,6 +25,14 @@ from beamviz.solver.bent.equilibrium import (
     stable_states,
 )
 from beamviz.solver.bent.modes import TINY, BentModes, bent_modes, coriolis
+from beamviz.solver.bent.profile import (
+    SavedState,
+    curve,
+    fields,
+    gradients,
+    profile_of,
+    saved,
+)
 from beamviz.solver.hp import solve_hp
 from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
@@ -38,24 +46,8 @@ NEARER = 1e-4  # of the way to a limit point: distance from it of the second sta
 MAX_UNKNOWNS = 2000  # two for each point: ten seconds
 
 
-def _curve(state: BentState, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Position, stretch and angle of a state."""
-    grid = state.beam.grid
-    return state.position(x), grid.at(x) @ state.f, state.angle(x)
-
-
-def _fields(state: BentState, V: np.ndarray, x: np.ndarray) -> np.ndarray:
-    """Displacements (len(x), 2, modes) along and across the bent beam, V (unknowns, modes)."""
-    df, dkappa = np.split(V, [len(state.f)])
-    c, s = state.direction[..., None]
-    turn = state.f[:, None] * (state.beam.to_angle @ dkappa)
-    rows = state.beam.grid.from_clamp(x)
-    moved = rows @ (c * df - s * turn), rows @ (s * df + c * turn)
-    return corotational_components(*moved, state.angle(x))
-
-
 def solve_by_method(
-    beam: Beam, problem: Problem, near: BentState | None, extra_modes: int
+    beam: Beam, problem: Problem, near: SavedState | None, extra_modes: int
 ) -> Solution:
     """The modes about a deflected equilibrium by the method of the problem: `solve_bent` for auto;
     for ancf-planar about the state of its elements next to the converged one."""
@@ -69,7 +61,7 @@ def solve_by_method(
 
 
 def solve_bent(
-    beam: Beam, problem: Problem, near: BentState | None = None, extra_modes: int = 0
+    beam: Beam, problem: Problem, near: SavedState | None = None, extra_modes: int = 0
 ) -> Solution:
     """The lowest modes about the stable deflected equilibrium of lowest energy, or about the state
     of a beam that spins up.
@@ -106,7 +98,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
     bent = seen[0].beam if seen else BentBeam(first_elements(beam, problem), beam, problem)
     guesses: Iterable[BentState | None]
     if near:
-        guesses = (_state_near(beam, problem, state) for state in bent_states(near))
+        guesses = (_state_near(beam, problem, saved(state)) for state in bent_states(near))
     else:
         guesses = paths.states_on_both_sides(bent) if beam.spin_up else stable_states(bent)
     for guess in guesses:
@@ -116,9 +108,9 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
             if (first := resolved(guess)) is None:
                 continue
             start = time.perf_counter()
-            other = solve_by_method(beam, problem, first, 0)
+            other = solve_by_method(beam, problem, saved(first), 0)
             other.stats.seconds = time.perf_counter() - start
-            state = other.equilibrium.bent_state
+            (state,) = bent_states([other])
             if not (state.is_straight or any(map(state.is_same, seen))):
                 seen.append(state)
                 others.append(other)
@@ -138,8 +130,9 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
     if beside.limit is None:
         problem = replace(state.beam.problem, modes=1, tolerance=REFERENCE_TOLERANCE)
         with suppress(NoEquilibrium, NotConverged):  # at the end of a strain law
-            nearer = solve_bent(beside.state.beam.beam, problem, beside.state)
-            end = paths.follow(nearer.equilibrium.bent_state, over, stop).limit or end
+            nearer = solve_bent(beside.state.beam.beam, problem, saved(beside.state))
+            (state,) = bent_states([nearer])
+            end = paths.follow(state, over, stop).limit or end
     return end
 
 
@@ -147,7 +140,7 @@ def bent_states(solutions: Iterable[Solution]) -> list[BentState]:
     """The deflected states of those solutions that have one; of method ancf-planar the converged
     state that its own was computed from."""
     states = (solution.equilibrium.bent_state for solution in solutions)
-    return [state for state in states if state is not None]
+    return [state.restored() for state in states if state is not None]
 
 
 def _first_state(beam: Beam, problem: Problem) -> BentState:
@@ -177,15 +170,15 @@ def _first_state(beam: Beam, problem: Problem) -> BentState:
     )
 
 
-def _state_near(beam: Beam, problem: Problem, near: BentState | None) -> BentState | None:
+def _state_near(beam: Beam, problem: Problem, near: SavedState | None) -> BentState | None:
     """The state reached from that of a neighbour, on its elements; None where that fails."""
-    if near is None or (beam.alpha and near.beam.beam.beta != beam.beta):
+    if near is None or (beam.alpha and near.beam.beta != beam.beta):
         return None
-    other = near.beam.beam
+    other = near.beam
     if (other.blade, other.masses, other.root) != (beam.blade, beam.masses, beam.root):
         return None
-    bent = BentBeam(near.beam.elements, beam, problem)
-    q = near.resampled(bent)  # the points of a blade depend on the tolerance
+    bent = BentBeam(near.elements, beam, problem)
+    q = near.restored().resampled(bent)  # the points of a blade depend on the tolerance
     return newton(bent, q) if beam.spin_up else descend(bent, q)
 
 
@@ -283,12 +276,12 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     moved = state.displaced(V)
     theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
-    kept = BentState(bent.changed(), state.q, state.iterations)  # without matrices
-    loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(_curve, kept))
-    equilibrium = Equilibrium(modes.status, state.iterations, loads, kept)
+    profile = profile_of(state)
+    loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
+    equilibrium = Equilibrium(modes.status, state.iterations, loads, saved(state))
     stats = Stats(bent.size, "hp", len(orders), max(orders))
     turned = (abs(state.turned(V)) ** 2).sum(axis=0)
-    fraction, fields = (abs(across) ** 2).sum(axis=0) + turned, partial(_fields, kept, V)
+    fraction = (abs(across) ** 2).sum(axis=0) + turned
     return Solution(
         beam=bent.beam,
         problem=bent.problem,
@@ -297,5 +290,5 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
         s=modes.s,
         estimate_errors=partial(np.array, squared),
         bending_energy_fraction=fraction,
-        fields=fields,
+        fields=partial(fields, profile, gradients(state, V)),
     )

@@ -95,7 +95,7 @@ class BentBeam:
         self.trial = trial = make_trial(elements, beam.blade, problem.bending_property, share)
         grid = self.grid = trial.grid
         self.w, self.EI, self.EA = grid.weights, trial.EI, trial.EA  # (n,)
-        self.J = grid.J  # (n, n) integrates from the clamp to each Gauss point
+        self.J = trial.J  # (n, n) integrates from the clamp to each Gauss point
         bodies = [(beam.alpha, beam.beta), *((mass.alpha, mass.beta) for mass in beam.masses)]
         alpha, beta = np.array(bodies).T
         to_bodies = np.where(grid.points < beta[:, None], self.w, 0.0)
@@ -124,8 +124,6 @@ class BentBeam:
         if self.hinged:
             self.angle = np.column_stack((self.angle, np.full(len(self.w), self.root_scale)))
         self.size = self.stretch.shape[1] + self.angle.shape[1]
-
-    # The matrices of large beams are computed where they are used: solutions keep their beam.
 
     @cached_property
     def to_masses(self) -> NDArray:
@@ -207,14 +205,6 @@ class BentState:
         """x and y (2, m) of each mass, measured from the axis of rotation."""
         x, y = (self.f * self.direction) @ self.beam.to_masses.T
         return np.stack((x + self.beam.beam.delta, y))
-
-    def position(self, x: NDArray) -> NDArray:
-        """Position (len(x), 2) of reference points, from the clamp."""
-        return self.beam.grid.from_clamp(x) @ (self.f * self.direction).T
-
-    def angle(self, x: NDArray) -> NDArray:
-        """Angle [rad] (len(x),) of reference points."""
-        return self.beam.grid.from_clamp(x) @ self.kappa + self.root_angle
 
     def resampled(self, beam: BentBeam) -> NDArray:
         """q by interpolation at the Gauss points of the beam on other elements."""
@@ -464,11 +454,15 @@ class BentState:
         """Root of the mass times the derivatives (2, m, size) of x and y by the unknowns: F with
         the inertia F' F."""
         f, (c, s), bent = self.f[:, None], self.direction[..., None], self.beam
-        r, gradient = bent.stretch.shape[1], np.empty((2, len(f), bent.size))
+        n, r = bent.stretch.shape
+        displaced = np.empty((2, len(bent.mass), bent.size))
+        gradient = displaced[:, :n]  # which the integrals replace: large blades have large matrices
         gradient[0, :, :r], gradient[1, :, :r] = c * bent.stretch, s * bent.stretch
         gradient[0, :, r:], gradient[1, :, r:] = -f * s * bent.angle, f * c * bent.angle
-        at_points, at_bodies = bent.grid.integrals(gradient), bent.to_carried @ gradient
-        return np.sqrt(bent.mass)[:, None] * np.concatenate((at_points, at_bodies), axis=1)
+        displaced[:, n:] = bent.to_carried @ gradient
+        displaced[:, :n] = bent.grid.integrals(gradient)
+        displaced *= np.sqrt(bent.mass)[:, None]
+        return displaced
 
     @cached_property
     def rotations(self) -> NDArray:

@@ -74,7 +74,7 @@ def _errors(modes: StraightModes) -> np.ndarray:
     return modes.truncation.sum(axis=-1) + modes.rounding
 
 
-@lru_cache(maxsize=128)
+@lru_cache(maxsize=16)
 def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
     """A matrix of a grid at x, cached: the beams of a sweep share their grid and x."""
     return read_only(matrix(np.frombuffer(x)))
@@ -131,7 +131,7 @@ def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
     modes = first._replace(**stacked(modes_of_each, "f", "kappa", "s", *order))
     if all(grid is first.grid for grid in grids) and (x == x[0]).all():
         return _displacements(_rows(first.grid.from_clamp, x[0].tobytes()), modes)
-    grid = replace(first.grid, **stacked(grids, "breaks", "points", "weights", "J"))
+    grid = replace(first.grid, **stacked(grids, "breaks", "points", "weights"))
     return _displacements(grid.from_clamp(x), modes._replace(grid=grid))
 
 
@@ -146,5 +146,5 @@ def _displacements(from_clamp: np.ndarray, modes: StraightModes) -> np.ndarray:
     # x is the last axis in memory: samples of one mode are contiguous.
     fields = np.empty((*s.shape[:-2], s.shape[-1], 2, from_clamp.shape[-2]), s.dtype)
     fields[..., 0, :] = s.mT @ from_clamp.mT
-    fields[..., 1, :] = (modes.f[..., None] * rotation(modes.grid.J, kappa)).mT @ from_clamp.mT
+    fields[..., 1, :] = (modes.f[..., None] * rotation(modes.grid, kappa)).mT @ from_clamp.mT
     return np.swapaxes(fields, -3, -1)

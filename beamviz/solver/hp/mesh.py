@@ -77,10 +77,8 @@ def reference(order: int) -> Reference:
 class Grid:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
     of such grids, in leading axes, with the same orders and different breaks. The gradient of the
-    displacement along the beam is of `axial_orders`, with r coefficients in all.
-
-    J integrates values at the points from the clamp to each point. A solution keeps its grid only,
-    which suffices to evaluate it as a function of x.
+    displacement along the beam is of `axial_orders`, with r coefficients in all. A solution keeps
+    its grid only, which suffices to evaluate it as a function of x.
     """
 
     breaks: np.ndarray  # (..., elements + 1)
@@ -88,20 +86,32 @@ class Grid:
     axial_orders: tuple[int, ...]  # (elements,) at most as high
     points: np.ndarray  # (..., n)
     weights: np.ndarray  # (..., n)
-    J: np.ndarray  # (..., n, n)
 
     def __getitem__(self, k: int) -> "Grid":
         """Grid k of a stack."""
-        arrays = self.points[k], self.weights[k], self.J[k]
-        return Grid(self.breaks[k], self.orders, self.axial_orders, *arrays)
+        breaks, points, weights = self.breaks[k], self.points[k], self.weights[k]
+        return Grid(breaks, self.orders, self.axial_orders, points, weights)
+
+    @property
+    def integration_matrix(self) -> np.ndarray:
+        """J (..., n, n), read-only."""
+        *stack, n = self.points.shape
+        J = np.zeros((*stack, n, n))
+        halves = np.diff(self.breaks)[..., None, None] / 2
+        for k, (order, block) in enumerate(zip(self.orders, _blocks(self.orders), strict=True)):
+            J[..., block, : block.start] = self.weights[..., None, : block.start]
+            J[..., block, block] = halves[..., k, :, :] * reference(order).integration
+        return read_only(J)
 
     def integrals(self, values: np.ndarray) -> np.ndarray:
-        """J times values (..., n, k) on one grid, element by element: faster for many columns."""
+        """J times values (..., n, k), element by element: faster for many columns."""
         result, total = np.empty_like(values), 0.0
+        halves = np.diff(self.breaks)[..., None, None] / 2
         for k, (order, block) in enumerate(zip(self.orders, _blocks(self.orders), strict=True)):
-            here, half = values[..., block, :], (self.breaks[k + 1] - self.breaks[k]) / 2
-            result[..., block, :] = total + (half * reference(order).integration) @ here
-            total = total + (self.weights[block] @ here)[..., None, :]
+            here, weights = values[..., block, :], self.weights[..., None, block]
+            integration = halves[..., k, :, :] * reference(order).integration
+            result[..., block, :] = total + integration @ here
+            total = total + weights @ here
         return result
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
@@ -140,6 +150,7 @@ class Mesh(Grid):
     """
 
     grid: Grid  # without the matrices
+    J: np.ndarray  # (..., n, n) integrates values at the points from the clamp to each point
     rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
     in_element: np.ndarray  # (2 n, elements) 1 for the points of an element, twice; 0 elsewhere
     axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
@@ -166,22 +177,19 @@ def make_grid(
     stack, n = breaks.shape[:-1], sum(orders)
     halves = np.diff(breaks)[..., None] / 2
     points, weights = np.empty((*stack, n)), np.empty((*stack, n))
-    J = np.zeros((*stack, n, n))
     for k, (order, block) in enumerate(zip(orders, _blocks(orders), strict=True)):
         e = reference(order)
         h = halves[..., k, :]
         points[..., block] = breaks[..., k, None] + h * (e.points + 1)
         weights[..., block] = h * e.weights
-        J[..., block, : block.start] = weights[..., None, : block.start]
-        J[..., block, block] = h[..., None] * e.integration
-    arrays = map(read_only, (points, weights, J))
+    arrays = map(read_only, (points, weights))
     return Grid(read_only(breaks), orders, axial_orders or orders, *arrays)
 
 
 def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...]) -> Mesh:
     """A mesh, or a stack of meshes of the same orders, between `breaks` (..., elements + 1)."""
     grid, stack, n = make_grid(breaks, orders, axial_orders), breaks.shape[:-1], sum(orders)
-    weights, J = grid.weights, grid.J
+    weights, J = grid.weights, grid.integration_matrix
     halves, tails = np.diff(breaks)[..., None] / 2, np.zeros((*stack, 2 * len(orders), n))
     T, axial, eye = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders))), np.eye(n)
     blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
@@ -196,8 +204,8 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
     IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
     in_element = np.tile(np.repeat(np.eye(len(orders)), orders, axis=0), (2, 1))
     arrays = (rooted, in_element, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
-    of_grid = grid.breaks, orders, axial_orders, grid.points, weights, J
-    return Mesh(*of_grid, grid, *map(read_only, arrays))
+    of_grid = grid.breaks, orders, axial_orders, grid.points, weights
+    return Mesh(*of_grid, grid, J, *map(read_only, arrays))
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:

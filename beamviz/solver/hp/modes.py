@@ -130,13 +130,13 @@ def rotation_matrix(J: NDArray, beams: BeamStack) -> NDArray:
     return with_root(J) if beams.hinged else J
 
 
-def rotation(J: NDArray, kappa: NDArray) -> NDArray:
+def rotation(grid: Grid, kappa: NDArray) -> NDArray:
     """The rotation theta (..., n, modes) of kappa (..., n, modes), or (..., n + 1, modes) with the
     angle at the root."""
-    n = J.shape[-1]
+    n = grid.points.shape[-1]
     if kappa.shape[-2] == n:
-        return J @ kappa
-    return J @ kappa[..., :n, :] + kappa[..., n:, :]
+        return grid.integrals(kappa)
+    return grid.integrals(kappa[..., :n, :]) + kappa[..., n:, :]
 
 
 def with_root(rows: NDArray) -> NDArray:

@@ -85,6 +85,7 @@ class Trial:
 
     elements: Elements
     grid: Grid  # of the pieces
+    J: NDArray  # (n, n) integrates values at the points from the clamp to each point
     counts: tuple[int, ...]  # of pieces of each element
     mass: NDArray  # (n,) rho A
     EI: NDArray  # (n,)
@@ -96,7 +97,7 @@ class Trial:
     @cached_property
     def angle(self) -> NDArray:
         """Integrals (n, r) of the functions of bending, from the clamp."""
-        return self.grid.J @ self.bending
+        return self.J @ self.bending
 
     @cached_property
     def element_of_points(self) -> NDArray:
@@ -122,7 +123,7 @@ class Trial:
         return first, across @ ((w * self.EI * bending) @ across)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
     """The trial functions on elements. bending: the property that is the bending stiffness."""
     pieces = pieces_of(elements, blade, bending, share)
@@ -140,7 +141,8 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
             w = grid.weights[rows]
             Q, _ = np.linalg.qr(np.sqrt(w / weight[rows])[:, None] * P)
             basis[rows, columns] = Q / np.sqrt(w * weight[rows])[:, None]
-    return Trial(elements, grid, pieces.counts, rho, EI, EA, stretch, curvature, blocks)
+    J = grid.integration_matrix
+    return Trial(elements, grid, J, pieces.counts, rho, EI, EA, stretch, curvature, blocks)
 
 
 def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice]]:

@@ -1,0 +1,74 @@
+"""What a solution keeps of a deflected state: its values at the Gauss points, from which it and its
+modes follow as functions of x, and what it can be computed again from. The matrices that it was
+found with take a hundred times as much memory, and a chart has hundreds of solutions."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.beam import Beam
+from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
+from beamviz.solver.hp.first_mesh import Elements
+from beamviz.solver.hp.mesh import Grid
+from beamviz.solver.problem import Problem
+
+
+class SavedState(NamedTuple):
+    """A state without its matrices; see `BentState`."""
+
+    elements: Elements
+    beam: Beam
+    problem: Problem
+    q: NDArray
+    iterations: int
+
+    def restored(self) -> BentState:
+        """The state."""
+        return BentState(BentBeam(self.elements, self.beam, self.problem), self.q, self.iterations)
+
+
+def saved(state: BentState) -> SavedState:
+    """A state without its matrices."""
+    bent = state.beam
+    return SavedState(bent.elements, bent.beam, bent.problem, state.q, state.iterations)
+
+
+class Profile(NamedTuple):
+    """A state as a function of x."""
+
+    grid: Grid
+    f: NDArray  # (n,)
+    kappa: NDArray  # (n,)
+    root_angle: float
+    gradient: NDArray  # (2, n) r' = f (cos theta, sin theta)
+
+
+def profile_of(state: BentState) -> Profile:
+    """A state as a function of x."""
+    gradient = state.f * state.direction
+    return Profile(state.beam.grid, state.f, state.kappa, state.root_angle, gradient)
+
+
+def curve(profile: Profile, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Position, stretch and angle of a state."""
+    grid, from_clamp = profile.grid, profile.grid.from_clamp(x)
+    angle = from_clamp @ profile.kappa + profile.root_angle
+    return from_clamp @ profile.gradient.T, grid.at(x) @ profile.f, angle
+
+
+def gradients(state: BentState, V: NDArray) -> NDArray:
+    """Derivatives (2, n, modes) of displacements in x and in y, of changes V (n + turning, modes)
+    of q."""
+    df, dkappa = np.split(V, [len(state.f)])
+    c, s = state.direction[..., None]
+    turn = state.f[:, None] * (state.beam.to_angle @ dkappa)
+    return np.stack((c * df - s * turn, s * df + c * turn))
+
+
+def fields(profile: Profile, gradients: NDArray, x: NDArray) -> NDArray:
+    """Displacements (len(x), 2, modes) along and across the deflected beam."""
+    from_clamp = profile.grid.from_clamp(x)
+    angle = from_clamp @ profile.kappa + profile.root_angle
+    dx, dy = from_clamp @ gradients
+    return corotational_components(dx, dy, angle)
