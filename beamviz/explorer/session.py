@@ -147,6 +147,9 @@ class Session:
                     job.withdraw()
                 else:
                     job.request(one, later=self.postponed)
+        jobs = self.visitor.jobs.items()
+        if any(snapshot.jobs[name].late and not job.status.late for name, job in jobs):
+            self.visitor.wake()  # to take back what the page says of it
 
     def show_part(self, part: Part, *reading: Any) -> None:
         self.visitor.page.show(part.shows(*reading))

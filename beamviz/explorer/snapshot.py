@@ -75,7 +75,7 @@ class Snapshot:
         late = [self.jobs[name] for name in names if self.jobs[name].late]
         done = max((job.done for job in late), default=0.0)
         percent = f" {100 * done:.0f} %" if done else ""
-        return f"before the last change; computing …{percent}" if late else ""
+        return f"outdated: computing …{percent}" if late else ""
 
     @property
     def reading(self) -> tuple[Any, ...]:

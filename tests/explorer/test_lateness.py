@@ -144,13 +144,25 @@ def test_a_chart_of_earlier_numbers_says_so(
     release.clear()
     before = dict(guest.charts[chart])
     guest.do("delta", 0.7)
-    guest.wait(lambda _: "before the last change" in told(guest, chart))
+    guest.wait(lambda _: "outdated" in told(guest, chart))
     assert all(told(guest, one) for one in others)
     assert not told(guest, "mode-rows")
     assert guest.charts[chart].get("lines") == before.get("lines")
     release.set()
     guest.wait(lambda _: not told(guest, chart) and guest.charts[chart] != before)
     assert not any(told(guest, one) for one in others)
+
+
+def test_undo_takes_back_what_was_said_of_a_chart(guest, release, monkeypatch):
+    """Though the other one is still being computed."""
+    monkeypatch.setattr(loci_chart, "loci", waiting(loci_chart.loci, release))
+    guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
+    pause(guest)
+    release.clear()
+    guest.do("delta", 0.7)
+    guest.wait(lambda _: told(guest, "loci-chart"))
+    guest.do("undo")
+    guest.wait(lambda _: not told(guest, "loci-chart"))
 
 
 def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):

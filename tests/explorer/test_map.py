@@ -119,7 +119,7 @@ def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
         guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
         for part in ("map-chart", "map-text"):
             told = guest.props[part]["data-outdated"]
-            assert re.search(r"before the last change; computing … [1-9]\d? %", told)
+            assert re.search(r"outdated: computing … [1-9]\d? %", told)
         if action:
             assert not guest.props["map-chart"]["hidden"]
             guest.do(action, until=lambda _: "cancelled: map" in guest.texts["work"])
