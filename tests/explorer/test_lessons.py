@@ -166,6 +166,14 @@ def test_a_reset_resets_the_experiment_too(guest, session):
     assert shown_state(session)[3][:2] == (PULLED, False)
 
 
+@pytest.mark.parametrize("name", [one.name for one in LESSONS if one.motion])
+def test_the_motion_of_a_lesson_is_played_at_a_rate_that_suits_it(guest, session, name):
+    """Its own: that of the modes of the scene may be ten times slower."""
+    begin(guest, name)
+    guest.wait(lambda _: session.snapshot.film)
+    assert session.snapshot.rate == session.snapshot.film.rate
+
+
 def test_a_file_ends_the_lesson(guest, session):
     """Which is about another scene: a reset returns to that of the file."""
     begin(guest, "spin-up")

@@ -147,7 +147,7 @@ def facts_of(snapshot: Snapshot) -> Facts | None:
 
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     """At the first step of a lesson, with its own scene or another one, the tab that it names, and
-    the clock locked, so that a faster vibration looks faster."""
+    the clock locked, so that a faster vibration looks faster than the one before."""
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
     tab = tab_named(named[0]) if named else ""
@@ -165,8 +165,11 @@ def left(state: State) -> State:
 
 
 @cache
-def lesson_rate(name: str) -> float:
-    """The time [T*] per second on the screen that suits the first scene of a lesson."""
+def lesson_rate(name: str) -> float | None:
+    """The time [T*] per second on the screen that suits the first scene of a lesson; None for a
+    motion in time, which has a rate of its own."""
+    if lesson(name).motion:
+        return None
     scene = lesson(name).scene
     case, nothing = Case.of(scene), (NO_COMPARISON, None, False)
     answer = solver_answer(case)

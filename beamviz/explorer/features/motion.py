@@ -573,9 +573,10 @@ def in_words(experiment: Experiment, case: Case) -> str:
         parts = [f"the hub turns at {speed} and stops within {duration(STOP, units)}"]
     elif experiment.hub == "torque":
         torque = display("torque", units).text(experiment.torque, 3)
-        parts = [f"the hub turns at {speed} and freely from then on, under a torque of {torque}"]
+        first = "rests at first" if gamma == 0 else f"turns at {speed} at first"
+        parts = [f"the hub {first}, and then turns freely under a torque of {torque}"]
     else:
-        parts = [f"the hub turns at {speed}"]
+        parts = ["the hub rests" if gamma == 0 else f"the hub turns at {speed}"]
     if experiment.modes:
         sizes = experiment.modes.items()
         swings = [f"{length_text(size, units, 3)} in {name}" for name, size in sizes]
