@@ -20,7 +20,7 @@ from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.experiment import motion_of
+from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
@@ -115,11 +115,21 @@ class Visitor:
             lambda state: replace(state.loaded(scene), **values), loads=True, replaced=replaced
         )
 
+    def open(self, scene: Scene) -> None:
+        """Show a scene from outside, to which a reset returns. It ends a lesson, which is about
+        another one."""
+        usual: dict[str, Any] = {"experiment": PULLED, "lesson": "", "step": 0}
+        usual |= {"before_lesson": None, "opened_motion": (PULLED, False)}
+        self.load(scene, opened=scene, **usual)
+
     def reset(self) -> None:
-        """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
+        """Show the scene and the experiment of the open lesson, or else those that were opened;
+        keep the theme."""
         state = self.state
-        home = lesson(state.lesson).scene if state.lesson else state.opened
-        motion = motion_of(lesson(state.lesson)) if state.lesson else {}
+        experiment, in_motion = state.opened_motion
+        home, motion = state.opened, {"experiment": experiment, "in_motion": in_motion}
+        if state.lesson:
+            home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
         home = home.changed(dark=state.view.dark)
         self.load(home, replaced="The scene is reset.", rate=state.rate, **motion)
 

@@ -225,7 +225,7 @@ def test_the_address_names_the_lesson_and_its_step(guest):
     guest.choose("beta", 0.75)
     shows(guest, "lesson=nodes&step=3&beta=0.75")
     guest.do("lesson", "")
-    shows(guest, "alpha=1.0&beta=0.75&over=beta")
+    shows(guest, "")
 
 
 def test_a_link_with_a_wrong_value_opens_with_a_note_on_it(guest):

@@ -27,7 +27,7 @@ from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
-from beamviz.explorer.experiment import RANGES, Experiment
+from beamviz.explorer.experiment import PULLED, RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
@@ -259,17 +259,20 @@ def described(keys: dict[str, Any]) -> Link:
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     """The state that a link describes by its scene and other values; those that it does not name
     are the usual ones."""
-    values = dict(values)
-    state = replace(state, **{name: getattr(State, name) for name, _ in KEYS.values()})
+    values, outside = dict(values), state.outside
+    state = replace(
+        state, before_lesson=None, **{name: getattr(State, name) for name, _ in KEYS.values()}
+    )
     if name := values.pop("lesson", ""):
-        state = begun(state, lesson(name), scene)
+        state = replace(begun(state, lesson(name), scene), before_lesson=outside)
     else:
         scene = scene.changed(dark=state.view.dark)
-        state = replace(state.loaded(scene), opened=scene)
+        motion = values.get("experiment", PULLED), values.get("in_motion", False)
+        state = replace(state.loaded(scene), opened=scene, opened_motion=motion)
     state = replace(state, case=changed_case(state.case, values.pop(ENTERED, {})))
     if (kept := values.pop("kept", None)) is not None:
         state = replace(state, kept=changed_case(state.case, kept))
-    return replace(state, **values)
+    return replace(state, **values).at_moment(values.get("moment", 0.0))
 
 
 def changed_case(case: Case, values: dict[str, Any]) -> Case:
@@ -464,7 +467,7 @@ class Files(Feature):
         name, _, content = str(file).partition("\n")
         with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
-            self.visitor.load(scene, opened=scene)
+            self.visitor.open(scene)
 
     def start(self, suffix: Any) -> None:
         """Export the scene, in place of the visitor's running export."""
