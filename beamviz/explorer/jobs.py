@@ -26,6 +26,7 @@ from beamviz.drawing.text import (
     stretch_caution,
 )
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
+from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
@@ -325,10 +326,10 @@ def case_error(text: str, case: Case) -> str:
 
 
 class Cases(NamedTuple):
-    """A case to solve, and one to compare it with."""
+    """A case to solve, and what to compare it with."""
 
     case: Case
-    other: Case | None = None
+    comparison: ComparisonCase = ComparisonCase()
 
 
 class Solved(NamedTuple):
@@ -389,24 +390,30 @@ class SolveJob(Job[Cases, Solved]):
 
     def solved(self, cases: Cases) -> Solved:
         """The answers. Raises Cancelled."""
+        case, other = cases.case, cases.comparison.case
+        has_first = self.first is not None and self.first.request == case
+        has_second = other is None or (self.second is not None and self.second.request == other)
         start = time.thread_time()
         try:
-            if not (self.first and self.first.request == cases.case):
-                self.first = solver_answer(cases.case)
-            if cases.other and not (self.second and self.second.request == cases.other):
-                self.second = solver_answer(cases.other)
+            if not has_first:
+                self.first = solver_answer(case)
+            if other and not has_second:
+                self.second = solver_answer(other)
         finally:
-            self.options, self.seconds = cases.case.options, time.thread_time() - start
-        return Solved(self.first, self.second if cases.other else None)
+            if not (has_first and has_second):
+                self.options, self.seconds = case.options, time.thread_time() - start
+        assert self.first
+        return Solved(self.first, self.second if other else None)
 
     @property
-    def pair(self) -> tuple[SolverAnswer | None, SolverAnswer | None]:
-        """The latest answers, or the reason why there are none."""
+    def compared(self) -> tuple[SolverAnswer | None, SolverAnswer | None, ComparisonCase]:
+        """The latest answers, or the reason why there are none, and what was compared with."""
         if (answer := self.answer) is None:
-            return None, None
+            return None, None, ComparisonCase()
+        comparison = answer.request.comparison
         if answer.result is None:
-            return SolverAnswer(answer.request.case, error=answer.error), None
-        return answer.result
+            return SolverAnswer(answer.request.case, error=answer.error), None, comparison
+        return *answer.result, comparison
 
 
 def solver_answer(case: Case) -> SolverAnswer:

@@ -160,8 +160,8 @@ def with_film(
 def reads(snapshot: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
     """What `picture_of` depends on, of a snapshot; response: of the beam to a force, if any."""
     state: State = snapshot.state
-    compared = state.comparison, state.kept, state.stacked
-    if state.comparison == NO_COMPARISON:
+    compared = snapshot.comparison.choice, state.kept, state.stacked
+    if snapshot.comparison.choice == NO_COMPARISON:
         compared = NO_COMPARISON, None, False
     beam = snapshot.beam
     return (

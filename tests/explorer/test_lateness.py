@@ -1,5 +1,6 @@
 """What is shown belongs to the numbers shown; what does not yet says so, and only that."""
 
+import re
 import threading
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -178,6 +179,39 @@ def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):
     guest.says(frequency_text(START.beam.replace(alpha=3)))
     guest.wait(lambda _: not any(told(guest, id) for id in ("mode-rows", "loci-chart")))
     assert "before the last change" not in guest.texts["scene-caption"]
+
+
+def test_a_comparison_has_the_title_of_its_own_beam(guest, release, monkeypatch):
+    """While the next one is being solved, table and scene show the one before under its name, and
+    say that it is of earlier numbers."""
+
+    def titles() -> set[str]:
+        """What the table calls the second beam, and what the scene does."""
+        (in_table,) = re.findall("this beam, .*?</th>.*?>([^<]*), [^,<]*</th>", told_of(guest))
+        drawn = [one["text"] for one in guest.parts["captions"] if one["name"].endswith("/title")]
+        return {in_table, *drawn} - {"this beam"}
+
+    pause(guest)
+    guest.do("tab", "compare")
+    guest.do("stacked", True)
+    guest.do("comparison", "ancf", until="20 ANCF elements, ")
+    guest.wait(lambda _: titles() == {"20 ANCF elements"})
+    before = told_of(guest)
+    monkeypatch.setattr(jobs, "solve", waiting(solve, release))
+    release.clear()
+    guest.do("comparison", "mass", until=lambda _: told(guest, "comparison"))
+    assert guest.values["comparison"] == "mass"
+    assert told_of(guest) == before
+    assert titles() == {"20 ANCF elements"}
+    assert "beam before the last change" in guest.texts["scene-caption"]
+    release.set()
+    guest.wait(lambda _: titles() == {"twice the mass"} and not told(guest, "comparison"))
+    assert told_of(guest) != before
+
+
+def told_of(guest: Visitor) -> str:
+    """The table of the comparison."""
+    return guest.texts["comparison"]
 
 
 def test_a_chart_that_a_drag_leaves_behind_says_so(guest, session, monkeypatch):

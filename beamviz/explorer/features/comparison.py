@@ -59,7 +59,7 @@ def reads(snapshot: Snapshot) -> tuple[object, ...]:
         snapshot.second,
         snapshot.comparison.title,
         snapshot.comparison.case is None,
-        state.comparison == EARLIER,
+        snapshot.comparison.choice == EARLIER,
         state.view.all_modes,
     )
 
