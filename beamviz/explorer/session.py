@@ -152,7 +152,7 @@ class Session:
             self.visitor.wake()  # to take back what the page says of it
 
     def show_part(self, part: Part, *reading: Any) -> None:
-        self.visitor.page.show(part.shows(*reading))
+        self.visitor.page.show(part.content(*reading))
 
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""

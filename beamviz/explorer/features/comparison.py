@@ -48,7 +48,7 @@ class ComparisonTab(Feature):
 
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(reads, table_content),)
+        return (Part(reads, table_content, ("comparison",)),)
 
 
 def reads(snapshot: Snapshot) -> tuple[object, ...]:

@@ -456,14 +456,19 @@ class MotionTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state.experiment, s.state.case.units), values_content),
-            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content),
-            Part(lambda s: (answer_of(s),), chart_content),
-            Part(lambda s: (answer_of(s), is_before(s)), notes_content),
-            Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
-            Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
+            Part(lambda s: (s.state.experiment, s.state.case.units), values_content, VALUES),
+            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content, WORDS),
+            Part(lambda s: (answer_of(s),), chart_content, (*CHARTS, "moment-row", "motion-files")),
+            Part(lambda s: (answer_of(s), is_before(s)), notes_content, ("motion-list",)),
+            Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
+            Part(playing_reads, play_content, ("motion-play",)),
             fading([JOB], *CHARTS, "motion-list"),
         )
+
+
+def playing_reads(snapshot: Snapshot) -> tuple[bool]:
+    """Whether the motion is played."""
+    return (snapshot.state.in_motion and snapshot.state.view.playing,)
 
 
 def begun(state: State, experiment: Experiment) -> State:
@@ -491,6 +496,9 @@ def moment_of(snapshot: Snapshot) -> float | None:
 
 
 # Displayed values
+
+VALUES = tuple(f"motion.{name}" for name in (*RANGES, *CHOICES, "unstiffened"))
+WORDS = "motion-words", "motion-play-row", "motion-presets", "motion-settings"
 
 
 def display(name: str, units: Units | None) -> Measure:
