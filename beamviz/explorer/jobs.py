@@ -238,9 +238,10 @@ class Job(Generic[Q, R]):
 
     def run(self, number: int) -> None:
         """Compute the latest request, then the next one if there is one by then."""
-        request = self.latest
-        if self.closed or request is None or number != self.number:
-            return
+        with self.lock:
+            request, self.replaced = self.latest, None  # those before it are not computed any more
+            if self.closed or request is None or number != self.number:
+                return
         interruption.set(partial(self.check, number, request))
         answer = self.answered(request)
         with self.lock:

@@ -2,11 +2,14 @@
 
 import re
 import threading
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import pytest
+from live.fresh import Guest
 from live.server import TIMEOUT
 from live.visitor import Visitor, frequency_text, pause
 
@@ -98,6 +101,17 @@ def test_back_at_the_numbers_of_the_answer_nothing_is_late(computer):
     assert not computer.job.status.late
     computer.compute()
     assert (computer.job.status.result, computer.job.busy) == (1, False)
+
+
+def test_a_request_replaced_before_it_is_begun_leaves_nothing_late(computer):
+    """Where all threads are at work, it is the latest request that is computed when one is free."""
+    computer.job.request(1)
+    computer.after(0.5)
+    computer.job.request(2)
+    computer.compute()
+    assert computer.job.status.result == 2
+    assert not computer.after(2 * PATIENCE).late
+    assert not computer.job.status.slow
 
 
 # On the page
@@ -235,3 +249,24 @@ def test_a_chart_that_a_drag_leaves_behind_says_so(guest, session, monkeypatch):
         ended.set()
         dragging.join()
     guest.wait(lambda _: not told(guest, "loci-chart"))
+
+
+def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):
+    """On a busy server its request is left to the next frame; by then its tab may be closed."""
+    own = Guest(guest, frame_loops[0])
+    session = own.session
+    guest.do("tab", "map", until=lambda _: guest.charts["map-chart"].get("values"))
+    pause(guest)
+    own.settle()
+
+    def in_two_frames() -> None:
+        visitor = session.visitor
+        visitor.change(partial(State.changed, name="alpha", value=0.4))
+        session.tick(time.monotonic(), in_haste=True)
+        visitor.set_state(replace(visitor.state, tab="loads"))
+        session.tick(time.monotonic())
+
+    own.on_loop(in_two_frames)
+    own.settle()
+    assert not session.visitor.jobs["map"].busy
+    assert session.visitor.jobs["map"].since is None
