@@ -261,7 +261,7 @@ def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):
 
     def in_two_frames() -> None:
         visitor = session.visitor
-        visitor.change(partial(State.changed, name="alpha", value=0.4))
+        visitor.change(partial(State.changed, name="delta", value=0.4))
         session.tick(time.monotonic(), in_haste=True)
         visitor.set_state(replace(visitor.state, tab="loads"))
         session.tick(time.monotonic())
