@@ -39,7 +39,7 @@ INSIDE = {
 }
 PARTS = ("open", "captions", "met", "dark")  # of an update, besides those by id
 INVITATION = "Start lesson 1"  # in the caption of the scene that a page opened with
-LONG = 300.0  # [s] for what is computed on a machine however busy
+LONG = 60.0  # [s] for what is computed on a machine however busy
 
 
 class Guest:
@@ -114,7 +114,7 @@ def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) ->
     address = guest.visitor.parts["address"] or start.to_query(without=("dark", "playing"))
     with visitor(url) as fresh:
         other = Guest(fresh, loop)
-        fresh.do("preferences", "still")
+        fresh.do("preferences", "still dark" if guest.visitor.parts["dark"] else "still")
         fresh.do("met", " ".join(guest.visitor.parts["met"]))
         fresh.do("link", f"?{address}")
         other.settle()

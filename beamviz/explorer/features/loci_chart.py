@@ -344,12 +344,13 @@ def chart_content(
 ) -> Content:
     """A chart, or the reason why there is none, the loci of a second beam, and the lists. Before
     the first answer the chart is empty."""
+    content = page.props("loci-chart", hidden=False)
     if answer is None:
-        content = page.props("per-rev", hidden=False) | page.props("loci-chart", hidden=False)
+        content |= page.props("per-rev", hidden=False)
         content |= page.props("loci-resonances", hidden=True)
         return content | page.html("loci-resonances", "") | page.html("loci-events", "")
     chart, over_speed = answer.result, answer.request.over == "gamma"
-    content = page.props("per-rev", hidden=not over_speed)
+    content |= page.props("per-rev", hidden=not over_speed)
     content |= page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
     second = other.result if other else None
     if chart is None:

@@ -458,7 +458,7 @@ class MotionTab(Feature):
         return (
             Part(lambda s: (s.state.experiment, s.state.case.units), values_content, VALUES),
             Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content, WORDS),
-            Part(lambda s: (answer_of(s),), chart_content, (*CHARTS, "moment-row", "motion-files")),
+            Part(lambda s: (answer_of(s),), chart_content, PLAYED),
             Part(lambda s: (answer_of(s), is_before(s)), notes_content, ("motion-list",)),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
             Part(playing_reads, play_content, ("motion-play",)),
@@ -498,6 +498,7 @@ def moment_of(snapshot: Snapshot) -> float | None:
 # Displayed values
 
 VALUES = tuple(f"motion.{name}" for name in (*RANGES, *CHOICES, "unstiffened"))
+PLAYED = *CHARTS, "moment-row", "moment-slider", "moment-label", "motion-files"
 WORDS = "motion-words", "motion-play-row", "motion-presets", "motion-settings"
 
 
@@ -616,7 +617,8 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     for id in ("moment-row", "motion-files"):
         content |= page.props(id, hidden=found is None)
     if found is None:
-        return content
+        content |= page.props("moment-slider", min=0, max=1, step=0.01)
+        return content | page.html("moment-label", "time")
     content |= page.chart(CHARTS[0], strip_data(found)) | page.chart(
         CHARTS[1], spectrum_data(found)
     )
