@@ -272,6 +272,31 @@ def plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
+# A beam that any one value fits, by its material and by its stiffnesses.
+BY_MATERIAL = dict.fromkeys(("length", *MATERIAL), 1.0)
+BY_SECTION = dict.fromkeys(("length", *SECTION), 1.0)
+
+
+def wrong_values(values: Mapping[str, Any]) -> list[InvalidInput]:
+    """The errors of the keywords that are wrong each by itself, in a beam that is valid without
+    them."""
+    valid: dict[str, Any] = dict(BY_MATERIAL if values.keys() & MATERIAL.keys() else BY_SECTION)
+    errors: dict[str, InvalidInput] = {}
+    for name in dict.fromkeys(("length", "stations", *SI_KEYS)):
+        if name not in values or ("stations" in errors and isinstance(values[name], list)):
+            continue  # a list has no meaning without stations
+        trial = valid | {name: values[name]}
+        if name == "stations" and ("length" not in values or "length" in errors):
+            del trial["length"]  # it is that of the last one
+        try:
+            PhysicalBeam.of(trial)
+        except InvalidInput as error:
+            errors[name] = error
+        else:
+            valid = trial
+    return list(errors.values())
+
+
 def missing_key(values: Mapping[str, Any]) -> str:
     """The first keyword that is missing, with its unit; "" if none is."""
     given = {name for name, value in values.items() if value is not None}

@@ -1,7 +1,7 @@
 """The physical size of a beam, and its dimensionless numbers in SI units."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
@@ -66,6 +66,68 @@ class Units:
         return 60 * self.hertz(gamma)
 
 
+class Rung(NamedTuple):
+    """A unit of a quantity: `size` in SI, used for values from `least` on, both in SI."""
+
+    unit: str
+    size: float
+    least: float
+
+
+PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+
+
+def prefixed(unit: str, prefixes: Iterable[str]) -> tuple[Rung, ...]:
+    """An SI unit with each of some prefixes, from large to small."""
+    return tuple(Rung(f"{one}{unit}", PREFIXES[one], PREFIXES[one]) for one in prefixes)
+
+
+LONG = 5.0  # [m] length from which on that of a beam, and every place on it, is in m, else in mm
+SMALL = 0.1  # [m] below which a single length is in mm in any case
+# The units that values are shown in, of each quantity by its SI unit, from large to small.
+LADDERS = {
+    "N": prefixed("N", PREFIXES),
+    "N m": prefixed("N m", PREFIXES),
+    "Hz": prefixed("Hz", ("G", "M", "k", "")),
+    "s": prefixed("s", ("", "m", "µ", "n")),
+    "m": (
+        Rung("m", 1.0, SMALL),
+        Rung("mm", 1e-3, 1e-4),
+        Rung("µm", 1e-6, 1e-7),
+        Rung("nm", 1e-9, 0.0),
+    ),
+    "kg": (
+        Rung("t", 1e3, 1e5),
+        Rung("kg", 1.0, 0.1),
+        Rung("g", 1e-3, 1e-4),
+        Rung("mg", 1e-6, 1e-7),
+        Rung("µg", 1e-9, 0.0),
+    ),
+    "kg m²": (
+        Rung("t m²", 1e3, 1e5),
+        Rung("kg m²", 1.0, 0.1),
+        Rung("g m²", 1e-3, 1e-4),
+        Rung("kg mm²", 1e-6, 1e-7),
+        Rung("g mm²", 1e-9, 1e-10),
+        Rung("mg mm²", 1e-12, 0.0),
+    ),
+}
+
+
+def unit_for(quantity: str, value: float) -> tuple[str, float]:
+    """The unit in which a value in SI reads well, and its size in SI. quantity: the SI unit, which
+    is also that of 0."""
+    size = abs(value)
+    if not (math.isfinite(size) and size > 0):
+        return quantity, 1.0
+    ladder = LADDERS[quantity]
+    rung = next((one for one in ladder if size >= one.least * (1 - ROUNDING)), ladder[-1])
+    return rung.unit, rung.size
+
+
+ROUNDING = 1e-9  # relative, of a value that was meant to be at the end of a rung
+
+
 class Scale(NamedTuple):
     """A unit of one of the numbers of a beam. of: its value where the number is 1, None where the
     size of the beam is not known so far; quantity: in SI; key: the name of a column of values."""
@@ -77,7 +139,7 @@ class Scale(NamedTuple):
     of: Callable[[Units], float | None]
 
 
-SCALES = (  # of each number the usual one first; mu has none, as T* depends on it
+SCALES = (  # of each number; mu has none, as T* depends on it
     Scale("gamma", "rpm", "rotation speed", "rpm", lambda units: units.rpm(1.0)),
     Scale("gamma", "rad/s", "rotation speed", "rad_per_s", lambda units: 1 / units.time),
     Scale("alpha", "kg", "mass", "kg", lambda units: units.mass),
@@ -105,11 +167,45 @@ class Measured(NamedTuple):
 
 
 def usual_measure(number: str, units: Units | None) -> Measured | None:
-    """A number in its usual unit; None without one."""
+    """A number in the unit of tables and files: rpm, kg, rad/s^2, mm, or m along a long beam; None
+    without one."""
     if units is None:
         return None
-    known = ((scale, scale.of(units)) for scale in SCALES if scale.number == number)
-    return next((Measured(scale, of) for scale, of in known if of is not None), None)
+    avoided = "mm" if units.length >= LONG else "m"
+    known = (one for one in SCALES if one.number == number and one.unit != avoided)
+    found = ((scale, scale.of(units)) for scale in known)
+    return next((Measured(scale, of) for scale, of in found if of is not None), None)
+
+
+class DisplayUnit(NamedTuple):
+    """A unit to show values in: `factor` is the value in it of a dimensionless 1."""
+
+    unit: str
+    factor: float
+
+
+def display_unit(number: str, units: Units | None) -> DisplayUnit | None:
+    """The unit that a number of a beam, its "frequency" or a "time" is shown in, on pages and in
+    charts; None without one."""
+    if units is None:
+        return None
+    if number == "frequency":
+        return suited_unit("Hz", units.hertz(1.0))
+    if number == "time":
+        return suited_unit("s", units.time, typical=10.0)
+    usual = usual_measure(number, units)
+    if usual is None:
+        return None
+    if usual.scale.unit == "kg":
+        return suited_unit("kg", usual.factor)
+    return DisplayUnit(usual.scale.unit.replace("^2", "²"), usual.factor)
+
+
+def suited_unit(quantity: str, one: float, typical: float = 1.0) -> DisplayUnit:
+    """A quantity, by its SI unit, whose dimensionless 1 is `one` in SI, in the unit for a typical
+    dimensionless value."""
+    unit, size = unit_for(quantity, one * typical)
+    return DisplayUnit(unit, one / size)
 
 
 def number_of(name: str) -> str:

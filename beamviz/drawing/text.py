@@ -10,11 +10,10 @@ import numpy as np
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver.solution import Solution
-from beamviz.units import Units, usual_measure
+from beamviz.units import DisplayUnit, Units, display_unit, suited_unit, unit_for
 
-LONG = 5.0  # [m] length from which on that of a beam, and every place on it, is in m, else in mm
-SMALL = 0.1  # [m] below which a single length is in mm in any case
 NUMBER = re.compile(rf"\b({'|'.join(NUMBERS)})\b(?: = (-?[\d.]+(?:e[-+]?\d+)?))?")  # in a message
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
@@ -64,32 +63,50 @@ def measure(name: str, units: Units | None) -> Measure:
     """The display of a number of the beam. mu has no unit, as T* depends on it; alpha has none if
     the mass of the beam is not known."""
     parameter = NUMBERS[name]
-    usual = usual_measure(name, units)
-    if usual is None:
-        return Measure(parameter.slider_label, parameter.symbol)
-    if usual.scale.unit == "mm":
-        return lengths(parameter.short_label, parameter.symbol, units)
-    unit = usual.scale.unit.replace("^2", "²")
-    return Measure(f"{parameter.short_label} [{unit}]", parameter.symbol, unit, usual.factor)
+    if found := display_unit(name, units):
+        return in_unit(parameter.short_label, parameter.symbol, found)
+    return Measure(parameter.slider_label, parameter.symbol)
+
+
+def in_unit(label: str, symbol: str, found: DisplayUnit) -> Measure:
+    """The display of a quantity in a unit, which its label names."""
+    return Measure(f"{label} [{found.unit}]", symbol, *found)
+
+
+def si_measure(label: str, symbol: str, quantity: str, one: float, typical: float = 1.0) -> Measure:
+    """The display of a quantity, by its SI unit, whose dimensionless 1 is `one` in SI; with the
+    prefix that suits a typical dimensionless value."""
+    return in_unit(label, symbol, suited_unit(quantity, one, typical))
 
 
 def lengths(label: str, symbol: str, units: Units | None) -> Measure:
     """The display of lengths along a beam or beside it: in mm, in m where it is long, in its own
     length [L] where its size is not known."""
-    if units is None:
-        return Measure(f"{label} [L]", symbol)
-    unit, per_metre = ("m", 1.0) if units.length >= LONG else ("mm", 1000.0)
-    return Measure(f"{label} [{unit}]", symbol, unit, per_metre * units.length)
+    found = display_unit("beta", units)
+    return in_unit(label, symbol, found) if found else Measure(f"{label} [L]", symbol)
+
+
+def times(units: Units | None) -> Measure:
+    """The display of times."""
+    found = display_unit("time", units)
+    return in_unit("time", "t", found) if found else Measure("time t [T*]", "t")
+
+
+def si_text(value: float, quantity: str, digits: int) -> str:
+    """A value in SI of a quantity, by its SI unit, in the unit that suits it: '4.79 MN'."""
+    unit, size = unit_for(quantity, value)
+    return f"{significant(value / size, digits)} {unit}"
 
 
 def length_text(length: float, units: Units | None, digits: int) -> str:
     """A length [L] with its unit: '0.15 L', '150 mm', '18 m'."""
     if units is None:
         return f"{length:.{digits}g} L"
-    shown = lengths("", "", units)
-    if abs(length) * units.length < SMALL:
-        shown = shown._replace(unit="mm", factor=1000.0 * units.length)
-    return f"{significant(shown.factor * length, digits)} {shown.unit}"
+    unit, size = unit_for("m", length * units.length)
+    along = lengths("", "", units)
+    if unit == "m" or not length:
+        return f"{significant(along.factor * length, digits)} {along.unit}"
+    return f"{significant(length * units.length / size, digits)} {unit}"
 
 
 def described(beam: Beam) -> str:
@@ -132,12 +149,17 @@ def in_words(text: str, units: Units | None) -> str:
 
 
 def frequencies(units: Units | None) -> Measure:
-    return Measure("Hz", "f", "Hz", units.hertz(1.0)) if units else Measure("ω [1/T*]", "ω")
+    found = display_unit("frequency", units)
+    return Measure(found.unit, "f", *found) if found else Measure("ω [1/T*]", "ω")
 
 
 def significant(value: float, digits: int) -> str:
-    """A number with `digits` significant digits, or more before the point, without exponent."""
-    return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
+    """A number with `digits` significant digits, or more before the point: '1234', '0.00012',
+    '1.2 × 10⁻⁵'."""
+    if abs(value) >= 10.0 ** (digits - 1):
+        return f"{value:.0f}"
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    return f"{mantissa} × 10{str(int(exponent)).translate(RAISED)}" if exponent else mantissa
 
 
 def rounded_to_error(value: float, error: float) -> str:
@@ -210,8 +232,8 @@ def mode_value(solution: Solution, k: int) -> tuple[str, float]:
 
 
 def duration(time: float, units: Units | None) -> str:
-    """A time [T*] with its unit: milliseconds for a beam in SI units."""
-    return f"{significant(1000 * time * units.time, 3)} ms" if units else f"{time:.2g} T*"
+    """A time [T*] with its unit: seconds, or a part of one, for a beam in SI."""
+    return si_text(time * units.time, "s", 3) if units else f"{time:.2g} T*"
 
 
 def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import Measure
+from beamviz.drawing.text import times
 from beamviz.units import Units
 
 PAUSE = 1.5  # [s] on the screen at the end, before it begins again
@@ -89,10 +89,3 @@ class Film:
 def time_text(time: float | None, units: Units | None) -> str:
     """A time [T*] as the chart shows it; "" for none."""
     return "" if time is None else times(units).text(time, 3)
-
-
-def times(units: Units | None) -> Measure:
-    """The display of times."""
-    if units is None:
-        return Measure("time t [T*]", "t")
-    return Measure("time [s]", "t", "s", units.time)

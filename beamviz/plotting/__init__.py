@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
-from beamviz.units import Units, usual_measure
+from beamviz.units import SCALES, Units, display_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +34,7 @@ STYLE: Any = {
 CENTRED: Any = {"ha": "center", "va": "center"}
 OMEGAS = ("ω₁", "ω₂", "ω₃", "ω₄", "ω₅")
 RING: dict[str, Any] = {"marker": "o", "ls": "", "ms": 5.5, "mfc": "white", "mec": INK, "mew": 1.1}
+QUANTITIES = {"frequency": "frequency"} | {scale.number: scale.quantity for scale in SCALES}
 UNDATED: Any = {"png": None, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
@@ -56,13 +57,16 @@ def current_axes() -> "Axes":
 
 def axis_of(name: str, units: Units | None) -> tuple[Callable[[Any], Any], str, str]:
     """Of the axis of a parameter or of the "frequency": the function from numbers to its units, its
-    label, and the template of a text in these units: rpm, kg, mm and Hz for a beam in SI."""
-    if measure := usual_measure(name, units):
-        scale, factor = measure
-        unit = scale.unit.replace("^2", "²")
-        return lambda value: factor * value, f"{scale.quantity} [{unit}]", f"{{:.5g}} {unit}"
-    if units and name == "frequency":
-        return units.hertz, "frequency [Hz]", "{:.3g} Hz"
+    label, and the template of a text in these units: as on the page, in rpm, kg, mm or m, and Hz
+    for a beam in SI."""
+    if found := display_unit(name, units):
+        unit, factor = found
+        digits = 3 if name == "frequency" else 5
+        return (
+            lambda value: factor * value,
+            f"{QUANTITIES[name]} [{unit}]",
+            f"{{:.{digits}g}} {unit}",
+        )
     if name == "frequency":
         return lambda value: value, "frequency ω [1/T*]", "{:.3g}"
     return lambda value: value, NUMBERS[name].axis_label, NUMBERS[name].symbol + " = {:#.5g}"
@@ -110,7 +114,8 @@ def plot_shapes(
     ):
         (family, ls), alpha = LINES[component], max(1.2 - 0.2 * int(label[1:]), 0.3)
         style: Any = {"color": COLOURS[family], "ls": ls, "alpha": alpha}
-        text = f"{units.hertz(frequency):.5g} Hz" if units else f"ω = {frequency:.5g}"
+        unit = display_unit("frequency", units)
+        text = f"{unit.factor * frequency:.5g} {unit.unit}" if unit else f"ω = {frequency:.5g}"
         axes.plot(x, shape / abs(shape).max(), label=f"{label}  {text}", **style)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
     axes.set(xlim=(0, 1), xlabel="reference coordinate x / L", ylabel="displacement (largest = 1)")

@@ -19,7 +19,7 @@ from beamviz.sweeps.arrays import SOLVED, STATUSES
 from beamviz.sweeps.plan import find_place
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.sweeps.store import chunks_read, damaged_chunk
-from beamviz.units import Units, number_of
+from beamviz.units import Units, display_unit, number_of
 
 if TYPE_CHECKING:
     import xarray
@@ -94,8 +94,9 @@ def draw_map(
     ax = ax or current_axes()
     (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
     x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
-    values = units.hertz(values) if units else values
-    draw_values(ax, x, y, values, gap, f"{what} [{'Hz' if units else '1/T*'}]")
+    unit = display_unit("frequency", units)
+    values = unit.factor * values if unit else values
+    draw_values(ax, x, y, values, gap, f"{what} [{unit.unit if unit else '1/T*'}]")
     draw_statuses(ax, x, y, status, np.isfinite(values))
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
     ax.set_title(title(what, over, held), loc="left", fontsize=8)

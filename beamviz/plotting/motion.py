@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.plotting import COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
-from beamviz.units import Units
+from beamviz.units import Units, display_unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,8 +27,11 @@ class Scales(NamedTuple):
 
 
 def scales_of(units: Units | None) -> Scales:
-    """Seconds and mm for a beam in SI, else T* and L."""
-    return Scales(units.time, "s", 1000 * units.length, "mm") if units else DIMENSIONLESS
+    """As on the page: s or a part of one, and mm or m, for a beam in SI, else T* and L."""
+    time, length = display_unit("time", units), display_unit("beta", units)
+    if not (time and length):
+        return DIMENSIONLESS
+    return Scales(time.factor, time.unit, length.factor, length.unit)
 
 
 DIMENSIONLESS = Scales(1.0, "T*", 1.0, "L")
@@ -37,7 +40,7 @@ DIMENSIONLESS = Scales(1.0, "T*", 1.0, "L")
 def plot_deflection(
     t: NDArray, deflection: NDArray, axes: "Axes | None" = None, units: Units | None = None
 ) -> "Axes":
-    """Draw the deflection of the tip (n,) over time (n,); in mm and s for a beam in SI."""
+    """Draw the deflection of the tip (n,) over time (n,); in mm or m and s for a beam in SI."""
     axes, scales = axes or current_axes(), scales_of(units)
     axes.plot(scales.time * t, scales.length * deflection, color=COLOURS["bending"], lw=1.2)
     axes.axhline(0, color="0.7", lw=0.8, zorder=0)
@@ -49,8 +52,8 @@ def plot_deflection(
 def plot_spectrum(
     frequency: NDArray, amplitude: NDArray, axes: "Axes", units: Units | None = None
 ) -> None:
-    """Draw amplitudes (k,) over frequencies (k,), up to the last that is seen; in mm and Hz for a
-    beam in SI."""
+    """Draw amplitudes (k,) over frequencies (k,), up to the last that is seen; in mm or m, and Hz,
+    for a beam in SI."""
     scales, (convert, label, _) = scales_of(units), axis_of("frequency", units)
     frequency, amplitude = convert(frequency), scales.length * amplitude
     axes.set(xlabel=label, ylabel=f"amplitude [{scales.metres}]", yscale="log")
@@ -72,7 +75,7 @@ def draw_motion(
     size: tuple[float, float] = (WIDTH, HEIGHT),
 ) -> "Figure":
     """A figure of a size [in] of the tip's deflection and the speed (n,) over time (n,), and of the
-    spectrum; in s, mm, rpm and Hz for a beam in SI."""
+    spectrum; in s, mm or m, rpm and Hz for a beam in SI."""
     from matplotlib import rc_context
 
     with rc_context(STYLE):

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 
 from beamviz import Beam, Ramp, loci, motion, solve
 from beamviz.plotting.motion import draw_motion
+from beamviz.presets import PRESETS
 from beamviz.sweeps import sweep
 
 UNIFORM = """\
@@ -169,6 +171,26 @@ def test_a_motion_is_in_si(run, uniform, tmp_path):
         assert [float(row[name]) for row in rows] == pytest.approx(expected, rel=1e-12)
         assert data["si"][name] == pytest.approx(expected, rel=1e-12)
         assert arrays[name].tolist() == pytest.approx(expected, rel=1e-12)
+
+
+def test_places_along_a_long_beam_are_in_metres(run, tmp_path):
+    """In the files and on the axes of a blade of 61.5 m, as on the page; nowhere in mm."""
+    beam = PRESETS["nrel-5mw-blade"].beam.replace(alpha=0.1)
+    file = tmp_path / "blade.toml"
+    file.write_text("".join(f"{key} = {json.dumps(one)}\n" for key, one in beam.si.items()))
+    line = f"loci --si {file} --over beta --start 0.5 --stop 1 --points 3 --modes 2 --format"
+    rows = [*csv.DictReader(io.StringIO(run(*line.split(), "csv")[1]))]
+    assert "mm" not in rows[0]
+    assert [float(row["m"]) for row in rows] == pytest.approx([30.75, 46.125, 61.5])
+    assert strict(run(*line.split(), "json")[1])["m"] == pytest.approx([30.75, 46.125, 61.5])
+    for over, label in {"beta": "position of the mass [m]", "delta": "hub radius [m]"}.items():
+        axes = loci(beam, over, [0.5, 1], 1).plot(Figure().subplots())
+        assert axes.get_xlabel() == label
+    moved = motion(beam.replace(blade=None), 0.1, release=0.1, points=3)
+    figure = draw_motion(moved.t, moved.tip[:, 1], moved.gamma, moved.spectrum(), beam.units)
+    assert figure.axes[0].get_ylabel() == "deflection of the tip [m]"
+    drawn = figure.axes[0].lines[0].get_ydata()
+    assert drawn == pytest.approx(61.5 * moved.tip[:, 1])
 
 
 def test_charts_are_in_si(uniform):

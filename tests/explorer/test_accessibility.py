@@ -1,9 +1,8 @@
 """The page for everyone: sizes, light and dark, keyboard, names; axe-core finds nothing serious."""
 
-from importlib.resources import files
-
 import pytest
 from helpers import slow
+from live import axe
 from live.browser import READY, Page, by_id, says, tab
 from live.server import wait_until
 
@@ -12,13 +11,9 @@ from beamviz.explorer.feature import tabs
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
-AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
 SIZES = [(1920, 1080), (1440, 900), (1024, 768), (820, 1180), (390, 844)]
 PHONE, DESK = SIZES[-1], SIZES[1]
 LETTERS, PLAY = by_id("letters"), by_id("play")
-RUN_AXE = """axe.run('%s', {resultTypes: ['violations']}).then(found =>
-  found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
-    `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
 # Own elements that can be seen, without those that only screen readers find.
 SEEN = """[...document.querySelectorAll('body *')].filter(e => e.checkVisibility()
   && !e.closest('#root, .hidden, svg, canvas') && e.getBoundingClientRect().width > 1)"""
@@ -40,7 +35,7 @@ on_desk_and_phone = pytest.mark.parametrize("size", [DESK, PHONE], ids="{0[0]}x{
 @pytest.fixture(scope="module")
 def shown(shown) -> Page:
     """The page of this file, paused, with axe-core."""
-    shown.evaluate(AXE)
+    axe.load_axe(shown)
     shown.send("playing", False)
     shown.catch_up()
     return shown
@@ -50,7 +45,7 @@ def violations(shown: Page, part: str = "html") -> list[str]:
     """What axe-core finds in a part of the page, once no chart is faded."""
     faded = "[...document.querySelectorAll('[data-outdated]')].some(e => e.checkVisibility())"
     shown.wait(f"!{faded}")
-    return shown.evaluate(RUN_AXE % part)
+    return axe.violations(shown, part)
 
 
 def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:

@@ -4,11 +4,11 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from importlib.resources import files
 from typing import Any
 
 import pytest
 from helpers import slow
+from live.axe import load_axe, violations
 from live.browser import READY, Page, by_id, page, says
 from live.visitor import Visitor, visitor
 
@@ -39,12 +39,6 @@ SI: dict[str, Any] = {
 FLAP = {"flap_stiffness": [150.0, 90.0, 20.0]}
 HUB: dict[str, Any] = {"hub_radius": 0.1, "rotation_rpm": 200.0}
 TABLE = "0\t1.2\t300\t3e7\t150\n0.4\t1\t200\t2.5e7\t90\n1\t0.5\t50\t1e7\t20"
-
-
-AXE = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8") + ";1"
-RUN_AXE = """axe.run('%s', {resultTypes: ['violations']}).then(found =>
-  found.violations.filter(v => ['serious', 'critical'].includes(v.impact)).map(v =>
-    `${v.id}: ${v.nodes.map(n => n.html.slice(0, 99) + ' ' + n.failureSummary).join(' | ')}`))"""
 
 
 def rows(guest: Visitor, name: str = "stations") -> list[list[str]]:
@@ -336,7 +330,7 @@ def test_a_blade_becomes_uniform_and_returns(guest):
     uniform = Beam.from_si(**si, rotation_rpm=12.1)
     guest.shows(uniform)
     guest.wait(lambda _: guest.texts["blade"] == "" and "real.area" in guest.values)
-    E, A = 1e9 * guest.values["real.youngs_modulus"], 1e-6 * guest.values["real.area"]
+    E, A = 1e9 * guest.values["real.youngs_modulus"], guest.values["real.area"]
     assert pytest.approx(9729.48e6, rel=1e-6) == E * A
     assert guest.values["real.density"] * A == pytest.approx(at_root["mass_per_length"], rel=1e-5)
     guest.do("undo", until="remove mass 1")
@@ -471,7 +465,7 @@ def test_the_positions_stay_in_view_beside_the_last_columns(blade_page):
 def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, size, scheme):
     """With a wrong cell; letters of 14 px, targets of 24 px, of 44 px on a phone; nothing is wider
     than a phone."""
-    blade_page.evaluate(AXE)
+    load_axe(blade_page)
     blade_page.resize(*size)
     blade_page.send("dark", scheme == "dark")
     blade_page.wait(f"document.documentElement.dataset.theme === '{scheme}'")
@@ -486,7 +480,7 @@ def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, si
     blade_page.open_tab("loads")
     blade_page.wait(f"!{by_id('loads-moment')}.hidden")
     for part in ("#blade", "#tab-loads"):
-        assert blade_page.evaluate(RUN_AXE % part) == []
+        assert violations(blade_page, part) == []
         seen = f"[...document.querySelectorAll('{part} *')].filter(e => e.checkVisibility())"
         small = "parseFloat(getComputedStyle(e).fontSize) < 13.99 && e.innerText"
         assert blade_page.evaluate(f"{seen}.filter(e => {small}).map(e => e.outerHTML)") == []

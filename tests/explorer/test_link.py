@@ -1,6 +1,7 @@
 """Links: a page opens on the scene of its address, and the address follows the scene."""
 
 import contextlib
+import re
 from urllib.parse import parse_qsl
 
 import pytest
@@ -30,25 +31,46 @@ RESPONSE = {"stacked": True, "force_per_rev": 2, "damping": 0.05, "forced_respon
         ("method=linear&elements=200", (Scene.of(method="linear", elements=200), {})),
         ("gamma=3&compare=coriolis", (Scene.of(gamma=3), {"comparison": "coriolis"})),
         ("stacked=true&force=2&damping=0.05&response=true", (Scene(), RESPONSE)),
-        ("lesson=magic", "must be one of stiffening"),
-        ("alpha=1%0Abeta=3", "alpha = "),  # a line end does not begin another key
-        ("a&" * 1000, "no more than"),
-        ("compare=all", "compare = 'all': must be one of earlier, ancf, coriolis"),
-        ("tab=charts", "tab = 'charts': must be one of frequencies, map, veering"),
-        ("force=7", "force = 7: must be a whole number in 1 .. 6"),
-        ("damping=1", "damping = 1: must lie in 0.001 .. 0.2"),
-        ("length=1", "the link: missing key 'density'"),
     ],
 )
-def test_a_link_is_parsed_or_refused_with_the_error(query, found):
+def test_a_link_is_parsed(query, found):
     """Lessons by name, scenes by their keys; parameters with other readers are ignored."""
-    if isinstance(found, str):
-        with pytest.raises(InvalidInput, match=found):
-            parse_link(query)
-    elif found is None:
-        assert parse_link(query) is None
-    else:
-        assert parse_link(query) == (*found, ())
+    assert parse_link(query) == (found and (*found, ()))
+
+
+@pytest.mark.parametrize(
+    ("query", "errors"),
+    [
+        ("lesson=magic", ["must be one of stiffening"]),
+        ("alpha=1%0Abeta=3", ["alpha = "]),  # a line end does not begin another key
+        ("compare=all", ["compare = 'all': must be one of earlier, ancf, coriolis"]),
+        ("tab=charts", ["tab = 'charts': must be one of frequencies, map, veering"]),
+        ("force=7", ["force = 7: must be a whole number in 1 .. 6"]),
+        ("damping=1", ["damping = 1: must lie in 0.001 .. 0.2"]),
+        ("length=1", ["the link: missing key 'density'"]),
+        ("alpha=-1&beta=3", ["alpha = -1: must lie in 0 .. 100", "beta = 3: must lie in 0 .. 1"]),
+        ("colour=1&lenght=1", ["'colour': did you mean 'colouring'", "did you mean 'length'"]),
+        (
+            "length=-1&density=iron&mass=1",
+            ["missing key 'area'", "length = -1", "density = 'iron'"],
+        ),
+        (
+            "stations=[0,1,2]&mass_per_length=[1,2]&bending_stiffness=[1,2,-3]&axial_stiffness=x",
+            ["mass_per_length: 2 values, 3", "bending_stiffness = -3", "axial_stiffness = 'x'"],
+        ),
+        (
+            "stations=[1,2]&mass_per_length=[1,2]&bending_stiffness=-3&axial_stiffness=[1,2]",
+            ["stations = .* must ascend from 0", "bending_stiffness = -3"],
+        ),
+        ("entered={alpha=[1],beta={a=1}}", ["'alpha'.* must be numbers", "'beta'.* must be numb"]),
+    ],
+)
+def test_a_link_without_a_valid_value_has_all_errors(query, errors):
+    """Each mistake is told, also of a beam whose size is not known."""
+    scene, values, refused = parse_link(query)
+    assert (scene, values) == (None, {})
+    assert len(refused) == len(errors)
+    assert all(re.search(text, str(one)) for text, one in zip(errors, refused, strict=True))
 
 
 STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.1e11"
@@ -78,6 +100,12 @@ STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.
             "method=linear",
             ["elements = 1000: a page solves with at"],
         ),
+        (
+            "motion={pull=2,until=-1,colour=3}",
+            "motion={pull=2}",
+            ["until = -1: must lie in", "motion: unknown key 'colour'"],
+        ),
+        (f"{STEEL}&mass=-1&mass_position=3", STEEL, ["mass = -1: must", "mass_position = 3: must"]),
         ("method=power-series&terms=101", "method=power-series", ["terms = 101: a page solves"]),
     ],
 )
@@ -167,8 +195,8 @@ def test_the_address_of_an_impossible_state_is_that_state(guest, url, edits):
 @pytest.mark.parametrize("entered", ["3", "{alpha = [1]}", "{beta = {a = 1}}", "{colour = 1}"])
 def test_what_is_no_number_or_option_is_not_entered(entered):
     """A link that no page wrote."""
-    with pytest.raises(InvalidInput, match=r"entered|before"):
-        parse_link(f"entered={entered}")
+    (error,) = parse_link(f"entered={entered}").refused
+    assert re.search("entered|before", str(error))
 
 
 def test_a_beam_that_is_too_long_for_a_link_has_none(guest):
@@ -209,6 +237,31 @@ def test_a_link_with_a_wrong_value_opens_with_a_note_on_it(guest):
     assert said["error"]
     assert "alpha = -1: must lie in 0 .. 100" in said["text"]
     assert "over = 'spin_up': must be one of alpha, beta" in said["text"]
+
+
+def test_a_link_with_many_mistakes_says_how_many_more(guest):
+    """The first ones on a line each, none of them long; then their number."""
+    wrong = "&".join(f"unknown_{k}=1" for k in range(30))
+    guest.do("link", f"?lesson=magic&{wrong}&alpha={'9' * 400}")
+    guest.wait(lambda _: guest.said)
+    title, *lines, last = guest.said[-1]["text"].splitlines()
+    assert title.startswith("The link is not valid")
+    assert 3 <= len(lines) <= 8
+    assert last == f"and {32 - len(lines)} more"
+    assert max(map(len, lines)) < 150
+
+
+@pytest.mark.slow
+def test_the_page_shows_the_mistakes_of_its_link_on_a_line_each(url):
+    """As many lines as mistakes and a title, where there is room for each."""
+    with page(f"{url}/?alpha=-1&beta=3&mode=0&gamma=3", 1440, 900) as shown:
+        shown.wait("!document.getElementById('toast').hidden")
+        lines = shown.evaluate("document.getElementById('toast').innerText").splitlines()
+        assert len(lines) == 4
+        height = "parseFloat(getComputedStyle(e).lineHeight)"
+        box = "e.clientHeight - 2 * parseFloat(getComputedStyle(e).paddingTop)"
+        rows = f"(e => Math.round(({box}) / {height}))({by_id('toast')})"
+        assert shown.evaluate(rows) == len(lines)
 
 
 @pytest.mark.slow

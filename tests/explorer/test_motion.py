@@ -18,7 +18,6 @@ from live.visitor import Visitor, catch_up, visitor
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Hub
-from beamviz.errors import InvalidInput
 from beamviz.explorer import explorer
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features import motion as tab
@@ -26,6 +25,7 @@ from beamviz.explorer.features.motion import PRESETS, TOLERANCE
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
+from beamviz.presets import PRESETS as PRESETS_OF_BLADES
 from beamviz.scene import Scene, inline_toml
 from beamviz.solver import solve
 
@@ -107,11 +107,22 @@ def test_a_link_holds_the_motion(pulled, url):
     pulled.do("undo", until=lambda _: pulled.values["motion.pull"] == PULLED.pull)
 
 
+def test_the_force_of_a_pull_has_a_prefix(guest, session):
+    """Of a blade in MN, not in seven digits of N; it is typed in that unit."""
+    guest.do("blade.preset", "nrel-5mw-blade")
+    guest.do("tab", "motion")
+    guest.wait(lambda _: "[MN]" in guest.texts.get("motion.pull-label", ""))
+    one = PRESETS_OF_BLADES["nrel-5mw-blade"].beam.units.force
+    guest.wait(lambda _: guest.values["motion.pull"] == pytest.approx(1e-6 * one, rel=1e-5))
+    guest.do("motion.pull", 2e-6 * one)
+    wait_until(lambda: session.visitor.state.experiment.pull == pytest.approx(2.0))
+
+
 @pytest.mark.parametrize("text", ["{pull=99.0}", "{hub='fast'}", "{colour=1}", "3"])
 def test_a_link_with_another_motion_is_refused(text):
     """With the name of what is wrong."""
-    with pytest.raises(InvalidInput, match=r"pull|hub|colour|motion|unknown"):
-        parse_link(f"motion={text}")
+    (error,) = parse_link(f"motion={text}").refused
+    assert re.search("pull|hub|colour|motion|unknown", str(error))
 
 
 def test_the_modes_are_seen_in_the_spectrum(pulled):

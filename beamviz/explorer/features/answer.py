@@ -14,6 +14,7 @@ from beamviz.drawing.text import (
     duration,
     frequencies,
     length_text,
+    measure,
     rounded_to_error,
     significant,
 )
@@ -175,7 +176,8 @@ def invitation(*, has_mass: bool) -> str:
 def legend(colouring: str, largest: float, units: Units | None) -> str:
     """The colours of the beam, up to the strain or displacement `largest`."""
     if colouring == "axial strain":
-        ends = (f"\u2212{largest:.2g} shorter", "0", f"longer +{largest:.2g}")
+        most = significant(largest, 2)
+        ends = (f"\u2212{most} shorter", "0", f"longer +{most}")
         return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
     far = length_text(largest, units, 2)
     ends = ("0 at rest", "", far if largest > NOTHING else "")
@@ -227,13 +229,16 @@ def stretch_text(shapes: SampledModes) -> str:
     """The elongation of the beam by rotation; for a bent beam the position of its tip."""
     beam, (x, y) = shapes.beam, shapes.centreline[-1]
     if shapes.centreline[:, 1].any():
-        return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
+        if beam.units is None:
+            return f"bent: the tip is at ({x:.3f}, {y:.3f}) L from the clamp"
+        along, aside = (length_text(float(place), beam.units, 3) for place in (x, y))
+        return f"bent: the tip is {along} along and {aside} across from the clamp"
     change = 100 * (x - 1)
     if beam.gamma == 0:
         return "at rest: no rotation"
     if abs(change) < STRETCH_ROUNDING:
         return "in this model the rotation does not stretch the beam"
-    speed = f"{beam.units.rpm(beam.gamma):.4g} rpm; " if beam.units else ""
+    speed = f"{measure('gamma', beam.units).text(beam.gamma, 4)}; " if beam.units else ""
     longer = "longer" if change > 0 else "shorter"
     length = f" ({length_text(abs(change) / 100, beam.units, 2)})" if beam.units else ""
     return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"

@@ -12,7 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
-from beamviz.drawing.text import Measure, significant
+from beamviz.drawing.text import Measure, si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import (
@@ -299,7 +299,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
         '<div id="blade-chart" class="chart" data-chart></div>'
         f"{table('stations', tables.stations, wrong)}"
         '<div id="blade-reasons" role="status"></div>'
-        f"<p>{between} Mass of the blade: {significant(float(whole), 4)} kg.</p>"
+        f"<p>{between} Mass of the blade: {si_text(float(whole), 'kg', 4)}.</p>"
         f'<div class="choices">{page.button("add a station", data_do="blade.stations.add")}'
         '<label class="button" for="blade-file">open a CSV file</label>'
         '<input type="file" id="blade-file" class="hidden" data-do="blade.file"'
@@ -323,7 +323,9 @@ def numbers_content(shown: bool, case: Case) -> Content:
         return {}
     beam = case.nearest_beam()
     assert beam.units
-    text = f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * beam.units.time:.4g} ms</p>"
+    text = (
+        f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(beam.units.time, 's', 4)}</p>"
+    )
     return page.html("blade-numbers", "".join(map(page.note, beam.doubts)) + text)
 
 

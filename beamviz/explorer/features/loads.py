@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing.text import Measure, lengths, significant
+from beamviz.drawing.text import Measure, lengths, si_measure, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.jobs import Answer, SolverAnswer
@@ -19,7 +19,6 @@ from beamviz.units import Units
 
 POINTS = 101  # along the beam
 NONE = 1e-12  # of the largest force, times the length: what rounding leaves of no load
-PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
 class Load(NamedTuple):
@@ -118,10 +117,8 @@ def load_measure(name: str, units: Units | None, largest: float) -> Measure:
     if one is None:
         unit = "EI/L" if load.is_moment else "EI/L²"
         return Measure(f"{load.name} {load.symbol} [{unit}]", load.symbol)
-    size = abs(one * largest)
-    power, prefix = next((pair for pair in PREFIXES if size >= pair[0]), (1.0, ""))
-    unit = f"{prefix}N{' m' if load.is_moment else ''}"
-    return Measure(f"{load.name} {load.symbol} [{unit}]", load.symbol, unit, one / power)
+    quantity = "N m" if load.is_moment else "N"
+    return si_measure(f"{load.name} {load.symbol}", load.symbol, quantity, one, largest)
 
 
 def position_measure(units: Units | None) -> Measure:
@@ -206,4 +203,4 @@ def stretch_text(solution: Solution) -> str:
     if abs(strain[k]) < ROUNDING:
         return "No part of it is stretched."
     kind = "stretch" if strain[k] > 0 else "compression"
-    return f"Greatest {kind}: {100 * abs(strain[k]):.3g} % at {along.text(x[k], 3)}."
+    return f"Greatest {kind}: {significant(100 * abs(strain[k]), 3)} % at {along.text(x[k], 3)}."

@@ -21,6 +21,8 @@ from beamviz.drawing.text import (
     length_text,
     lengths,
     measure,
+    si_measure,
+    times,
 )
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
@@ -30,7 +32,7 @@ from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.film import Film, HeldShapes, time_text, times
+from beamviz.explorer.film import Film, HeldShapes, time_text
 from beamviz.explorer.jobs import Answer, case_error
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
@@ -502,9 +504,9 @@ def display(name: str, units: Units | None) -> Measure:
     if name in MODES:
         return lengths(label, "y", units)
     if name in LOADS and units and units.mass:
-        symbol, _, unit, powers = LOADS[name]
-        factor = units.mass * units.length ** powers[0] * units.time ** powers[1]
-        return Measure(f"{label} [{unit}]", symbol, unit, factor)
+        symbol, _, quantity, powers = LOADS[name]
+        one = units.mass * units.length ** powers[0] * units.time ** powers[1]
+        return si_measure(label, symbol, quantity, one)
     if name in LOADS:
         symbol, dimensionless, *_ = LOADS[name]
         return Measure(f"{label} [{dimensionless}]", symbol)
@@ -582,7 +584,8 @@ def in_words(experiment: Experiment, case: Case) -> str:
         swings = [f"{length_text(size, units, 3)} in {name}" for name, size in sizes]
         parts.append(f"the beam swings with {' and '.join(swings)}")
     if experiment.pulls:
-        where = "at its tip" if experiment.pull_at == 1 else f"at {experiment.pull_at:.3g} L"
+        place = length_text(experiment.pull_at, units, 3)
+        where = "at its tip" if experiment.pull_at == 1 else f"at {place}"
         parts.append(f"the beam is pulled {where} and let go")
     if experiment.body != "stays":
         at = time_text(experiment.body_at, units)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.checks import check_float
-from beamviz.drawing.text import lengths, significant
+from beamviz.drawing.text import si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
@@ -19,7 +19,7 @@ from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
 from beamviz.si import SI_REQUIRED, PhysicalBeam
-from beamviz.units import Units
+from beamviz.units import Units, display_unit
 
 RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
@@ -74,23 +74,28 @@ SECTIONS = {
     "tube": Section(("diameter", "wall"), tube, tube_sizes),
     "own": Section(("area", "second_moment"), own_section, lambda *own: own),
 }
-FIELDS = {  # their labels, and the SI values of their units
-    "length": ("length L [mm]", 1e-3),
-    "youngs_modulus": ("Young's modulus E [GPa]", 1e9),
-    "density": ("density ρ [kg/m³]", 1.0),
-    "hub_radius": ("hub radius a [mm]", 1e-3),
-    "rotation_speed": ("rotation speed Ω [rpm]", RPM),
-    "angular_acceleration": ("spin-up [rad/s²]", 1.0),
-    "mass": ("mass m [kg]", 1.0),
-    PERCENT: ("mass at [% of L]", 0.01),
-    "width": ("width b [mm]", 1e-3),
-    "thickness": ("thickness h [mm]", 1e-3),
-    "diameter": ("outer diameter D [mm]", 1e-3),
-    "wall": ("wall t [mm]", 1e-3),
-    "area": ("area A [mm²]", 1e-6),
-    "second_moment": ("second moment I [mm⁴]", 1e-12),
+FIELDS = {  # their labels, their units, and the SI values of these
+    "length": ("length L", "mm", 1e-3),
+    "youngs_modulus": ("Young's modulus E", "GPa", 1e9),
+    "density": ("density ρ", "kg/m³", 1.0),
+    "hub_radius": ("hub radius a", "mm", 1e-3),
+    "rotation_speed": ("rotation speed Ω", "rpm", RPM),
+    "angular_acceleration": ("spin-up", "rad/s²", 1.0),
+    "mass": ("mass m", "kg", 1.0),
+    PERCENT: ("mass at", "% of L", 0.01),
+    "width": ("width b", "mm", 1e-3),
+    "thickness": ("thickness h", "mm", 1e-3),
+    "diameter": ("outer diameter D", "mm", 1e-3),
+    "wall": ("wall t", "mm", 1e-3),
+    "area": ("area A", "mm²", 1e-6),
+    "second_moment": ("second moment I", "mm⁴", 1e-12),
 }
 ALONG_BEAM = ("length", "hub_radius")  # fields in m for a long beam
+THICK = {
+    "area": "m²",
+    "second_moment": "m⁴",
+}  # units of a section whose parts are far from its axis
+FAR = 0.1  # [m] radius of gyration of such a section
 ALONG = "along"  # the section varies along the span: see blade.py
 SECTION_NAMES = {
     "rectangle": "rectangle b × h",
@@ -174,13 +179,17 @@ def entries(beam: Beam) -> dict[str, float]:
     return values
 
 
-def field_of(name: str, units: Units) -> tuple[str, float]:
-    """The label of a field, and the SI value of its unit: lengths along the beam as on the page."""
-    label, factor = FIELDS[name]
-    if name not in ALONG_BEAM:
-        return label, factor
-    unit = lengths("", "", units).unit
-    return label.replace("[mm]", f"[{unit}]"), {"m": 1.0, "mm": 1e-3}[unit]
+def field_of(name: str, units: Units, slenderness: float) -> tuple[str, float]:
+    """The label of a field, and the SI value of its unit: lengths along the beam and the mass as on
+    the page."""
+    label, unit, size = FIELDS[name]
+    if name in ALONG_BEAM and (found := display_unit("beta", units)):
+        unit, size = found.unit, units.length / found.factor
+    elif name == "mass" and units.mass and (found := display_unit("alpha", units)):
+        unit, size = found.unit, units.mass / found.factor
+    elif name in THICK and units.length / slenderness >= FAR:
+        unit, size = THICK[name], 1.0
+    return f"{label} [{unit}]", size
 
 
 def edited(beam: Beam, name: str, value: Any) -> Beam:
@@ -190,7 +199,7 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
     if name not in values:  # the beam or its section was changed meanwhile
         return beam
     assert beam.units
-    label, factor = field_of(name, beam.units)
+    label, factor = field_of(name, beam.units, beam.mu)
     low = -MAX_VALUE if name in ("hub_radius", "angular_acceleration") else 0.0
     number = check_float(label, value, low, 100.0 if name == PERCENT else MAX_VALUE)
     if number == 0 and name not in (*OPTIONAL, PERCENT):
@@ -223,7 +232,7 @@ def built(values: dict[str, float]) -> Beam:
         ("angular_acceleration", 1 / units.time**2, NUMBERS["spin_up"].limits),
         ("mass", units.mass, PARAMETERS["alpha"].limits),
     ):
-        label, factor = field_of(name, units)
+        label, factor = field_of(name, units, slenderness)
         check_float(label, values[name] / factor, *(limit * unit / factor for limit in limits))
         si[name] = values[name]
     si["mass_position"] = values[PERCENT] * values["length"]
@@ -329,7 +338,7 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
     content |= page.value("real.section", section) | page.value("real.material", material(beam))
     for name, number in entries(beam).items():
         key = f"real.{name}"
-        shown: Any = float(f"{number / field_of(name, beam.units)[1]:.{DIGITS}g}")
+        shown: Any = float(f"{number / field_of(name, beam.units, beam.mu)[1]:.{DIGITS}g}")
         if refused and refused.key == key:
             shown = refused.entry
         content |= page.value(key, shown)
@@ -352,9 +361,10 @@ INVITATION = (
 )
 
 
-def number_field(name: str, units: Units, refused: Refused | None) -> str:
+def number_field(name: str, beam: Beam, refused: Refused | None) -> str:
     """A field, below it the reason why its last entry was refused."""
-    key, label, reason = f"real.{name}", escape(field_of(name, units)[0]), ""
+    assert beam.units
+    key, label, reason = f"real.{name}", escape(field_of(name, beam.units, beam.mu)[0]), ""
     own: dict[str, Any] = {}
     if refused and refused.key == key:
         own = {"aria_invalid": True, "aria_describedby": "refused"}
@@ -368,7 +378,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     units = beam.units
     assert units
     assert units.mass
-    field = partial(number_field, units=units, refused=refused)
+    field = partial(number_field, beam=beam, refused=refused)
     vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
     plane = page.button("in plane", data_set="plane", data_value="chordwise")
     plane += page.button("out of plane", data_set="plane", data_value="flapwise")
@@ -384,6 +394,6 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"
-        f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {1000 * units.time:.4g} ms,"
-        f" mass of the beam {significant(units.mass, 4)} kg</p></details>"
+        f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(units.time, 's', 4)},"
+        f" mass of the beam {si_text(units.mass, 'kg', 4)}</p></details>"
     )

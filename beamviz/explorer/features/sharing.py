@@ -24,7 +24,7 @@ from beamviz.beam import NUMBERS
 from beamviz.checks import check_float, check_int
 from beamviz.drawing.text import error_summary
 from beamviz.dynamics import Motion
-from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
+from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
@@ -53,6 +53,7 @@ from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
+from beamviz.scene import KEYS as SCENE_KEYS
 from beamviz.scene import (
     MAX_LINK,
     MODES,
@@ -64,7 +65,7 @@ from beamviz.scene import (
     parse_query,
 )
 from beamviz.server.access import KEY_PARAMETER
-from beamviz.si import SIZE_KEYS
+from beamviz.si import SI_KEYS, SI_SYNONYMS, SIZE_KEYS, wrong_values
 from beamviz.solver import interruption
 
 # Parameters with another reader: the key of the server, and the options of viser's page.
@@ -116,6 +117,8 @@ def check_draft(text: Any) -> Draft:
     return draft
 
 
+SIZE = "the size"  # part of a link: the keys that make one beam in SI units
+LINES, LINE = 6, 130  # of the message on a link: lines at most, characters of one
 ENTERED = "entered"  # key of a link: what of the case is out of range, or not taken by its method
 
 
@@ -153,6 +156,8 @@ KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
     "rate": ("rate", check_rate),
     "tab": ("tab", check_tab),
 }
+TABLES = {"before", "motion", ENTERED}  # whose entries are valid or not each alone
+NAMES = (*SCENE_KEYS, *SI_KEYS, *KEYS, ENTERED)  # of all keys of a link
 # Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
 PAGE_LIMITS = {"elements": 200, "terms": 100}
 
@@ -167,49 +172,80 @@ def within_limits(scene: Scene) -> Scene:
 
 
 class Link(NamedTuple):
-    """What a link describes: a scene, other values of the state by field name, and the errors of
-    the values that are left out."""
+    """What a link describes: a scene, None where none of its values is valid, other values of the
+    state by field name, and the errors of the values that are left out."""
 
-    scene: Scene
+    scene: Scene | None
     values: dict[str, Any]
     refused: tuple[InvalidInput, ...] = ()
 
 
 def parse_link(query: str) -> Link | None:
     """The link of a query, without the values that are not valid; None for no keys. Raises
-    InvalidInput if none of its values is valid."""
+    InvalidInput for more keys than a link has."""
     keys = {key: value for key, value in parse_query(query).items() if key not in RESERVED}
     if not keys:
         return None
     with suppress(InvalidInput):
         return described(keys)
-    found: Link | None = None
-    valid, refused, tried = dict[str, Any](), dict[str, InvalidInput](), None
+    found, valid, tried = Link(None, {}), dict[str, Any](), None
+    refused = dict[str, InvalidInput]()
     left = parts_of(keys)
     while left != tried:  # a value may be valid only after one that comes later
         tried, refused = left, {}
         for name, part in tried.items():
             try:
-                found, valid = described(valid | part), valid | part
+                found, valid = described(merged(valid, part)), merged(valid, part)
             except InvalidInput as error:
                 refused[name] = error
         left = {name: tried[name] for name in refused}
-    errors = tuple(refused.values())
-    if found is None:
-        raise errors[0]
-    return found._replace(refused=errors)
+    return found._replace(refused=tuple(mistakes(refused, keys)))
 
 
 def parts_of(keys: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """The keys of a link, each alone, but those together that make one beam in SI units."""
+    """The keys of a link, each alone, and so those in a table; but together those that make one
+    beam in SI units."""
     parts: dict[str, dict[str, Any]] = {}
     for key, value in keys.items():
-        parts.setdefault("si" if key in SIZE_KEYS else key, {})[key] = value
+        if key in TABLES and isinstance(value, dict):
+            parts |= {f"{key}.{name}": {key: {name: entry}} for name, entry in value.items()}
+        else:
+            parts.setdefault(SIZE if key in SIZE_KEYS else key, {})[key] = value
     return parts
+
+
+def merged(keys: dict[str, Any], part: dict[str, Any]) -> dict[str, Any]:
+    """The keys of a link with a part more."""
+    both = keys.keys() & part.keys() & TABLES
+    return keys | part | {key: keys[key] | part[key] for key in both}
+
+
+def mistakes(refused: dict[str, InvalidInput], keys: dict[str, Any]) -> Iterable[InvalidInput]:
+    """The errors of the refused parts of a link; without a size of the beam, those of all its
+    values in SI units, as none of them has a meaning alone."""
+    if SIZE not in refused:
+        return refused.values()
+    si = {key: keys[key] for key in SI_KEYS if key in keys}
+    others = [error for name, error in refused.items() if name not in {SIZE, *si}]
+    found = {str(error): error for error in (refused[SIZE], *wrong_values(si))}
+    return [*found.values(), *others]
+
+
+def listed(errors: Iterable[InvalidInput]) -> str:
+    """Errors on a line each, long ones without their middle; of many the first ones."""
+    lines = [str(error).replace("\n", " ") for error in errors]
+    half = LINE // 2
+    lines = [one if len(one) <= LINE else f"{one[:half]} … {one[-half:]}" for one in lines]
+    if len(lines) > LINES:
+        lines[LINES - 1 :] = [f"and {len(lines) - LINES + 1} more"]
+    return "\n".join(lines)
 
 
 def described(keys: dict[str, Any]) -> Link:
     """The link of these keys and values. Raises InvalidInput."""
+    for key in keys:
+        if key not in NAMES:
+            raise unknown_keyword("key", key, NAMES, SI_SYNONYMS)
     known = {key: KEYS[key] for key in KEYS if keys.get(key) is not None}
     values = {name: check(keys[key]) for key, (name, check) in known.items()}
     if ENTERED in keys:
@@ -264,18 +300,19 @@ class Links(Feature):
                 link = parse_link(text)
                 if link is None and visitor.state.reserved is not None:
                     link = Link(self.start.opened, {})
+                if link and (scene := link.scene):
+                    visitor.change(lambda state: linked(state, scene, link.values), loads=True)
                 if link:
-                    visitor.change(lambda state: linked(state, *link[:2]), loads=True)
-                    self.report(link.refused)
+                    self.report(link)
             if visitor.state.reserved is None:
                 visitor.history = History()
             visitor.set_state(replace(visitor.state, reserved=reserved))
 
-    def report(self, refused: tuple[InvalidInput, ...]) -> None:
+    def report(self, link: Link) -> None:
         """Say which values of a link were left out, and why."""
-        if refused:
-            errors = "; ".join(map(str, refused))
-            self.page.say(f"Opened without a part of the link: {errors}.", error=True)
+        if link.refused:
+            title = "Opened without a part of the link" if link.scene else "The link is not valid"
+            self.page.say(f"{title}:\n{listed(link.refused)}", error=True)
 
     @property
     def parts(self) -> Iterable[Part]:

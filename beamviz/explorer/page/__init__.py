@@ -207,7 +207,7 @@ def axis_data(measure: Measure, ends: tuple[float, float], *, log: bool = False)
 
 
 def frequency_axis(measure: Measure, ends: tuple[float, float]) -> Data:
-    label = "frequency [Hz]" if measure.unit else f"frequency {measure.label}"
+    label = f"frequency [{measure.unit}]" if measure.unit else f"frequency {measure.label}"
     return axis_data(measure._replace(label=label), ends)
 
 

@@ -5,7 +5,7 @@ const beamvizFigure = (() => {
   "use strict";
   const TOP = 20, LEFT = 62; // [px] of the margins
   const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
-  const LETTERS = 15; // [px] least distance of two labels
+  const LETTERS = 15; // [px] height of a label
   const HOLD = 600; // [ms] during which a place set here is shown instead of the server's
   const CLICK = 4; // [px] a touch that moves less, or up or down, is a tap or a scroll
   const POINTER = {
@@ -51,7 +51,8 @@ const beamvizFigure = (() => {
 
   const withUnit = (axis, text) => (axis.unit ? `${text} ${axis.unit}` : `${axis.symbol} = ${text}`);
   const superscript = (k) => [...String(k)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("");
-  const power = (k) => k > -3 && k < 4 ? String(Number((10 ** k).toPrecision(1))) : `10${superscript(k)}`;
+  const power = (k) => `10${superscript(k)}`;
+  const plain = (k) => String(Number((10 ** k).toPrecision(1)));
 
   /* Numbers and texts of about `count` ticks. */
   /** @param {number[]} range */
@@ -61,7 +62,8 @@ const beamvizFigure = (() => {
     if (log) {
       const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
       const step = Math.max(1, Math.ceil((last - first) / count));
-      for (let k = first; k <= last; k += step) made.push([10 ** k, power(k)]);
+      const write = first > -3 && last < 4 ? plain : power;
+      for (let k = first; k <= last; k += step) made.push([10 ** k, write(k)]);
       return made;
     }
     const least = (high - low) / Math.max(count, 1), below = neat(least);
@@ -285,13 +287,18 @@ const beamvizFigure = (() => {
       if (this.own && !this.pressed && performance.now() > this.own.until) this.own = null;
       const { clientWidth: width, clientHeight: height } = this.plot;
       if (!x || !width || !height) return false;
-      const longest = Math.max(3, ...this.lines.map((line) => line.label.length));
-      this.right = width - 12 - 9 * longest;
+      this.letters = 4 + 9 * Math.max(3, ...this.lines.map((line) => line.label.length));
       this.low = height < LOW;
       this.bottom = height - (this.low ? 24 : 42);
       this.plot.style.setProperty("--bottom", `${height - this.bottom}px`);
-      this.px = scale(this.range, x.log, LEFT, this.right);
       this.py = scale(this.yRange, y.log, this.bottom, TOP);
+      this.columns = 0;
+      for (let needed = 1; needed > this.columns;) {
+        this.columns = needed;
+        this.right = width - 8 - this.letters * this.columns;
+        this.px = scale(this.range, x.log, LEFT, this.right);
+        needed = Math.ceil((this.ends().beside.length * LETTERS) / (this.bottom - TOP));
+      }
       const frame = `x="${LEFT}" y="${TOP}" width="${this.right - LEFT}" height="${this.bottom - TOP}"`;
       set(this.svg, { role: "img", "aria-label": name });
       this.svg.innerHTML = `<clipPath id="clip-${this.host.id}"><rect ${frame}/></clipPath>${this.axes()}`
@@ -383,20 +390,34 @@ const beamvizFigure = (() => {
       return { x: this.px(x), y: this.py(height), style, label, above: leaves && this.px(x) < this.right - 8 };
     }
 
-    /* Labels at the right ends of the lines, or above the chart where they leave it. */
-    labels() {
-      const ends = [...this.rays, ...this.lines].filter((line) => line.label && !line.second)
+    /* The ends of the lines that have a label: beside the chart in their order, above it in theirs. */
+    ends() {
+      const found = [...this.rays, ...this.lines].filter((line) => line.label && !line.second)
         .map((line) => this.end(line)).filter((one) => one);
-      let beside = ends.filter((one) => !one.above).sort((a, b) => a.y - b.y), before = -Infinity;
-      if ((beside.length - 1) * LETTERS > this.bottom - TOP) // no room for all
-        beside = beside.filter((one) => one.y - before >= LETTERS && ((before = one.y), true));
-      const heights = spread(beside.map((one) => one.y), LETTERS, this.bottom);
-      before = -Infinity;
-      const above = ends.filter((one) => one.above).sort((a, b) => a.x - b.x)
-        .filter((one) => one.x - before > 28 && ((before = one.x), true));
-      return beside.map((one, k) =>
-        this.text(`label ${one.style}`, (one.x ?? this.right) + 5, heights[k] + 4.5, one.label)).join("")
-        + above.map((one) => this.text(`label above ${one.style}`, one.x, TOP - 5, one.label)).join("");
+      return {
+        beside: found.filter((one) => !one.above).sort((a, b) => a.y - b.y),
+        above: found.filter((one) => one.above).sort((a, b) => a.x - b.x),
+      };
+    }
+
+    /* Labels at the right ends of the lines, in columns, or above the chart where they leave it, in
+       rows: in as many as they have room in. */
+    labels() {
+      const { beside, above } = this.ends(), wide = this.letters;
+      const heights = spread(beside.map((one) => one.y), LETTERS / this.columns, this.bottom);
+      const rows = Math.ceil((above.length * wide) / (this.right - LEFT)) || 1;
+      const places = spread(above.map((one) => one.x), wide / rows, this.right - wide / 2);
+      const lowest = Array(this.columns).fill(-Infinity); // label of each column so far
+      return beside.map((one, k) => {
+        const free = lowest.findIndex((y) => heights[k] - y >= LETTERS - 1e-6);
+        lowest[free] = heights[k];
+        const x = (one.x ?? this.right) + 5 + free * wide;
+        return this.text(`label ${one.style}`, x, heights[k] + 4.5, one.label);
+      }).join("") + above.map((one, k) => {
+        const y = TOP - 5 + (k % rows) * LETTERS, away = Math.abs(places[k] - one.x) > wide / 2;
+        const leader = away ? `<path class="leader ${one.style}" d="M${px(places[k])} ${y + 1}L${px(one.x)} ${TOP}"/>` : "";
+        return leader + this.text(`label above ${one.style}`, places[k], y, one.label);
+      }).join("");
     }
 
     /* The beam shown, on each line, with the name of its mode if the line ends with another one. */
@@ -409,8 +430,9 @@ const beamvizFigure = (() => {
       }).filter(({ y }) => y <= this.yRange[1]).map((one) => ({ ...one, y: this.py(one.y) }));
       const named = found.filter(({ name }) => name).sort((a, b) => a.y - b.y);
       const heights = spread(named.map(({ y }) => y - 9), LETTERS, this.bottom);
+      const beside = x + 8 + this.letters < this.right ? 8 : -this.letters; // the labels at the ends are there
       return found.map(({ y }) => `<circle class="ring" r="4.5" cx="${px(x)}" cy="${px(y)}"/>`).join("")
-        + named.map((one, k) => this.text(`label ${one.style}`, x + 8, heights[k] + 4.5, one.name)).join("");
+        + named.map((one, k) => this.text(`label at-beam ${one.style}`, x + beside, heights[k] + 4.5, one.name)).join("");
     }
   }
 

@@ -1,0 +1,47 @@
+"""Labels of the charts: none is lost, and none covers another, at any size of the page."""
+
+import pytest
+from live.browser import READY, are_apart, by_id
+
+pytestmark = pytest.mark.slow
+
+SIZES = [(1440, 900), (390, 844), (1920, 1080)]
+CHARTS = {  # of a link: its chart, and the labels of its lines
+    "the motion of B1 and B2, whose frequencies are close": (
+        "?alpha=1&beta=0.5&gamma=5&tab=motion",
+        "motion-spectrum",
+        ["B1", "B2", "B3", "B4", "S1"],
+    ),
+    "modes and multiples of the speed": (
+        "?alpha=1&beta=0.5&gamma=5&per_rev=true",
+        "loci-chart",
+        ["1 ×", "2 ×", "3 ×", "4 ×", "5 ×", "6 ×", "B1", "B2", "B3", "B4", "S1"],
+    ),
+    "more modes than one column of labels has room for": (
+        "?alpha=1&beta=0.5&gamma=5&mode=20",
+        "loci-chart",
+        [f"B{k}" for k in range(1, 14)] + [f"S{k}" for k in range(1, 8)],
+    ),
+}
+BOXES = """[...document.querySelectorAll('#{chart} text.label:not(.at-beam)')].map(e => {{
+  const {{left, top, right, bottom}} = e.getBoundingClientRect();
+  return {{text: e.textContent, left, right, top: top + 3, bottom: bottom - 3}}; }})"""
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: "x".join(map(str, size)))
+@pytest.mark.parametrize("case", CHARTS)
+def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case, size):
+    """Beside or above it; letters are less high than their line by three pixels on each side."""
+    query, chart, labels = CHARTS[case]
+    shown.call("Page.navigate", url=f"{url}/{query}")
+    shown.resize(*size)
+    shown.wait(f"{READY} && {by_id(chart)}?.querySelectorAll('text.label').length")
+    boxes = f"{BOXES.format(chart=chart)}"
+    shown.wait(f"{boxes}.length >= {len(labels)}")
+    found = shown.evaluate(boxes)
+    assert sorted(one["text"] for one in found) == sorted(labels)
+    assert are_apart(found)
+    left, width = shown.evaluate(
+        f"[{by_id(chart)}.getBoundingClientRect()].map(r => [r.left, r.width])[0]"
+    )
+    assert all(left <= one["left"] and one["right"] <= left + width for one in found)
