@@ -384,6 +384,20 @@ def test_a_slider_moved_meanwhile_starts_the_motion_again(pulled, session):
     pulled.wait(is_shown)
 
 
+def test_after_a_pause_too_the_motion_of_another_beam_begins_at_its_start(pulled, session):
+    """If it is played again by then; paused it is shown at the moment of the pause."""
+    pulled.do("moment", 2.0, until=lambda _: pulled.values["moment"] == 2)
+    pulled.do("alpha", 2.0)
+    pulled.wait(lambda _: session.snapshot.film and session.snapshot.film.beam.alpha == 2)
+    wait_until(lambda: session.visitor.clock.moment == 2)
+    pulled.choose("playing", True)
+    pulled.wait(lambda _: pulled.charts[CHART]["cursor"]["x"] > 2.2)
+    assert "moment" not in dict(parse_qsl(pulled.parts["address"]))
+    pulled.do("alpha", 2.5)
+    pulled.wait(lambda _: session.snapshot.film.beam.alpha == 2.5)
+    wait_until(lambda: session.visitor.clock.moment < 2)
+
+
 def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monkeypatch):
     """In the scene and beside the charts, from the first moment."""
     release, compute = threading.Event(), tab.motion
