@@ -28,7 +28,7 @@ TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
-LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
+LASTING = ("playing", "dark")  # view options that are the visitor's own: no link or undo sets them
 # Fields that are no choice about the scene: undo and redo leave them unchanged.
 NO_CHOICES = (
     *("moment", "cue", "tab", "presented_tab", "reserved"),

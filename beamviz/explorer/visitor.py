@@ -25,7 +25,7 @@ from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
+from beamviz.explorer.state import CHOICES, FIELDS, LASTING, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 
@@ -124,14 +124,16 @@ class Visitor:
 
     def reset(self) -> None:
         """Show the scene and the experiment of the open lesson, or else those that were opened;
-        keep the theme."""
+        keep the theme, and a pause."""
         state = self.state
         experiment, in_motion = state.opened_motion
         home, motion = state.opened, {"experiment": experiment, "in_motion": in_motion}
         if state.lesson:
             home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
-        home = home.changed(dark=state.view.dark)
-        self.load(home, replaced="The scene is reset.", rate=state.rate, **motion)
+        lasting = {name: getattr(state.view, name) for name in LASTING}
+        self.load(
+            home.changed(**lasting), replaced="The scene is reset.", rate=state.rate, **motion
+        )
 
     @property
     def scene(self) -> Scene:

@@ -225,14 +225,18 @@ def test_the_challenge_is_checked_continuously(guest, name):
 
 
 def test_keys_and_commands_work(guest):
-    """Coriolis forces, pause, theme, which a reset keeps; lessons by title in the palette."""
+    """Coriolis forces, pause and theme, which a reset keeps; lessons by title in the palette."""
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
     assert set("12345prvhscd") <= keys
     guest.press("C")
     guest.says(frequency_text(PAPER, coriolis=True))
-    for key, name, value in (("P", "playing", False), ("D", "dark", True), ("R", "playing", True)):
+    for key, name, value in (
+        ("P", "playing", False),
+        ("D", "dark", True),
+        ("R", "coriolis", False),
+    ):
         guest.press(key)
         guest.wait(lambda _, name=name, value=value: guest.values.get(name) is value)
-    assert guest.values["dark"] is True
+    assert (guest.values["playing"], guest.values["dark"]) == (False, True)
     guest.press("Lesson: " + lesson("veering").title)
     guest.says(formatted(lesson("veering").question))
