@@ -47,11 +47,11 @@ def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case, size):
     assert all(left <= one["left"] and one["right"] <= left + width for one in found)
 
 
-FREE_TICKS = """(() => {{
+FREE_TICKS = """(() => {
   const chart = document.getElementById('loci-chart');
   const flag = chart.querySelector('.flag').getBoundingClientRect();
   return [...chart.querySelectorAll('text.tick:not(.y)')].map(e => e.getBoundingClientRect())
-    .every(tick => tick.right < flag.left || tick.left > flag.right); }})()"""
+    .every(tick => tick.right < flag.left || tick.left > flag.right); })()"""
 
 
 @pytest.mark.parametrize("speed", [300.0, 20000.0, 123456.0])
@@ -62,4 +62,4 @@ def test_the_flag_of_the_beam_covers_no_number_of_the_axis(shown, url, speed):
     shown.resize(1440, 900)
     shown.wait(f"{by_id('loci-chart')}?.querySelector('.flag')?.innerText.endsWith('rpm')")
     shown.wait(f"{by_id('loci-chart')}.querySelectorAll('text.tick').length > 4")
-    assert shown.evaluate(FREE_TICKS.format())
+    assert shown.evaluate(FREE_TICKS)
