@@ -14,7 +14,7 @@ from beamviz.drawing.objects import add_instances
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.errors import InvalidInput
 from beamviz.explorer.experiment import RANGES
-from beamviz.explorer.features.motion import PULL_JOB, PullRequest, begun
+from beamviz.explorer.features.motion import PULL_JOB, PullRequest, begun, can_move
 from beamviz.explorer.mass_drag import nearest
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Hold, Ray, State
@@ -79,8 +79,8 @@ class BeamPull:
 
     def react(self, snapshot: Snapshot) -> None:
         """Offer the beam to be pulled where a motion is chosen; let go of it after a drag."""
-        self.offer(offered=snapshot.state.in_motion or snapshot.state.tab == "motion")
-        visitor, hold = self.visitor, snapshot.state.hold
+        state, visitor, hold = snapshot.state, self.visitor, snapshot.state.hold
+        self.offer(offered=(state.in_motion or state.tab == "motion") and can_move(state))
         if hold is None or hold.held or visitor.state is not snapshot.state:
             return
         try:

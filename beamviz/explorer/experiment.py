@@ -172,8 +172,7 @@ class Experiment:
 
 def motion_of(lesson: Lesson) -> dict[str, Any]:
     """The values of the state, by field, with which a lesson begins."""
-    in_motion, experiment = bool(lesson.motion), Experiment(**lesson.motion)
-    return {"experiment": experiment, "in_motion": in_motion, "moment": 0.0}
+    return {"experiment": Experiment(**lesson.motion), "in_motion": bool(lesson.motion)}
 
 
 PULLED = Experiment()  # as usual: pulled at the tip and let go

@@ -1,13 +1,14 @@
 """What a feature is: a part of the page that is a function of a snapshot.
 
 A feature is one file in `features`. It declares its tab, binds its controls and makes its jobs when
-a visitor comes; `request` asks the jobs for what a snapshot needs; its parts say what the page
+a visitor comes; `wanted` says what it needs of them for a snapshot; its parts say what the page
 shows. Nothing else keeps a list of features, of tabs or of charts.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, ClassVar, NamedTuple
 
+from beamviz.explorer.jobs import SOLUTION
 from beamviz.explorer.page import Content, faded
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -62,8 +63,10 @@ class Feature:
         """Keep in the state what a snapshot shows, in the frame that shows it: there may be no
         other."""
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request what the page needs for a snapshot; a job ignores its latest request."""
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The requests whose answers the page needs for a snapshot, by the names of the jobs; None
+        withdraws one. A job that is not named goes on with its latest request."""
+        return {}
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -71,10 +74,10 @@ class Feature:
         return ()
 
 
-def fading(job: str, *ids: str) -> Part:
-    """The part that marks elements, by their ids, while a job has not answered its latest request
-    for long."""
-    return Part(lambda s: (s.is_late(job),), lambda late: faded(late, *ids))
+def fading(jobs: Collection[str], *ids: str) -> Part:
+    """The part that marks elements, by their ids, while they show what is not that of the numbers
+    beside them: one of these jobs, or that of the modes, has not answered its latest request."""
+    return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids))
 
 
 PLAIN = (str, int, float, bool, tuple, frozenset, type(None))

@@ -15,7 +15,7 @@ from viser import ClientHandle, ViserServer
 
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features.lessons import prepare
-from beamviz.explorer.jobs import PATIENCE, Workers
+from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import State
@@ -28,6 +28,7 @@ from beamviz.server.viser_private import disconnect, handshake_request
 FRAMES = 25  # frames per second of one visitor
 ALL_FRAMES = 800  # frames per second of all visitors of all processes together
 BREAK = 0.3  # of the time that a round took to show edits, before the next one
+PROGRESS = 1.25 * LATE  # [s] between frames of a page that shows how a job goes on
 GROUP = 4  # frames between two exchanges of messages
 LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent
 STOP_TIMEOUT = 5.0  # [s] for the last frame
@@ -76,7 +77,7 @@ class FrameLoop:
             opened = self.loop.run_in_executor(self.opener, self.session, client, follows)
             self.sessions[visitor] = session = await opened
             if self.opening is not opening:  # shown while the session was built
-                session.visitor.load(self.opening, opened=self.opening)
+                session.visitor.open(self.opening)
             self.presenter = session if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
@@ -109,7 +110,7 @@ class FrameLoop:
         """Show a scene to all visitors, from any thread, and to those who come later."""
         self.opening, self.last = scene, None
         for session in list(self.sessions.values()):
-            session.visitor.load(scene, opened=scene)
+            session.visitor.open(scene)
 
     def presented(self) -> Snapshot | None:
         """The last snapshot of the presenter."""
@@ -174,7 +175,7 @@ class FrameLoop:
     def take_woken(self) -> dict[int, None]:
         """The visitors whose page may be outdated, and those whose page shows the time of a job."""
         woken, self.woken = self.woken, {}
-        since = time.monotonic() - PATIENCE
+        since = time.monotonic() - PROGRESS
         busy = (one for one, s in self.sessions.items() if s.is_busy and s.last_shown < since)
         return woken | dict.fromkeys(busy)
 
@@ -185,7 +186,7 @@ class FrameLoop:
 
     async def sleep(self, due: float, full: float) -> None:
         """Wait until `due` [s] while a scene moves, until `full` [s] while a visitor is woken, else
-        until one is; while a job runs, at most PATIENCE, as the page shows its time."""
+        until one is; while a job runs, at most PROGRESS, as the page shows it."""
         if self.stopped:
             return
         self.changed.clear()
@@ -195,7 +196,7 @@ class FrameLoop:
         if self.later or any(session.is_moving for session in self.sessions.values()):
             times.append(due - now)
         if any(session.is_busy for session in self.sessions.values()):
-            times.append(PATIENCE)
+            times.append(PROGRESS)
         if times and min(times) <= 0:
             return
         with suppress(TimeoutError):

@@ -34,8 +34,10 @@ from beamviz.units import Units
 SOLVERS = 16  # threads: more only start while others solve for long
 CHARTS = 3  # threads for charts and maps
 QUICK = 0.02  # [s] processor time of a solve that a frame waits for
-PATIENCE = 1.0  # [s] after which the page shows that a job is running
+LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
+PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
+SOLUTION = "solution"  # name of the job
 WAIT = 0.1  # [s] that a frame waits for it at most
 
 log = RateLimitedLog(__name__)
@@ -116,12 +118,14 @@ class Answer(Generic[Q, R]):
 
 class JobStatus(NamedTuple, Generic[Q, R]):
     """A job at one moment. answer: the last one, None before the first; busy: a request is being
-    computed; slow: it has taken PATIENCE seconds; seconds: that it has taken then, else 0; done:
-    the fraction computed, 0 where unknown; note: its progress in words."""
+    computed; late, slow: for LATE and PATIENCE seconds the last answer has not been that to the
+    latest request; seconds: for how long, 0 unless slow; done: the fraction computed, 0 where
+    unknown; note: its progress in words."""
 
     name: str
     answer: Answer[Q, R] | None
     busy: bool
+    late: bool
     slow: bool
     seconds: int
     done: float
@@ -141,7 +145,9 @@ class Job(Generic[Q, R]):
 
     name: of the result, for messages; compute: returns the result of a request, on a worker thread;
     ready: called after each answer. answer: the last one, None before the first; latest: the last
-    request; busy: a request is being computed; started: the time [s] when that began; done: the
+    request; delayed: it is not to be computed yet; busy: a request is being computed; started: the
+    time [s] when that began; replaced: when another one replaced it, None while it is the latest;
+    since: when the last answer ceased to be that to the latest request, None while it is; done: the
     fraction computed, 0 where unknown; note: its progress in words; number: of the run whose result
     counts.
     """
@@ -151,39 +157,64 @@ class Job(Generic[Q, R]):
         self.lock = threading.RLock()
         self.latest: Q | None = None
         self.answer: Answer[Q, R] | None = None
-        self.busy = self.closed = False
+        self.busy = self.closed = self.delayed = False
+        self.since: float | None = None
+        self.replaced: float | None = None
         self.started, self.done, self.note, self.number = 0.0, 0.0, "", 0
 
     @property
     def status(self) -> JobStatus[Q, R]:
         """The job at this moment."""
         with self.lock:
-            seconds = time.monotonic() - self.started if self.busy else 0.0
-            slow = seconds > PATIENCE
+            seconds = time.monotonic() - self.since if self.since else 0.0
+            late, slow = seconds > LATE, seconds > PATIENCE
             shown = int(seconds) if slow else 0
             done, note = (self.done, self.note) if self.busy else (0.0, "")
-            return JobStatus(self.name, self.answer, self.busy, slow, shown, done, note)
+            return JobStatus(self.name, self.answer, self.busy, late, slow, shown, done, note)
 
-    def request(self, request: Q) -> None:
-        """Compute `request` instead of earlier ones, unless it is the latest already."""
+    def request(self, request: Q, *, later: bool = False) -> None:
+        """Compute `request` instead of earlier ones, unless it is the latest already, or the last
+        answer is that to it. later: do not begin it, as it will be requested again."""
         with self.lock:
-            if request == self.latest:
+            if request != self.latest:
+                self.replace(request)
+            elif not self.delayed:
                 return
-            self.latest = request
-            if not self.busy:
+            self.delayed = later and self.since is not None
+            if self.since is not None and not (self.busy or later):
                 self.start()
+
+    def replace(self, request: Q) -> None:
+        """Take a request as the latest."""
+        now, answer, self.latest = time.monotonic(), self.answer, request
+        if answer and answer.request == request and not answer.cancelled:
+            self.stop()
+            return
+        self.since = self.since or now
+        if self.busy:
+            self.replaced = self.replaced or now
+
+    def stop(self) -> None:
+        """Do not go on with what is being computed."""
+        self.number, self.busy, self.delayed = self.number + self.busy, False, False
+        self.since = self.replaced = None
 
     def start(self) -> None:
         """Submit the latest request, to run in a context of its own."""
-        self.busy, self.started, self.done, self.note = True, time.monotonic(), 0.0, ""
+        self.begin()
         self.submit(partial(copy_context().run, self.run, self.number))
+
+    def begin(self) -> None:
+        """Note that the latest request is being computed."""
+        self.busy, self.started, self.done, self.note = True, time.monotonic(), 0.0, ""
+        self.since, self.replaced = self.since or self.started, None
 
     def cancel(self) -> None:
         """Stop computing; the answer to the latest request is that it was cancelled."""
         with self.lock:
             if not self.busy:
                 return
-            self.number, self.busy = self.number + 1, False
+            self.stop()
             self.answer = Answer(
                 cast(Q, self.latest), error=Cancelled("The calculation was cancelled.")
             )
@@ -192,10 +223,11 @@ class Job(Generic[Q, R]):
     def withdraw(self) -> None:
         """Stop computing the latest request, or forget that it was cancelled."""
         with self.lock:
-            if self.busy:
-                self.number, self.busy, self.latest = self.number + 1, False, None
-            elif self.answer and self.answer.cancelled:
+            if self.answer and self.answer.cancelled and not self.busy:
                 self.answer = self.latest = None
+            elif self.busy or self.delayed:
+                self.latest = None
+                self.stop()
 
     def retry(self) -> None:
         """Compute the latest request again if it was cancelled."""
@@ -215,8 +247,8 @@ class Job(Generic[Q, R]):
                 return
             replaced = self.latest is not request
             if not (replaced and isinstance(answer.error, Cancelled)):
-                self.answer = answer
-            self.busy = replaced
+                self.answer, self.since = answer, self.replaced
+            self.busy = replaced and not self.delayed
             if self.busy:
                 self.start()
         self.ready()
@@ -316,7 +348,7 @@ class SolveJob(Job[Cases, Solved]):
     """
 
     def __init__(self, workers: Workers, ready: Callback):
-        super().__init__("solution", self.solved, workers.solvers.submit, self.tell)
+        super().__init__(SOLUTION, self.solved, workers.solvers.submit, self.tell)
         self.wake = ready
         self.options: dict[str, Any] | None = None
         self.seconds = math.inf
@@ -330,7 +362,7 @@ class SolveJob(Job[Cases, Solved]):
         assert self.latest
         self.waits = self.seconds < QUICK and self.options == self.latest.case.options
         if self.waits:
-            self.busy, self.started = True, time.monotonic()
+            self.begin()
             self.finished.clear()
         else:
             super().start()

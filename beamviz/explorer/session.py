@@ -113,8 +113,8 @@ class Session:
             self.draw(snapshot, elapsed)
             self.postponed = in_haste and snapshot.state.case is not before
             self.pages(lambda *_: self.show_page(snapshot), *snapshot.reading)
-            if not (self.postponed or snapshot.is_led):
-                self.requests(lambda *_: self.request(snapshot), *snapshot.reading)
+            if not snapshot.is_led:
+                self.requests(lambda *_: self.request(snapshot), self.postponed, *snapshot.reading)
             visitor.page.show_again()
         visitor.client.flush()
 
@@ -139,9 +139,17 @@ class Session:
         self.visitor.page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
-        """Request what the page needs of the background jobs."""
+        """Request what the page needs of the background jobs, or note that it will."""
         for feature in self.features:
-            feature.request(snapshot)
+            for name, one in feature.wanted(snapshot).items():
+                job = self.visitor.jobs[name]
+                if one is None:
+                    job.withdraw()
+                else:
+                    job.request(one, later=self.postponed)
+        jobs = self.visitor.jobs.items()
+        if any(snapshot.jobs[name].late and not job.status.late for name, job in jobs):
+            self.visitor.wake()  # to take back what the page says of it
 
     def show_part(self, part: Part, *reading: Any) -> None:
         self.visitor.page.show(part.shows(*reading))
@@ -149,7 +157,8 @@ class Session:
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""
         visitor, picture, state = self.visitor, snapshot.picture, snapshot.state
-        clock = fitted_clock(snapshot.clock, picture).with_film(picture.film, state.moment)
+        clock = fitted_clock(snapshot.clock, picture)
+        clock = clock.with_film(picture.film, state.moment, state.cue)
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
         if snapshot.is_moving and not snapshot.is_led:

@@ -69,9 +69,13 @@ class Snapshot:
         """The last answer of a job."""
         return self.jobs[name].answer
 
-    def is_late(self, name: str) -> bool:
-        """Whether a job has taken long without an answer to its latest request."""
-        return self.jobs[name].slow or self.jobs[name].cancelled
+    def lateness(self, *names: str) -> str:
+        """What to say of what these jobs have computed while that is for numbers before those
+        shown, with the fraction of the new result; "" else."""
+        late = [self.jobs[name] for name in names if self.jobs[name].late]
+        done = max((job.done for job in late), default=0.0)
+        percent = f" {100 * done:.0f} %" if done else ""
+        return f"outdated: computing …{percent}" if late else ""
 
     @property
     def reading(self) -> tuple[Any, ...]:

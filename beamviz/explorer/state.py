@@ -28,9 +28,12 @@ TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
-LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
+LASTING = ("playing", "dark")  # view options that are the visitor's own: no link or undo sets them
 # Fields that are no choice about the scene: undo and redo leave them unchanged.
-NO_CHOICES = ("moment", "tab", "presented_tab", "reserved", "still", "met", "last_alpha", "fit")
+NO_CHOICES = (
+    *("moment", "cue", "tab", "presented_tab", "reserved"),
+    *("still", "met", "last_alpha", "fit"),
+)
 # Fields that undo and redo reset: what is under way.
 UNDER_WAY: dict[str, Any] = {
     "following": False,
@@ -169,31 +172,34 @@ class Hold(NamedTuple):
 class State:
     """All choices of a visitor.
 
-    opened: the scene that the page, a link or a file opened; camera: a fixed viewpoint, None to fit
-    the beam into the page; fit: how often a viewpoint was asked for; tab: the open one, "" for the
-    first; over: the abscissa of the loci chart and the map; across, mapped: the ordinate and the
-    quantity of the map, "gap" or the number of a mode; map_ends: upper ends of the axes of the map
-    in which a point was chosen; per_rev: multiples of the speed in the chart; comparison: the kind
-    of second beam; kept: the case kept for it; stacked: it is drawn above the first, not overlaid;
-    force_per_rev, damping: periods of the force per revolution and damping ratio of the run-up;
-    forced_response: the scene shows the response to that force; experiment: the motion in time;
-    in_motion: the scene shows it; moment: at which it was paused, or to which it was moved [T*];
-    run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's own, of
-    which an edit ends it; rate: time [T*] that passes in a second on the screen, locked, None if it
-    follows the motion; time_methods: the tab Methods times all methods; film_length: of exported
-    films; section: the sizes that the panel of a real beam shows; draft: its tables as typed, while
-    they describe no beam; lesson, step: the open one, "" for none, and its step (from 0); guess:
-    the answer chosen at its first step; met: the lessons whose challenge is met; last_alpha: of the
-    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
-    pulled; refused: the entry that was refused last; replaced: says that the last edit has replaced
-    the visitor's own scene, "" after another edit; following: a presenter is followed;
-    presented_tab: the tab that they had open last, while the visitor may open another; still: the
-    visitor's system prefers reduced motion; reserved: parameters of the address with other readers,
-    None until the page has sent its address.
+    opened: the scene that the page, a link or a file opened; opened_motion: its experiment, and
+    whether the scene showed that; camera: a fixed viewpoint, None to fit the beam into the page;
+    fit: how often a viewpoint was asked for; tab: the open one, "" for the first; over: the
+    abscissa of the loci chart and the map; across, mapped: the ordinate and the quantity of the
+    map, "gap" or the number of a mode; map_ends: upper ends of the axes of the map in which a point
+    was chosen; per_rev: multiples of the speed in the chart; comparison: the kind of second beam;
+    kept: the case kept for it; stacked: it is drawn above the first, not overlaid; force_per_rev,
+    damping: periods of the force per revolution and damping ratio of the run-up; forced_response:
+    the scene shows the response to that force; experiment: the motion in time; in_motion: the scene
+    shows it; moment: at which it was paused, or to which it was moved [T*]; cue: how often it was
+    moved to one; run_speed: the speed during a run-up, 0 until that is computed, in place of the
+    beam's own, of which an edit ends it; rate: time [T*] that passes in a second on the screen,
+    locked, None if it follows the motion; time_methods: the tab Methods times all methods;
+    film_length: of exported films; section: the sizes that the panel of a real beam shows; draft:
+    its tables as typed, while they describe no beam; lesson, step: the open one, "" for none, and
+    its step (from 0); guess: the answer chosen at its first step; before_lesson: the state before
+    the first of the lessons, to which leaving them returns; met: the lessons whose challenge is
+    met; last_alpha: of the last beam that had a mass; grip: the mass while it is dragged; hold: the
+    beam while it is pulled; refused: the entry that was refused last; replaced: says that the last
+    edit has replaced the visitor's own scene, "" after another edit; following: a presenter is
+    followed; presented_tab: the tab that they had open last, while the visitor may open another;
+    still: the visitor's system prefers reduced motion; reserved: parameters of the address with
+    other readers, None until the page has sent its address.
     """
 
     opened: Scene
     case: Case
+    opened_motion: tuple[Experiment, bool] = (PULLED, False)
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
     fit: int = 0
@@ -212,6 +218,7 @@ class State:
     experiment: Experiment = PULLED
     in_motion: bool = False
     moment: float = 0.0
+    cue: int = 0
     run_speed: float | None = None
     rate: float | None = None
     time_methods: bool = False
@@ -221,6 +228,7 @@ class State:
     lesson: str = ""
     step: int = 0
     guess: int | None = None
+    before_lesson: "State | None" = None
     met: frozenset[str] = frozenset()
     last_alpha: float = 1.0
     grip: Grip | None = None
@@ -246,13 +254,29 @@ class State:
         state = state.with_viewpoint(scene.camera)
         state = replace(state, per_rev=scene.per_rev, rate=None, guess=None, refused=None)
         state = replace(state, map_ends=None, draft=None)
-        state = replace(state.without_run_up(), in_motion=False, moment=0.0)
+        state = replace(state.without_run_up().at_moment(0.0), in_motion=False)
         return state.changed("over", scene.over).with_mass_kept()
 
     def with_viewpoint(self, camera: Camera | None) -> Self:
         """Looking from a viewpoint, None to fit the beam into the page, wherever the visitor has
         turned the view to."""
         return replace(self, camera=camera, fit=self.fit + 1, grip=None)
+
+    def at_moment(self, moment: float) -> Self:
+        """With the motion in time at a moment [T*], wherever it has got to."""
+        return replace(self, moment=moment, cue=self.cue + 1)
+
+    @property
+    def outside(self) -> "State":
+        """The state without lessons: that before them while one is open."""
+        return self.before_lesson or self
+
+    def restored(self, found: Self) -> Self:
+        """An earlier or later state, in which what is no choice about the scene is as it is now,
+        and nothing is under way."""
+        lasting = {name: getattr(self.view, name) for name in LASTING}
+        kept = {name: getattr(self, name) for name in NO_CHOICES} | UNDER_WAY
+        return replace(found, view=replace(found.view, **lasting), **kept)
 
     @property
     def shown_case(self) -> Case:
@@ -327,7 +351,7 @@ class State:
         if experiment.body != "stays" and not alpha:
             state = state.changed("alpha", state.last_alpha)
         state = state.changed("all_modes", False)
-        return replace(state, experiment=experiment, in_motion=True, moment=0.0)
+        return replace(state.at_moment(0.0), experiment=experiment, in_motion=True)
 
     def share(self, value: Any, mode: int) -> Self:
         return replace(self.without_motion(), view=self.view.share(mode, value))
@@ -393,7 +417,4 @@ class History:
             return state
         target.append(state)
         self.time = -math.inf
-        found = source.pop()
-        lasting = {name: getattr(state.view, name) for name in LASTING}
-        kept = {name: getattr(state, name) for name in NO_CHOICES} | UNDER_WAY
-        return replace(found, view=replace(found.view, **lasting), **kept)
+        return state.restored(source.pop())

@@ -89,10 +89,12 @@ class Picture:
         return suitable_rate(rates[self.shown], shapes.beam.gamma, units)
 
     @property
-    def hides_growth(self) -> bool:
-        """Whether a mode grows, and none of those shown does."""
-        growing = growth_rates(self.modes) > 0
-        return not self.driven and bool(growing.any()) and not growing[self.shown].any()
+    def hidden_growth(self) -> int | None:
+        """The mode (from 0) that grows fastest, None where a mode shown grows, or none does."""
+        rates = growth_rates(self.modes)
+        if self.driven or not (rates > 0).any() or (rates[self.shown] > 0).any():
+            return None
+        return int(rates.argmax())
 
 
 def picture_of(

@@ -20,12 +20,12 @@ from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera
 from beamviz.explorer.clock import Clock
-from beamviz.explorer.experiment import motion_of
+from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
+from beamviz.explorer.state import CHOICES, FIELDS, LASTING, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 
@@ -115,13 +115,25 @@ class Visitor:
             lambda state: replace(state.loaded(scene), **values), loads=True, replaced=replaced
         )
 
+    def open(self, scene: Scene) -> None:
+        """Show a scene from outside, to which a reset returns. It ends a lesson, which is about
+        another one."""
+        usual: dict[str, Any] = {"experiment": PULLED, "lesson": "", "step": 0}
+        usual |= {"before_lesson": None, "opened_motion": (PULLED, False)}
+        self.load(scene, opened=scene, **usual)
+
     def reset(self) -> None:
-        """Show the scene of the open lesson, or else the one that was opened; keep the theme."""
+        """Show the scene and the experiment of the open lesson, or else those that were opened;
+        keep the theme, and a pause."""
         state = self.state
-        home = lesson(state.lesson).scene if state.lesson else state.opened
-        motion = motion_of(lesson(state.lesson)) if state.lesson else {}
-        home = home.changed(dark=state.view.dark)
-        self.load(home, replaced="The scene is reset.", rate=state.rate, **motion)
+        experiment, in_motion = state.opened_motion
+        home, motion = state.opened, {"experiment": experiment, "in_motion": in_motion}
+        if state.lesson:
+            home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
+        lasting = {name: getattr(state.view, name) for name in LASTING}
+        self.load(
+            home.changed(**lasting), replaced="The scene is reset.", rate=state.rate, **motion
+        )
 
     @property
     def scene(self) -> Scene:

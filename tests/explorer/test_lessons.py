@@ -3,13 +3,16 @@
 import re
 import time
 from functools import partial
+from typing import Any
 
 import pytest
-from live.visitor import PAPER, Visitor, frequency_text, visitor
+from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer, jobs
+from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
+from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
 from beamviz.solver import solve
 
@@ -103,9 +106,94 @@ def test_without_a_lesson_reset_returns_to_the_opened_scene(guest, action, value
     """That of the server, a link or a file; also after a lesson."""
     guest.do(action, value, until=frequency_text(opened))
     begin(guest, "moving-mass")
-    guest.do("lesson", "")
-    guest.choose("gamma", 20.0, until=frequency_text(Beam(alpha=1, gamma=20)))
+    guest.do("lesson", "", until=frequency_text(opened))
+    guest.choose("gamma", 20.0, until=frequency_text(opened.replace(gamma=20)))
     guest.do("lesson_restart", until=frequency_text(opened))
+
+
+SPUN = Experiment(pull=2.0, until=3.0)
+OWN = f"?alpha=2&beta=0.3&gamma=4&damping=0.05&motion={SPUN.text}"
+OWN_BEAM = Beam(alpha=2, beta=0.3, gamma=4)
+
+
+def shown_state(session: Session) -> tuple[Any, ...]:
+    """What belongs to the scene and the experiment of a visitor."""
+    state = session.visitor.state
+    motion = state.experiment, state.in_motion, state.damping
+    return state.case, state.view.shares, state.rate, motion, state.lesson, state.step
+
+
+def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(guest, session):
+    """Also after several of them, edits in them and a restart; it is offered to undo that, and a
+    step back in the history returns to the lesson."""
+    guest.do("link", OWN, until=frequency_text(OWN_BEAM))
+    before = shown_state(session)
+    begin(guest, "moving-mass")
+    begin(guest, "spin-up")
+    guest.do("alpha", 0.7)
+    guest.do("lesson_restart", until="The scene is reset.")
+    guest.do("motion.until", 6.0)
+    guest.do("gamma", 3.0)
+    catch_up(guest)
+    within = shown_state(session)
+    assert within[3][1]
+    guest.do("lesson", "", until="from before the lesson is back")
+    guest.shows(OWN_BEAM)
+    assert shown_state(session) == before
+    guest.do("undo", until=formatted(lesson("spin-up").question))
+    assert shown_state(session) == within
+    guest.do("lesson", "")
+    guest.shows(OWN_BEAM)
+    assert shown_state(session) == before
+
+
+def test_a_reset_resets_the_experiment_too(guest, session):
+    """To that of the lesson, and without one to that of the link."""
+    begin(guest, "hear-the-modes")
+    first = shown_state(session)[3]
+    guest.do("motion.pull_at", 0.3)
+    guest.do("lesson_restart", until="The scene is reset.")
+    assert shown_state(session)[3] == first
+    guest.do("link", OWN, until=frequency_text(OWN_BEAM))
+    guest.do("experiment", "stop")
+    guest.press("R")
+    guest.says("The scene is reset.")
+    assert shown_state(session)[3][:2] == (SPUN, False)
+    guest.do("link", "?gamma=3", until=frequency_text(Beam(gamma=3)))
+    guest.do("experiment", "stop")
+    guest.press("R")
+    guest.says("The scene is reset.")
+    assert shown_state(session)[3][:2] == (PULLED, False)
+
+
+@pytest.mark.parametrize("name", [one.name for one in LESSONS if one.motion])
+def test_the_motion_of_a_lesson_is_played_at_a_rate_that_suits_it(guest, session, name):
+    """Its own: that of the modes of the scene may be ten times slower."""
+    begin(guest, name)
+    guest.wait(lambda _: session.snapshot.film)
+    assert session.snapshot.rate == session.snapshot.film.rate
+
+
+def test_a_file_ends_the_lesson(guest, session):
+    """Which is about another scene: a reset returns to that of the file."""
+    begin(guest, "spin-up")
+    guest.do("load", "beam.toml\n[beam]\ngamma = 4.0", until=frequency_text(Beam(gamma=4)))
+    guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
+    assert shown_state(session)[3][:2] == (PULLED, False)
+    guest.do("gamma", 6.0, until=frequency_text(Beam(gamma=6)))
+    guest.press("R")
+    guest.shows(Beam(gamma=4))
+
+
+def test_back_to_a_lesson_and_out_of_it(guest, session):
+    """By the history of the browser: what was before it is still returned to."""
+    guest.do("link", OWN, until=frequency_text(OWN_BEAM))
+    before = shown_state(session)
+    guest.do("link", "?lesson=spin-up&step=2", until=formatted(lesson("spin-up").meaning))
+    guest.do("link", "?lesson=nodes", until=formatted(lesson("nodes").question))
+    guest.do("lesson", "")
+    guest.shows(OWN_BEAM)
+    assert shown_state(session) == before
 
 
 RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."
@@ -137,14 +225,18 @@ def test_the_challenge_is_checked_continuously(guest, name):
 
 
 def test_keys_and_commands_work(guest):
-    """Coriolis forces, pause, theme, which a reset keeps; lessons by title in the palette."""
+    """Coriolis forces, pause and theme, which a reset keeps; lessons by title in the palette."""
     keys = {*re.findall('data-key="(.)"', guest.text), *map(str.lower, guest.commands)}
     assert set("12345prvhscd") <= keys
     guest.press("C")
     guest.says(frequency_text(PAPER, coriolis=True))
-    for key, name, value in (("P", "playing", False), ("D", "dark", True), ("R", "playing", True)):
+    for key, name, value in (
+        ("P", "playing", False),
+        ("D", "dark", True),
+        ("R", "coriolis", False),
+    ):
         guest.press(key)
         guest.wait(lambda _, name=name, value=value: guest.values.get(name) is value)
-    assert guest.values["dark"] is True
+    assert (guest.values["playing"], guest.values["dark"]) == (False, True)
     guest.press("Lesson: " + lesson("veering").title)
     guest.says(formatted(lesson("veering").question))

@@ -242,6 +242,37 @@ def test_play_begins_the_motion(guest, session):
     guest.wait(lambda _: session.snapshot.film and "Play" in guest.texts["motion-play"])
 
 
+def test_an_experiment_that_is_begun_again_begins_at_its_start(pulled, session):
+    """Though its motion is known already, and was at another moment."""
+    pulled.do("experiment", "stop")
+    for _ in range(2):
+        pulled.wait(lambda _: has_chart(pulled, 10.0) and session.snapshot.film)
+        pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
+        pulled.do("experiment", "stop", until=lambda _: pulled.values["moment"] == 0)
+        catch_up(pulled)
+        assert session.visitor.clock.moment == 0
+    pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
+    pulled.do("only", 0)
+    pulled.wait(lambda _: session.snapshot.film is None)
+    pulled.do("motion.play", until=lambda _: 0 < session.visitor.clock.moment < 2.5)
+
+
+def test_a_moment_chosen_while_another_motion_arrives_is_kept(pulled, session, monkeypatch):
+    """In the frame of both: the new motion is shown at it, paused, and so is the state."""
+    release, compute = threading.Event(), tab.motion
+    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    for moment, alpha in ((1.25, 2.0), (3.5, 0.5), (0.75, 1.5)):
+        release.clear()
+        pulled.do("alpha", alpha)
+        catch_up(pulled)
+        release.set()
+        pulled.do("moment", moment)
+        wait_until(lambda alpha=alpha: session.snapshot.film.beam.alpha == alpha)
+        pulled.wait(lambda _, at=moment: pulled.values["moment"] == at)
+        catch_up(pulled)
+        assert session.visitor.clock.moment == session.visitor.state.moment == moment
+
+
 def test_the_lines_of_the_spectrum_are_those_of_the_speed_reached(guest):
     """A motion that ends within its ramp, at a fifth of the speed."""
     own = "motion={pull=0.0,hub='linear',within=20.0,until=4.0}"
@@ -261,6 +292,40 @@ def test_what_cannot_move_says_so_in_place_of_the_experiment(guest):
     guest.do("blade.preset", "tapered-steel-blade")
     guest.wait(lambda _: "uniform clamped beam" in guest.texts["motion-words"])
     assert guest.props[CHART]["hidden"] is True
+
+
+PARTS = ("motion-presets", "motion-settings", "motion-play-row", "moment-row", "motion-files")
+
+
+def offered(guest: Visitor) -> set[str]:
+    """The controls of the tab that are on the page."""
+    return {id for id in PARTS if not guest.props[id]["hidden"]}
+
+
+@pytest.mark.parametrize(
+    ("action", "value", "left"),
+    [
+        ("blade.preset", "tapered-steel-blade", set()),
+        ("plane", "flapwise", set()),
+        ("alpha", 1e9, set()),
+        ("motion.body_at", 9.0, {"motion-presets", "motion-settings"}),
+        ("gamma", 60.0, {"motion-presets", "motion-settings"}),
+    ],
+)
+def test_without_a_motion_there_is_nothing_to_play(guest, session, action, value, left):
+    """Of a blade, out of plane, out of range: no experiment, and no pull of the beam in the scene
+    either; of a body dropped after the end, or a beam without equilibrium: another experiment."""
+    own = "{body='dropped', body_at=1.0, until=2.0}"
+    guest.do("link", f"?alpha=1&strain=hencky&tab=motion&motion={own}")
+    guest.wait(lambda _: has_chart(guest, 2.0))
+    assert offered(guest) == {*PARTS}
+    assert session.beam_pull.sleeve.visible
+    guest.do(action, value)
+    guest.wait(lambda _: offered(guest) == left)
+    catch_up(guest)
+    assert session.beam_pull.sleeve.visible is bool(left)
+    guest.do("undo")
+    guest.wait(lambda _: offered(guest) == {*PARTS})
 
 
 @pytest.mark.parametrize(

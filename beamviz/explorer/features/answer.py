@@ -19,9 +19,9 @@ from beamviz.drawing.text import (
     significant,
 )
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature, Part, fading
 from beamviz.explorer.features.motion import is_before
-from beamviz.explorer.jobs import JobStatus, SolverAnswer
+from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.view import Picture
@@ -39,6 +39,7 @@ RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
 EARLIER_MOTION = "The motion before the last change: the new one is being computed."
+EARLIER_PICTURE = "The beam before the last change: the new one is being computed."
 HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 RETRY = page.button("Compute again", data_do="retry_jobs")
@@ -60,7 +61,8 @@ class AnswerPanel(Feature):
             Part(lambda s: (s.picture, s.answer), scene_content),
             Part(pace_reads, pace_content),
             Part(self.caption_reads, caption_content),
-            Part(lambda s: (work(s.jobs, settled=s.settled),), work_content),
+            Part(lambda s: (work(s.jobs),), work_content),
+            fading([], "mode-rows", "equilibrium", "legend", "comparison", "method"),
         )
 
     def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
@@ -120,9 +122,9 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
     return page.html("pace-text", f"<span>{pace(rate, units)}</span>{lock}")
 
 
-def work(jobs: Mapping[str, JobStatus], *, settled: bool = True) -> str:
+def work(jobs: Mapping[str, JobStatus]) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
-    cancelled, with one that restarts them. settled: the picture is that of the numbers shown."""
+    cancelled, with one that restarts them."""
     slow = [job for job in jobs.values() if job.slow]
     names = ", ".join(one.name for one in slow or [job for job in jobs.values() if job.cancelled])
     if slow:
@@ -130,8 +132,7 @@ def work(jobs: Mapping[str, JobStatus], *, settled: bool = True) -> str:
         percent = f" {100 * done:.0f} %" if done else ""
         seconds = max(job.seconds for job in slow)
         state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
-        late = "" if settled else " The picture is that of the numbers before."
-        return state + page.button("Cancel", data_do="cancel_jobs") + late
+        return state + page.button("Cancel", data_do="cancel_jobs")
     return f"cancelled: {names}{RETRY}" if names else ""
 
 
@@ -140,12 +141,17 @@ def picture_note(snapshot: Snapshot) -> str:
     answer, picture = snapshot.answer, snapshot.picture
     if answer is None:
         return ""
+    if snapshot.lateness(SOLUTION):
+        return EARLIER_PICTURE
     if answer.beam is None:
         numbers = escape(described(picture.modes.beam))
         return f"Drawn with the nearest values in range: {numbers}."
     if answer.result is None:
         return "Drawn unloaded, as it is before it rotates."
-    return "The modes shown do not grow; another one does." if picture.hides_growth else ""
+    if (growing := picture.hidden_growth) is None:
+        return ""
+    show = page.button("Show it", data_do="only", data_value=growing)
+    return f"The modes shown do not grow; another one does. {show}"
 
 
 def caption_content(note: str, replaced: str, first: bool, has_mass: bool) -> Content:

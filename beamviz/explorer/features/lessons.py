@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 from html import escape
@@ -17,7 +17,7 @@ from beamviz.explorer import page
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named
 from beamviz.explorer.features.loci_chart import loci_lines
-from beamviz.explorer.jobs import Job, SolverAnswer, solver_answer
+from beamviz.explorer.jobs import SolverAnswer, solver_answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import NO_COMPARISON, Case, State
@@ -30,6 +30,7 @@ from beamviz.scene import Scene
 from beamviz.solver import solve
 
 JOB = "lesson"
+RETURNED = "The scene from before the lesson is back."
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
@@ -51,7 +52,7 @@ class Lessons(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[str, Facts] = visitor.job(JOB, Facts.of)
+        visitor.job(JOB, Facts.of)
         self.page.on("lesson", self.open)
         self.page.on("lesson_step", self.go)
         self.page.on("lesson_turn", self.turn)
@@ -64,13 +65,13 @@ class Lessons(Feature):
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
 
     def open(self, name: Any) -> None:
-        """Begin the lesson of a name, or with "" leave it; an unknown name changes nothing."""
+        """Begin the lesson of a name, or with "" leave all; an unknown name changes nothing."""
         if name in NAMES:
             number = NAMES.index(name) + 1
             said = "" if self.visitor.state.lesson else f"Lesson {number} has replaced your scene."
             self.visitor.change(lambda state: begun(state, lesson(name)), loads=True, replaced=said)
         elif name == "":
-            self.visitor.change(partial(replace, lesson="", step=0, guess=None, rate=None))
+            self.visitor.change(left, loads=True, replaced=RETURNED)
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
@@ -111,9 +112,9 @@ class Lessons(Feature):
             if verdict and verdict.met and name not in state.met:
                 self.visitor.set_state(replace(state, met=state.met | {name}))
 
-    def request(self, snapshot: Snapshot) -> None:
-        if snapshot.state.lesson:
-            self.job.request(snapshot.state.lesson)
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The facts of the open lesson."""
+        return {JOB: snapshot.state.lesson} if snapshot.state.lesson else {}
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -146,17 +147,29 @@ def facts_of(snapshot: Snapshot) -> Facts | None:
 
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     """At the first step of a lesson, with its own scene or another one, the tab that it names, and
-    the clock locked, so that a faster vibration looks faster."""
+    the clock locked, so that a faster vibration looks faster than the one before."""
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
     tab = tab_named(named[0]) if named else ""
-    state = replace(state.loaded(scene), lesson=lesson.name, step=0, tab=tab)
-    return replace(state, rate=lesson_rate(lesson.name), **motion_of(lesson))
+    own: dict[str, Any] = {"lesson": lesson.name, "step": 0, "tab": tab}
+    own |= {"before_lesson": state.outside, **motion_of(lesson)}
+    return replace(state.loaded(scene), rate=lesson_rate(lesson.name), **own)
+
+
+def left(state: State) -> State:
+    """As before the first lesson, but for the open tab and what undo leaves as it is."""
+    found = state.before_lesson
+    if not (state.lesson and found):
+        return state
+    return state.restored(found).with_viewpoint(found.camera).at_moment(found.moment)
 
 
 @cache
-def lesson_rate(name: str) -> float:
-    """The time [T*] per second on the screen that suits the first scene of a lesson."""
+def lesson_rate(name: str) -> float | None:
+    """The time [T*] per second on the screen that suits the first scene of a lesson; None for a
+    motion in time, which has a rate of its own."""
+    if lesson(name).motion:
+        return None
     scene = lesson(name).scene
     case, nothing = Case.of(scene), (NO_COMPARISON, None, False)
     answer = solver_answer(case)

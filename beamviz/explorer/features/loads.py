@@ -1,16 +1,16 @@
 """The tab Loads: axial force, shear force and bending moment along the beam at its equilibrium, and
 what the hub has to hold."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from beamviz.drawing.text import Measure, lengths, si_measure, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.jobs import Answer, Job, SolverAnswer
+from beamviz.explorer.jobs import Answer, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -56,18 +56,18 @@ class LoadsTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[SolverAnswer, Diagrams | None] = visitor.job(JOB, diagrams_of)
+        visitor.job(JOB, diagrams_of)
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the loads of the answer while the tab is open."""
-        if snapshot.answer and snapshot.state.tab == self.tab.key:
-            self.job.request(snapshot.answer)
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The loads of the answer while the tab is open."""
+        is_open = snapshot.state.tab == self.tab.key
+        return {JOB: snapshot.answer} if snapshot.answer and is_open else {}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
             Part(lambda s: (s.job_answer(JOB),), loads_content),
-            fading(JOB, "loads-text", *CHARTS.values()),
+            fading([JOB], "loads-text", *CHARTS.values()),
         )
 
 

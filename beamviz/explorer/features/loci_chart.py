@@ -281,7 +281,7 @@ class LociTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.charts = visitor.job(CHART, ChartRequest.chart)
-        self.second_charts = visitor.job(SECOND_CHART, ChartRequest.chart)
+        visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
             visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
         self.page.on("go_to_event", self.go_to)
@@ -294,23 +294,23 @@ class LociTab(Feature):
                 modes = chart.modes_of(event)
                 self.visitor.change(lambda state: at_event(state, chart.request.over, event, modes))
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the charts of the beam and of the one compared with."""
-        state = snapshot.state
-        if case := snapshot.drawn_case:
-            highest = max(state.per_rev, default=0)
-            request = ChartRequest.around(case, state.over, highest)
-            self.charts.request(request)
-            if other := snapshot.comparison.case:
-                with contextlib.suppress(InvalidInput):
-                    self.second_charts.request(request.same_axis(other))
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The charts of the beam and of the one compared with."""
+        state, case, other = snapshot.state, snapshot.drawn_case, snapshot.comparison.case
+        if case is None:
+            return {}
+        request = ChartRequest.around(case, state.over, max(state.per_rev, default=0))
+        with contextlib.suppress(InvalidInput):
+            if other:
+                return {CHART: request, SECOND_CHART: request.same_axis(other)}
+        return {CHART: request}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
             Part(chart_reads, chart_content),
             Part(lambda s: (s.job_answer(CHART), s.beam), cursor_content),
-            fading(CHART, "loci-chart", *LISTS),
+            fading([CHART], "loci-chart", *LISTS),
         )
 
 

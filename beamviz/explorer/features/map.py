@@ -2,7 +2,7 @@
 five numbers; a click on the map moves the beam there."""
 
 import contextlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from html import escape
 from typing import Any, Self
@@ -138,19 +138,19 @@ class MapTab(Feature):
                 numbers = {along: first.plain(x), up: second.plain(y)}
                 self.visitor.change(lambda state: moved(state, numbers, ends))
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the map while the tab is open."""
-        state = snapshot.state
-        if state.tab == self.tab.key and (case := snapshot.drawn_case):
-            over = state.over, state.across
-            self.job.request(MapRequest.around(case, over, state.map_ends))
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The map while the tab is open."""
+        state, case = snapshot.state, snapshot.drawn_case
+        if case is None or state.tab != self.tab.key:
+            return {}
+        return {JOB: MapRequest.around(case, (state.over, state.across), state.map_ends)}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
             Part(self.reads, map_content),
             Part(lambda s: (s.job_answer(JOB), s.beam), place_content),
-            fading(JOB, "map-chart", "map-text"),
+            fading([JOB], "map-chart", "map-text"),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:

@@ -1,7 +1,7 @@
 """The tab Methods: solve time against frequency error of every method for the beam shown."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -105,20 +105,21 @@ class MethodTimingTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job = visitor.job(JOB, time_methods)
+        visitor.job(JOB, time_methods)
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the timings, or withdraw the request."""
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The timings while the tab is open, and only then."""
         if snapshot.state.tab != self.tab.key:
-            self.job.withdraw()
-        elif snapshot.answer and snapshot.state.time_methods:
-            self.job.request(snapshot.answer.request.with_options(method="auto"))
+            return {JOB: None}
+        if not (snapshot.answer and snapshot.state.time_methods):
+            return {}
+        return {JOB: snapshot.answer.request.with_options(method="auto")}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
             Part(self.reads, timing_content),
-            fading(JOB, "timing-chart", "timings"),
+            fading([JOB], "timing-chart", "timings"),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:

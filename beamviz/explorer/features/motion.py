@@ -1,8 +1,9 @@
 """The tab Motion: the beam is pulled and let go, spun up or stopped, and the equation of motion is
 integrated in time; the scene plays it, and the tab shows the tip over time and its spectrum."""
 
+import contextlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -32,7 +33,7 @@ from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.film import Film, HeldShapes, time_text
-from beamviz.explorer.jobs import Answer, Job
+from beamviz.explorer.jobs import Answer, case_error
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
@@ -53,10 +54,12 @@ MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has
 
 
 class Obstacle(NamedTuple):
-    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any."""
+    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any.
+    of_beam: the same is true of every experiment with this beam and model."""
 
     reason: str
     remedy: str = ""
+    of_beam: bool = True
 
 
 class MotionRequest(NamedTuple):
@@ -90,7 +93,8 @@ class MotionRequest(NamedTuple):
             return Obstacle(
                 f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
                 f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
-                " earlier time."
+                " earlier time.",
+                of_beam=False,
             )
         if options["plane"] != "chordwise":
             return Obstacle(
@@ -179,13 +183,24 @@ class Computed:
 
 
 def wanted(state: State) -> MotionRequest | None:
-    """The motion that a state describes; None while a number is out of range, or where there is an
-    obstacle."""
-    try:
-        request = MotionRequest.of(state.case, state.experiment)
-    except InvalidInput:
+    """The motion that a state describes; None where there is an obstacle."""
+    if obstacle_of(state.case, state.experiment):
         return None
-    return None if request.obstacle else request
+    return MotionRequest.of(state.case, state.experiment)
+
+
+def obstacle_of(case: Case, experiment: Experiment) -> Obstacle | None:
+    """Why a case has no motion; None if that can be computed."""
+    try:
+        return MotionRequest.of(case, experiment).obstacle
+    except InvalidInput as error:
+        return Obstacle(f"There is no motion: {case_error(str(error), case)}.")
+
+
+def can_move(state: State) -> bool:
+    """Whether some experiment with the beam and the model of a state has a motion."""
+    obstacle = obstacle_of(state.case, state.experiment)
+    return obstacle is None or not obstacle.of_beam
 
 
 def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
@@ -331,6 +346,7 @@ TOOLS = page.group(
         page.button(name, data_set="experiment", data_value=key)
         for key, (name, _) in PRESETS.items()
     ),
+    id="motion-presets",
     class_="row choices",
 )
 TOOLS += '<p id="motion-words" role="status"></p>'
@@ -338,6 +354,7 @@ TOOLS += page.group(
     "Play",
     page.button("Play", id="motion-play", data_do="motion.play"),
     page.button("From the start", data_do="moment", data_value=0),
+    id="motion-play-row",
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
 MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
@@ -367,7 +384,8 @@ FIGURES = "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for i
 CONTENT = (
     '<div class="chart-tab motion-tab"><div class="beside">'
     f'<div class="tools">{TOOLS}</div>'
-    f'<div class="tools lists">{MORE}<div id="motion-list"></div></div></div>'
+    f'<div class="tools lists"><div id="motion-settings" class="tools">{MORE}</div>'
+    '<div id="motion-list"></div></div></div>'
     f'<div class="charts">{FIGURES}</div></div>'
 )
 
@@ -379,8 +397,8 @@ class MotionTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[MotionRequest, Computed] = visitor.job(JOB, MotionRequest.computed)
-        self.pulls: Job[PullRequest, PulledBeam] = visitor.job(PULL_JOB, PullRequest.pulled)
+        visitor.job(JOB, MotionRequest.computed)
+        visitor.job(PULL_JOB, PullRequest.pulled)
         for name in (*RANGES, *CHOICES, "unstiffened"):
             self.page.on(f"motion.{name}", partial(self.edit, name))
         self.page.on("experiment", self.begin)
@@ -411,8 +429,7 @@ class MotionTab(Feature):
         with visitor.lock:
             moment = times(visitor.state.case.units).plain(value)
             moment = clip(moment, RANGES["until"].limits[1], visitor.state.moment)
-            visitor.clock = visitor.clock.at(moment)
-            visitor.change(lambda state: replace(state, moment=moment, in_motion=True))
+            visitor.change(lambda state: replace(state.at_moment(moment), in_motion=True))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused."""
@@ -425,19 +442,16 @@ class MotionTab(Feature):
             if shown and clock.moment != state.moment:
                 visitor.set_state(replace(state, moment=clock.moment))
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the motion while the scene shows it, or the tab is open."""
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""
         state = snapshot.state
-        if not (state.in_motion or state.hold or state.tab == self.tab.key):
-            self.job.withdraw()
-            return
-        try:
+        is_shown = state.in_motion or state.hold or state.tab == self.tab.key
+        with contextlib.suppress(InvalidInput):  # the page says which number is out of range
             if state.hold:
-                self.pulls.request(PullRequest.of(state))
-                return
-            self.job.request(MotionRequest.of(state.case, state.experiment))
-        except InvalidInput:  # the page says which number is out of range
-            self.job.withdraw()
+                return {PULL_JOB: PullRequest.of(state)}
+            if is_shown:
+                return {JOB: MotionRequest.of(state.case, state.experiment)}
+        return {JOB: None}
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -448,7 +462,7 @@ class MotionTab(Feature):
             Part(lambda s: (answer_of(s), is_before(s)), notes_content),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
             Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
-            fading(JOB, *CHARTS, "motion-list"),
+            fading([JOB], *CHARTS, "motion-list"),
         )
 
 
@@ -534,14 +548,18 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
 
 
 def words_content(experiment: Experiment, case: Case, reason: str) -> Content:
-    """The experiment in a sentence, or the reason why there is none."""
-    try:
-        obstacle = MotionRequest.of(case, experiment).obstacle
-    except InvalidInput:  # the page says which number is out of range
-        obstacle = None
+    """The experiment in a sentence, or the reason why it has no motion, with the controls that have
+    an effect then."""
+    obstacle = obstacle_of(case, experiment)
+    words = escape(reason or in_words(experiment, case))
     if obstacle:
-        return page.html("motion-words", f"{escape(obstacle.reason)} {obstacle.remedy}")
-    return page.html("motion-words", escape(reason or in_words(experiment, case)))
+        words = f"{escape(obstacle.reason)} {obstacle.remedy}"
+    of_beam = obstacle is not None and obstacle.of_beam
+    content = page.html("motion-words", words)
+    content |= page.props("motion-play-row", hidden=bool(obstacle or reason))
+    for id in ("motion-presets", "motion-settings"):
+        content |= page.props(id, hidden=of_beam)
+    return content
 
 
 def in_words(experiment: Experiment, case: Case) -> str:
@@ -557,9 +575,10 @@ def in_words(experiment: Experiment, case: Case) -> str:
         parts = [f"the hub turns at {speed} and stops within {duration(STOP, units)}"]
     elif experiment.hub == "torque":
         torque = display("torque", units).text(experiment.torque, 3)
-        parts = [f"the hub turns at {speed} and freely from then on, under a torque of {torque}"]
+        first = "rests at first" if gamma == 0 else f"turns at {speed} at first"
+        parts = [f"the hub {first}, and then turns freely under a torque of {torque}"]
     else:
-        parts = [f"the hub turns at {speed}"]
+        parts = ["the hub rests" if gamma == 0 else f"the hub turns at {speed}"]
     if experiment.modes:
         sizes = experiment.modes.items()
         swings = [f"{length_text(size, units, 3)} in {name}" for name, size in sizes]

@@ -3,7 +3,7 @@ the scene shows the steady forced response at each speed."""
 
 import contextlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
@@ -17,7 +17,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import cursor
-from beamviz.explorer.jobs import Answer, Job, SolverAnswer
+from beamviz.explorer.jobs import Answer, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
@@ -152,7 +152,7 @@ class RunUpTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[RunUpRequest, RunUp] = visitor.job(JOB, RunUpRequest.run_up)
+        visitor.job(JOB, RunUpRequest.run_up)
         visitor.bind("damping", with_damping, lambda values: round(100 * values["damping"], 6))
         self.page.on("run_up", lambda _: visitor.change(started_or_stopped))
 
@@ -166,11 +166,11 @@ class RunUpTab(Feature):
                 reached = next_speed(answer.result, speed, elapsed) if answer.result else None
                 visitor.set_state(replace(visitor.state, run_speed=reached))
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the run-up while the scene shows the response, or the tab is open."""
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The run-up while the scene shows the response, or the tab is open."""
         state = snapshot.state
-        if state.forced_response or state.tab == self.tab.key:
-            self.job.request(RunUpRequest.of(state))
+        is_shown = state.forced_response or state.tab == self.tab.key
+        return {JOB: RunUpRequest.of(state)} if is_shown else {}
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -178,7 +178,7 @@ class RunUpTab(Feature):
             Part(lambda s: (s.state.run_speed is not None,), button_content),
             Part(lambda s: (answer_of(s),), chart_content),
             Part(lambda s: (run_of(s), s.beam), line_content),
-            fading(JOB, "run-up-chart", "run-up-list"),
+            fading([JOB], "run-up-chart", "run-up-list"),
         )
 
 

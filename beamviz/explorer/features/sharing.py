@@ -27,7 +27,7 @@ from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
-from beamviz.explorer.experiment import RANGES, Experiment
+from beamviz.explorer.experiment import PULLED, RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
@@ -42,6 +42,7 @@ from beamviz.explorer.state import (
     COMPARISONS,
     FIELDS,
     FILM_LENGTHS,
+    LASTING,
     TERMS,
     Case,
     History,
@@ -70,7 +71,6 @@ from beamviz.solver import interruption
 
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
-OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
 ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
 LONGEST_LINK = MAX_LINK + 1000  # [characters] as a page sends it, with the keys of other readers
 FOLLOWS = "auto"  # the rate of a clock that is not locked
@@ -259,17 +259,20 @@ def described(keys: dict[str, Any]) -> Link:
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     """The state that a link describes by its scene and other values; those that it does not name
     are the usual ones."""
-    values = dict(values)
-    state = replace(state, **{name: getattr(State, name) for name, _ in KEYS.values()})
+    values, outside = dict(values), state.outside
+    state = replace(
+        state, before_lesson=None, **{name: getattr(State, name) for name, _ in KEYS.values()}
+    )
     if name := values.pop("lesson", ""):
-        state = begun(state, lesson(name), scene)
+        state = replace(begun(state, lesson(name), scene), before_lesson=outside)
     else:
-        scene = scene.changed(dark=state.view.dark)
-        state = replace(state.loaded(scene), opened=scene)
+        scene = scene.changed(**{name: getattr(state.view, name) for name in LASTING})
+        motion = values.get("experiment", PULLED), values.get("in_motion", False)
+        state = replace(state.loaded(scene), opened=scene, opened_motion=motion)
     state = replace(state, case=changed_case(state.case, values.pop(ENTERED, {})))
     if (kept := values.pop("kept", None)) is not None:
         state = replace(state, kept=changed_case(state.case, kept))
-    return replace(state, **values)
+    return replace(state, **values).at_moment(values.get("moment", 0.0))
 
 
 def changed_case(case: Case, values: dict[str, Any]) -> Case:
@@ -342,13 +345,13 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
     start: the state of a page that opens without a query."""
     nearest = replace(state, case=state.case.nearest)
     scene = replace(nearest.to_scene(), camera=chosen)
-    own = {name: getattr(state.view, name) for name in OWN}
+    own = {name: getattr(state.view, name) for name in LASTING}
     first = replace(start, view=replace(start.view, **own))
     pairs = extra_pairs(state)
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
     base = lesson(state.lesson).scene if state.lesson else Scene()
-    of_scene = scene.to_query(base, without=OWN)
+    of_scene = scene.to_query(base, without=LASTING)
     found = "&".join(filter(None, (urlencode(pairs), of_scene)))
     if len(found) > MAX_LINK:  # tables as typed have no room beside those of the beam
         pairs.pop("draft", None)
@@ -464,7 +467,7 @@ class Files(Feature):
         name, _, content = str(file).partition("\n")
         with self.visitor.reporting("The scene was not loaded"):
             scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
-            self.visitor.load(scene, opened=scene)
+            self.visitor.open(scene)
 
     def start(self, suffix: Any) -> None:
         """Export the scene, in place of the visitor's running export."""

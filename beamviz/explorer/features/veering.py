@@ -2,10 +2,10 @@
 forces, and the mode shapes before, at and after it."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from html import escape
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from beamviz.drawing.text import Measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading
 from beamviz.explorer.features.loci_chart import (
+    CHART,
     Chart,
     ChartRequest,
     current_chart,
@@ -180,20 +181,20 @@ class VeeringTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job = visitor.job(JOB, VeeringRequest.pairs)
+        visitor.job(JOB, VeeringRequest.pairs)
 
-    def request(self, snapshot: Snapshot) -> None:
-        """Request the loci around the event while the tab is open."""
+    def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
+        """The loci around the event while the tab is open."""
         charts, event = nearest_event(snapshot)
-        if charts and event and snapshot.state.tab == self.tab.key:
-            self.job.request(VeeringRequest(charts.request, event))
+        is_open = snapshot.state.tab == self.tab.key
+        return {JOB: VeeringRequest(charts.request, event)} if charts and event and is_open else {}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
             Part(self.reads, event_content),
             Part(lambda s: (*self.reads(s), s.beam), line_content),
-            fading(JOB, "veering-chart", "veering-shapes"),
+            fading([CHART, JOB], "veering-chart", "veering-shapes"),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:

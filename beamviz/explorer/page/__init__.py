@@ -91,9 +91,10 @@ def props(key: str, **changes: Any) -> Content:
     return {("props", key, name): one for name, one in named.items()}
 
 
-def faded(late: bool, *ids: str) -> Content:
-    """Mark elements, by their ids, as late: they show an earlier result."""
-    marks = (props(id, data_outdated="" if late else None) for id in ids)
+def faded(words: str, *ids: str) -> Content:
+    """Mark elements, by their ids, that show an earlier result, which the words say; "" for none
+    that does."""
+    marks = (props(id, data_outdated=words or None) for id in ids)
     return {path: one for mark in marks for path, one in mark.items()}
 
 

@@ -1,0 +1,203 @@
+"""What is shown belongs to the numbers shown; what does not yet says so, and only that."""
+
+import threading
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import pytest
+from live.server import TIMEOUT
+from live.visitor import Visitor, frequency_text, pause
+
+from beamviz.explorer import frame_loop, jobs
+from beamviz.explorer.features import loads, loci_chart
+from beamviz.explorer.features import map as map_tab
+from beamviz.explorer.jobs import LATE, PATIENCE, Job
+from beamviz.explorer.state import State
+from beamviz.scene import START
+from beamviz.solver import solve
+
+FIRST = START
+
+
+class Computer:
+    """A job whose computations end, and whose time passes, when it is told so."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch):
+        self.now, self.waiting = 1.0, list[Callable[[], None]]()
+        monkeypatch.setattr(jobs.time, "monotonic", lambda: self.now)
+        self.job: Job[int, int] = Job("test", lambda one: one, self.waiting.append, lambda: None)
+
+    def after(self, seconds: float) -> Any:
+        """The status after some seconds."""
+        self.now += seconds
+        return self.job.status
+
+    def compute(self) -> None:
+        """Compute what was begun."""
+        self.waiting.pop(0)()
+
+
+@pytest.fixture
+def computer(monkeypatch) -> Computer:
+    return Computer(monkeypatch)
+
+
+def test_an_answer_is_late_since_its_request_was_replaced(computer):
+    """Not before LATE, and until the next one is there; to cancel is offered later."""
+    computer.job.request(1)
+    computer.compute()
+    assert not computer.after(10).late
+    computer.job.request(2)
+    assert not computer.after(0.9 * LATE).late
+    assert computer.after(0.2 * LATE).late
+    assert not computer.job.status.slow
+    assert computer.after(PATIENCE).slow
+    computer.compute()
+    assert not computer.job.status.late
+
+
+@pytest.mark.parametrize(("seconds", "late"), [(0.25 * LATE, False), (1.5 * LATE, True)])
+def test_during_a_drag_an_answer_is_late_if_it_is_older_than_that(computer, seconds, late):
+    """Each answer is that to an earlier request, but if computed quickly it is hardly older."""
+    computer.job.request(0)
+    computer.compute()
+    found = []
+    for k in range(1, 200):
+        computer.job.request(k)
+        found.append(computer.after(0.1 * LATE).late)
+        if computer.now - computer.job.started >= seconds:
+            computer.compute()
+    assert any(found[50:]) is late
+    assert computer.job.status.answer.result < 199
+
+
+def test_a_request_that_is_to_come_again_is_late_too(computer):
+    """Though it is not computed until then."""
+    computer.job.request(1)
+    computer.compute()
+    for k in range(2, 20):
+        computer.job.request(k, later=True)
+        status = computer.after(0.2 * LATE)
+    assert status.late
+    assert not status.busy
+    assert not computer.waiting
+    computer.job.request(k)
+    computer.compute()
+    assert (computer.job.status.result, computer.job.status.late) == (k, False)
+
+
+def test_back_at_the_numbers_of_the_answer_nothing_is_late(computer):
+    """As after undo: what was begun meanwhile does not replace it."""
+    computer.job.request(1)
+    computer.compute()
+    computer.job.request(2)
+    assert computer.after(2 * LATE).late
+    computer.job.request(1)
+    assert not computer.job.status.late
+    computer.compute()
+    assert (computer.job.status.result, computer.job.busy) == (1, False)
+
+
+# On the page
+
+LISTS = ("loci-events", "loci-resonances")
+
+
+@pytest.fixture
+def release(monkeypatch) -> Iterator[threading.Event]:
+    """An event that charts and solves wait for while it is cleared; nothing is offered to be
+    cancelled meanwhile."""
+    event = threading.Event()
+    event.set()
+    monkeypatch.setattr(jobs, "PATIENCE", TIMEOUT)
+    yield event
+    event.set()
+
+
+def told(guest: Visitor, id: str) -> str:
+    """What an element says of its numbers, "" for nothing."""
+    return guest.props[id].get("data-outdated") or ""
+
+
+def waiting(compute: Callable[..., Any], release: threading.Event) -> Callable[..., Any]:
+    return lambda *a, **o: (release.wait(TIMEOUT), compute(*a, **o))[1]
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "tab", "chart", "others"),
+    [
+        (loci_chart, "loci", "frequencies", "loci-chart", LISTS),
+        (loci_chart, "loci", "veering", "veering-chart", ("veering-shapes",)),
+        (map_tab, "solve_in_memory", "map", "map-chart", ("map-text",)),
+        (loads, "loads_along", "loads", "loads-axial", ("loads-text",)),
+    ],
+)
+def test_a_chart_of_earlier_numbers_says_so(
+    guest, release, monkeypatch, module, name, tab, chart, others
+):
+    """Until it is that of the numbers shown; and it has not changed meanwhile."""
+    monkeypatch.setattr(module, name, waiting(getattr(module, name), release))
+    pause(guest)
+    guest.do("tab", tab)
+    guest.wait(lambda _: guest.charts[chart].get("lines") or guest.charts[chart].get("values"))
+    release.clear()
+    before = dict(guest.charts[chart])
+    guest.do("delta", 0.7)
+    guest.wait(lambda _: "outdated" in told(guest, chart))
+    assert all(told(guest, one) for one in others)
+    assert not told(guest, "mode-rows")
+    assert guest.charts[chart].get("lines") == before.get("lines")
+    release.set()
+    guest.wait(lambda _: not told(guest, chart) and guest.charts[chart] != before)
+    assert not any(told(guest, one) for one in others)
+
+
+def test_undo_takes_back_what_was_said_of_a_chart(guest, release, monkeypatch):
+    """Though the other one is still being computed."""
+    monkeypatch.setattr(loci_chart, "loci", waiting(loci_chart.loci, release))
+    guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
+    pause(guest)
+    release.clear()
+    guest.do("delta", 0.7)
+    guest.wait(lambda _: told(guest, "loci-chart"))
+    guest.do("undo")
+    guest.wait(lambda _: not told(guest, "loci-chart"))
+
+
+def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):
+    """While these are being solved, and with them the chart; not after that."""
+    guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
+    pause(guest)
+    monkeypatch.setattr(jobs, "solve", waiting(solve, release))
+    release.clear()
+    guest.do("alpha", 3.0)
+    guest.wait(lambda _: "beam before the last change" in guest.texts["scene-caption"])
+    guest.wait(lambda _: all(told(guest, id) for id in ("mode-rows", "equilibrium", "loci-chart")))
+    release.set()
+    guest.says(frequency_text(START.beam.replace(alpha=3)))
+    guest.wait(lambda _: not any(told(guest, id) for id in ("mode-rows", "loci-chart")))
+    assert "before the last change" not in guest.texts["scene-caption"]
+
+
+def test_a_chart_that_a_drag_leaves_behind_says_so(guest, session, monkeypatch):
+    """On a server that is too busy to compute charts during a drag."""
+    monkeypatch.setattr(frame_loop.FrameLoop, "step", property(lambda _: 1e-6))
+    guest.do("over", "delta")
+    guest.wait(lambda _: guest.charts["loci-chart"].get("x", {}).get("symbol") == "δ")
+    ended = threading.Event()
+
+    def drag() -> None:
+        gamma = 0.0
+        while not ended.wait(0.002):
+            gamma = (gamma + 0.01) % 10
+            session.visitor.change(partial(State.changed, name="gamma", value=gamma))
+
+    dragging = threading.Thread(target=drag)
+    dragging.start()
+    try:
+        guest.wait(lambda _: told(guest, "loci-chart"))
+    finally:
+        ended.set()
+        dragging.join()
+    guest.wait(lambda _: not told(guest, "loci-chart"))
