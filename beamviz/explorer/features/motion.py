@@ -457,14 +457,19 @@ class MotionTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state.experiment, s.state.case.units), values_content),
-            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content),
-            Part(lambda s: (answer_of(s),), chart_content),
-            Part(lambda s: (answer_of(s), is_before(s)), notes_content),
-            Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
-            Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
+            Part(lambda s: (s.state.experiment, s.state.case.units), values_content, VALUES),
+            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content, WORDS),
+            Part(lambda s: (answer_of(s),), chart_content, PLAYED),
+            Part(lambda s: (answer_of(s), is_before(s)), notes_content, ("motion-list",)),
+            Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
+            Part(playing_reads, play_content, ("motion-play",)),
             fading([JOB], *CHARTS, "motion-list"),
         )
+
+
+def playing_reads(snapshot: Snapshot) -> tuple[bool]:
+    """Whether the motion is played."""
+    return (snapshot.state.in_motion and snapshot.state.view.playing,)
 
 
 def begun(state: State, experiment: Experiment) -> State:
@@ -492,6 +497,10 @@ def moment_of(snapshot: Snapshot) -> float | None:
 
 
 # Displayed values
+
+VALUES = tuple(f"motion.{name}" for name in (*RANGES, *CHOICES, "unstiffened"))
+PLAYED = *CHARTS, "moment-row", "moment-slider", "moment-label", "motion-files"
+WORDS = "motion-words", "motion-play-row", "motion-presets", "motion-settings"
 
 
 def display(name: str, units: Units | None) -> Measure:
@@ -609,7 +618,8 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     for id in ("moment-row", "motion-files"):
         content |= page.props(id, hidden=found is None)
     if found is None:
-        return content
+        content |= page.props("moment-slider", min=0, max=1, step=0.01)
+        return content | page.html("moment-label", "time")
     content |= page.chart(CHARTS[0], strip_data(found)) | page.chart(
         CHARTS[1], spectrum_data(found)
     )
