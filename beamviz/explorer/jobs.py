@@ -247,7 +247,7 @@ class Job(Generic[Q, R]):
                 return
             replaced = self.latest is not request
             if not (replaced and isinstance(answer.error, Cancelled)):
-                self.answer, self.since = answer, self.replaced
+                self.answer, self.since = answer, self.replaced if replaced else None
             self.busy = replaced and not self.delayed
             if self.busy:
                 self.start()
@@ -391,13 +391,14 @@ class SolveJob(Job[Cases, Solved]):
         """The answers. Raises Cancelled."""
         start = time.thread_time()
         try:
-            if not (self.first and self.first.request == cases.case):
-                self.first = solver_answer(cases.case)
-            if cases.other and not (self.second and self.second.request == cases.other):
-                self.second = solver_answer(cases.other)
+            first, second = self.first, self.second  # which a run that was given up may replace
+            if not (first and first.request == cases.case):
+                self.first = first = solver_answer(cases.case)
+            if cases.other and not (second and second.request == cases.other):
+                self.second = second = solver_answer(cases.other)
         finally:
             self.options, self.seconds = cases.case.options, time.thread_time() - start
-        return Solved(self.first, self.second if cases.other else None)
+        return Solved(first, second if cases.other else None)
 
     @property
     def pair(self) -> tuple[SolverAnswer | None, SolverAnswer | None]:

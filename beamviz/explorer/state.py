@@ -28,7 +28,7 @@ TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
-LASTING = ("playing", "dark")  # view options that undo and redo leave unchanged
+LASTING = ("playing", "dark")  # view options that are the visitor's own: no link or undo sets them
 # Fields that are no choice about the scene: undo and redo leave them unchanged.
 NO_CHOICES = (
     *("moment", "cue", "tab", "presented_tab", "reserved"),
@@ -298,13 +298,15 @@ class State:
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. A fixed viewpoint is dropped where the
-        beam would leave the picture; a switched term keeps the case before for comparison."""
+        beam would leave the picture; a switched term keeps the case before for comparison; a motion
+        that goes on is at no moment to keep, and that of another beam begins at its start."""
         camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
         if name in VIEW_KEYS:
             view = self.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            return replace(self, view=view, camera=camera)
+            moment = 0.0 if name == "playing" and view.playing else self.moment
+            return replace(self, view=view, camera=camera, moment=moment)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
                 return replace(self, per_rev=check_per_rev(value))

@@ -25,7 +25,7 @@ from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import CHOICES, FIELDS, TERMS, VIEW_KEYS, History, State
+from beamviz.explorer.state import CHOICES, FIELDS, LASTING, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 
@@ -124,14 +124,16 @@ class Visitor:
 
     def reset(self) -> None:
         """Show the scene and the experiment of the open lesson, or else those that were opened;
-        keep the theme."""
+        keep the theme, and a pause."""
         state = self.state
         experiment, in_motion = state.opened_motion
         home, motion = state.opened, {"experiment": experiment, "in_motion": in_motion}
         if state.lesson:
             home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
-        home = home.changed(dark=state.view.dark)
-        self.load(home, replaced="The scene is reset.", rate=state.rate, **motion)
+        lasting = {name: getattr(state.view, name) for name in LASTING}
+        self.load(
+            home.changed(**lasting), replaced="The scene is reset.", rate=state.rate, **motion
+        )
 
     @property
     def scene(self) -> Scene:
@@ -149,20 +151,30 @@ class Visitor:
 
     # Snapshots
 
-    def take(self) -> Snapshot:
-        """The snapshot of this moment. While the visitor follows a presenter, it is theirs, but for
-        the viewpoint, and for the tab between two changes of theirs; nothing is computed then."""
+    def next_snapshot(self) -> Snapshot:
+        """The snapshot of the next frame, which waits for a quick solve. While the visitor follows
+        a presenter, it is theirs, but for the viewpoint, and for the tab between two changes of
+        theirs; nothing is computed then."""
         with self.lock:
-            state, view = self.state, self.client.camera
-            led = self.presenter() if state.following else None
+            led = self.presenter() if self.state.following else None
             if led:
-                state = self.state = following(state, led.state)
+                self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
             self.solve()
             self.solver.finish()
+            own = self.snapshot()
+        if led is None:
+            return own
+        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison", "jobs")}
+        return replace(own, **answers, is_led=True)
+
+    def snapshot(self) -> Snapshot:
+        """The snapshot of this moment."""
+        with self.lock:
+            state, view = self.state, self.client.camera
             answer, second = self.solver.pair
             case = answer.request if answer else state.shown_case
-            own = Snapshot(
+            return Snapshot(
                 state=state,
                 answer=answer,
                 second=second,
@@ -175,10 +187,6 @@ class Visitor:
                 undo=bool(self.history.past),
                 redo=bool(self.history.future),
             )
-        if led is None:
-            return own
-        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison", "jobs")}
-        return replace(own, **answers, is_led=True)
 
     # Controls
 

@@ -193,3 +193,12 @@ def test_a_kept_beam_stays_while_the_other_changes(guest):
 )
 def test_a_change_has_two_digits_and_no_exponent(change, text):
     assert percent(change) == text
+
+
+def test_a_second_beam_that_is_not_drawn_is_missed_at_once(guest):
+    """While all modes are shown the reason stands above the table, where it is seen."""
+    guest.choose("comparison", "mass", until="twice the mass, ω")
+    guest.choose("all_modes", True)
+    guest.wait(lambda _: comparisons.ALL_SHOWN in guest.texts["comparison"])
+    text = guest.texts["comparison"]
+    assert text.index(comparisons.ALL_SHOWN) < text.index("<table")

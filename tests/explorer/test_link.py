@@ -157,6 +157,17 @@ def test_the_address_is_updated_and_a_reload_shows_the_same(guest, url):
         shows(later, f"{query}&nodes=false")
 
 
+def test_a_pause_outlasts_a_link_and_the_way_back(guest):
+    """And a reset, as the theme does: both are the visitor's own."""
+    guest.choose("playing", False)
+    for gamma in (3.0, 6.0):
+        guest.do("link", f"?gamma={gamma}", until=lambda _, own=gamma: guest.values["gamma"] == own)
+        assert guest.values["playing"] is False
+    guest.choose("gamma", 7.0)
+    guest.do("reset", until=lambda _: guest.values["gamma"] == 6.0)
+    assert guest.values["playing"] is False
+
+
 IMPOSSIBLE = {  # edits
     "number": [("alpha", 1e9)],
     "no number": [("gamma", "fast")],

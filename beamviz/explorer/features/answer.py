@@ -148,7 +148,10 @@ def picture_note(snapshot: Snapshot) -> str:
         return f"Drawn with the nearest values in range: {numbers}."
     if answer.result is None:
         return "Drawn unloaded, as it is before it rotates."
-    return "The modes shown do not grow; another one does." if picture.hides_growth else ""
+    if (growing := picture.hidden_growth) is None:
+        return ""
+    show = page.button("Show it", data_do="only", data_value=growing)
+    return f"The modes shown do not grow; another one does. {show}"
 
 
 def caption_content(note: str, replaced: str, first: bool, has_mass: bool) -> Content:

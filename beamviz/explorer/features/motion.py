@@ -49,6 +49,7 @@ POINTS, MOST_POINTS = 40, 1601  # of the results, for each T* and in all
 LONGEST = 40.0  # [s] on the screen
 LINES = 5  # modes whose frequencies are in the spectrum
 WIDER = 1.1  # than to the highest frequency of a mode
+PAUSED_DIGITS = 4  # after the point, of the moment of a pause in the address
 DECADES = 4  # of amplitude in the spectrum
 MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has too
 
@@ -440,7 +441,7 @@ class MotionTab(Feature):
             clock = visitor.clock
             shown = clock.film is snapshot.film and visitor.state is state
             if shown and clock.moment != state.moment:
-                visitor.set_state(replace(state, moment=clock.moment))
+                visitor.set_state(state.at_moment(round(clock.moment, PAUSED_DIGITS)))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""

@@ -42,6 +42,7 @@ from beamviz.explorer.state import (
     COMPARISONS,
     FIELDS,
     FILM_LENGTHS,
+    LASTING,
     TERMS,
     Case,
     History,
@@ -70,7 +71,6 @@ from beamviz.solver import interruption
 
 # Parameters with another reader: the key of the server, and the options of viser's page.
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
-OWN = ("dark", "playing")  # view options that are the visitor's preference, and in no link
 ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
 LONGEST_LINK = MAX_LINK + 1000  # [characters] as a page sends it, with the keys of other readers
 FOLLOWS = "auto"  # the rate of a clock that is not locked
@@ -266,7 +266,7 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     if name := values.pop("lesson", ""):
         state = replace(begun(state, lesson(name), scene), before_lesson=outside)
     else:
-        scene = scene.changed(dark=state.view.dark)
+        scene = scene.changed(**{name: getattr(state.view, name) for name in LASTING})
         motion = values.get("experiment", PULLED), values.get("in_motion", False)
         state = replace(state.loaded(scene), opened=scene, opened_motion=motion)
     state = replace(state, case=changed_case(state.case, values.pop(ENTERED, {})))
@@ -345,13 +345,13 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
     start: the state of a page that opens without a query."""
     nearest = replace(state, case=state.case.nearest)
     scene = replace(nearest.to_scene(), camera=chosen)
-    own = {name: getattr(state.view, name) for name in OWN}
+    own = {name: getattr(state.view, name) for name in LASTING}
     first = replace(start, view=replace(start.view, **own))
     pairs = extra_pairs(state)
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
     base = lesson(state.lesson).scene if state.lesson else Scene()
-    of_scene = scene.to_query(base, without=OWN)
+    of_scene = scene.to_query(base, without=LASTING)
     found = "&".join(filter(None, (urlencode(pairs), of_scene)))
     if len(found) > MAX_LINK:  # tables as typed have no room beside those of the beam
         pairs.pop("draft", None)
