@@ -19,9 +19,9 @@ from viser import CameraHandle
 from beamviz.drawing.camera import place
 from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
+from beamviz.explorer.computed_motion import film_of, film_reads, played_reads
 from beamviz.explorer.feature import Feature, Memo, Shown
 from beamviz.explorer.features import FEATURES
-from beamviz.explorer.features.motion import film_of, film_reads, played_reads
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot

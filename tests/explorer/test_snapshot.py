@@ -15,6 +15,7 @@ from live.visitor import Visitor, visitor
 from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import NotConverged
 from beamviz.explorer import explorer
+from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
 from beamviz.explorer.experiment import RANGES
 from beamviz.explorer.feature import tabs
@@ -190,7 +191,7 @@ def possible_again(guest: Guest) -> Action | None:
     own = state.case.numbers | state.case.options
     if not state.case.nearest_beam().is_uniform:
         return "blade.uniform", None
-    if answer is None or answer.result is None or not motion_tab.can_move(state):
+    if answer is None or answer.result is None or not can_move(state):
         return next(((name, one) for name, one in POSSIBLE.items() if own[name] != one), None)
     return None
 
