@@ -25,17 +25,15 @@ const beamvizCaptions = (() => {
   /* Moves all texts to their points; one that would cover another is moved down. */
   function place() {
     frame = captions.length ? requestAnimationFrame(place) : 0;
-    const { nodeRefFromName: nodes, camera, canvas } = window.__viserMutable ?? {};
-    if (!camera || !canvas) return;
-    const { clientWidth: width, clientHeight: height } = canvas, placed = [];
+    const canvas = beamvizViser.canvas(), placed = [];
+    if (!canvas) return;
     for (const one of captions) {
-      const node = nodes[one.name];
-      one.element.hidden = !node;
-      if (!node) continue;
-      const { x, y } = node.position.clone().setFromMatrixPosition(node.matrixWorld).project(camera);
-      const across = width - one.width - EDGE;
-      const left = Math.max(EDGE, Math.min(((x + 1) / 2) * width - one.width / 2, across));
-      let top = ((1 - y) / 2) * height + SIDES[one.anchor] * one.height;
+      const pixel = beamvizViser.pixel(one.name);
+      one.element.hidden = !pixel;
+      if (!pixel) continue;
+      const across = canvas.clientWidth - one.width - EDGE;
+      const left = Math.max(EDGE, Math.min(pixel[0] - one.width / 2, across));
+      let top = pixel[1] + SIDES[one.anchor] * one.height;
       for (const other of placed) {
         const beside = left > other.left + other.width || other.left > left + one.width;
         const level = top < other.top + other.height && other.top < top + one.height;
@@ -48,8 +46,9 @@ const beamvizCaptions = (() => {
 
   /* The scene as it is on the screen, as a PNG: `done` is called with it. */
   function picture(done) {
-    const { canvas, requestRender } = window.__viserMutable;
-    requestRender();
+    const canvas = beamvizViser.canvas();
+    if (!canvas) return;
+    beamvizViser.render();
     requestAnimationFrame(() => { // right after viser has drawn: later its canvas is empty
       const { width, height } = canvas, layer = document.getElementById("caption-layer");
       const copy = Object.assign(document.createElement("canvas"), { width, height });

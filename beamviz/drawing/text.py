@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, PARAMETERS, Beam
+from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.solver.solution import Solution
 from beamviz.units import DisplayUnit, Units, display_unit, suited_unit, unit_for
@@ -112,12 +112,12 @@ def length_text(length: float, units: Units | None, digits: int) -> str:
 def described(beam: Beam) -> str:
     """The numbers of a beam and what is not uniform: 'α = 1, hinged root', or 'mass 2 kg'."""
     if beam.units is None:
-        return beam.described(PARAMETERS)
+        return beam.described(beam.numbers)
     texts = []
-    for name, parameter in PARAMETERS.items():
+    for name, value in beam.numbers.items():
         shown = measure(name, beam.units)
-        text = shown.text(getattr(beam, name), 6)
-        texts.append(f"{parameter.short_label} {text}" if shown.unit else text)
+        text = shown.text(value, 6)
+        texts.append(f"{NUMBERS[name].short_label} {text}" if shown.unit else text)
     return ", ".join([*texts, *beam.structure])
 
 

@@ -116,3 +116,15 @@ class Memo:
         if not same(self.reading, reading):
             self.value, self.reading = function(*reading), reading
         return self.value
+
+
+class Shown:
+    """The reading that a part of the page or of the scene was shown for last."""
+
+    def __init__(self) -> None:
+        self.reading: tuple[Any, ...] | None = None
+
+    def differs_from(self, *reading: Any) -> bool:
+        """Whether it was another one than this, which is kept instead."""
+        before, self.reading = self.reading, reading
+        return not same(before, reading)

@@ -60,8 +60,8 @@ class FrameLoop:
         self.presenter: Session | None = None
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
-        self.woken: dict[int, None] = {}
-        self.later: dict[int, None] = {}
+        self.woken: set[int] = set()
+        self.later: set[int] = set()
         self.stopped = self.is_late = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
@@ -130,7 +130,7 @@ class FrameLoop:
 
     def wake(self, visitor: int) -> None:
         """Draw for a visitor soon; from any thread."""
-        self.woken[visitor] = None
+        self.woken.add(visitor)
         self.resume()
 
     def wake_followers(self) -> None:
@@ -161,23 +161,25 @@ class FrameLoop:
             await self.sleep(due, full)
             now = time.monotonic()
             is_due, shows = now >= due, now >= full
-            woken = self.take_woken() if shows else {}
+            woken = self.take_woken() if shows else set[int]()
             await self.draw(woken, all_moving=is_due)
             end = time.monotonic()
             if woken:
                 self.is_late, full = end - now > self.step, end + BREAK * (end - now)
             if is_due:
                 self.woken |= self.later
-                self.later = {}
+                self.later.clear()
                 due = max(due + self.step, end - self.step)
             await exchange_messages()
 
-    def take_woken(self) -> dict[int, None]:
-        """The visitors whose page may be outdated, and those whose page shows the time of a job."""
-        woken, self.woken = self.woken, {}
+    def take_woken(self) -> set[int]:
+        """The visitors whose page may be outdated, and those whose page shows how a job goes on."""
+        woken = self.woken.copy()
+        self.woken.difference_update(woken)  # those whom a thread wakes meanwhile stay in it
         since = time.monotonic() - PROGRESS
-        busy = (one for one, s in self.sessions.items() if s.is_busy and s.last_shown < since)
-        return woken | dict.fromkeys(busy)
+        return woken | {
+            one for one, s in self.sessions.items() if s.is_busy and s.last_shown < since
+        }
 
     @property
     def step(self) -> float:
@@ -203,7 +205,7 @@ class FrameLoop:
             async with asyncio.timeout(min(times, default=None)):
                 await self.changed.wait()
 
-    async def draw(self, woken: dict[int, None], *, all_moving: bool) -> None:
+    async def draw(self, woken: set[int], *, all_moving: bool) -> None:
         """Draw a frame for each woken visitor, and a moment for each whose scene moves if
         `all_moving`. The presenter comes first: others follow."""
         sessions = sorted(self.sessions.items(), key=lambda one: one[1] is not self.presenter)
@@ -224,8 +226,10 @@ class FrameLoop:
                 session.move(time.monotonic())
             else:
                 session.tick(time.monotonic(), in_haste=self.is_late)
-            if session.is_moving and self.woken.pop(visitor, self) is None:
-                self.later[visitor] = None  # what this frame has changed is shown by the next one
+            if session.is_moving and visitor in self.woken:
+                # What this frame has changed is shown by the next one, not by one in between.
+                self.woken.discard(visitor)
+                self.later.add(visitor)
         except Exception as error:
             log.error("drawing", f"visitor {visitor}, who is disconnected", error)
             self.leave(visitor)

@@ -249,7 +249,7 @@ class Job(Generic[Q, R]):
                 return
             replaced = self.latest is not request
             if not (replaced and isinstance(answer.error, Cancelled)):
-                self.answer, self.since = answer, self.replaced
+                self.answer, self.since = answer, self.replaced if replaced else None
             self.busy = replaced and not self.delayed
             if self.busy:
                 self.start()
@@ -392,19 +392,20 @@ class SolveJob(Job[Cases, Solved]):
     def solved(self, cases: Cases) -> Solved:
         """The answers. Raises Cancelled."""
         case, other = cases.case, cases.comparison.case
-        has_first = self.first is not None and self.first.request == case
-        has_second = other is None or (self.second is not None and self.second.request == other)
+        first, second = self.first, self.second  # which a run that was given up may replace
+        has_first = first is not None and first.request == case
+        has_second = other is None or (second is not None and second.request == other)
         start = time.thread_time()
         try:
             if not has_first:
-                self.first = solver_answer(case)
+                self.first = first = solver_answer(case)
             if other and not has_second:
-                self.second = solver_answer(other)
+                self.second = second = solver_answer(other)
         finally:
             if not (has_first and has_second):
                 self.options, self.seconds = case.options, time.thread_time() - start
-        assert self.first
-        return Solved(self.first, self.second if other else None)
+        assert first
+        return Solved(first, second if other else None)
 
     @property
     def compared(self) -> tuple[SolverAnswer | None, SolverAnswer | None, ComparisonCase]:

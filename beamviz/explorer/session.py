@@ -7,12 +7,11 @@ A move of a slider becomes a picture at these stations:
 3. `Job.request`: the new case becomes the latest request of the solver job;
 4. `Job.run`: a worker thread solves the case and samples its shapes;
 5. `FrameLoop.wake`: the visitor is drawn in the next frame;
-6. `Visitor.take`: the snapshot of this frame: state, answers and clock;
+6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
 7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
 """
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from viser import CameraHandle
@@ -20,13 +19,13 @@ from viser import CameraHandle
 from beamviz.drawing.camera import place
 from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
-from beamviz.explorer.feature import Feature, Memo, Part
+from beamviz.explorer.computed_motion import film_of, film_reads, played_reads
+from beamviz.explorer.feature import Feature, Memo, Shown
 from beamviz.explorer.features import FEATURES
-from beamviz.explorer.features.motion import film_of, film_reads, played_reads
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.view import SceneView, fitted_clock, picture_of, reads, with_film
+from beamviz.explorer.view import SceneView, fitted_clock, picture_of, picture_reads, with_film
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
@@ -38,24 +37,26 @@ class Session:
     loop, shows it.
 
     snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
-    that took a snapshot. Each Memo has the last reading of a part of the page or of the scene, and
-    decides whether it is shown again.
+    that took a snapshot. The parts of a picture are computed again, and those of page and scene
+    shown again, only where what they read of a snapshot differs from the last reading (`Memo`,
+    `Shown`). postponed: what the page needs of the jobs is requested in a later frame.
     """
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.last_tick, self.last_shown = visitor, 0.0, 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
-        self.parts = [(part, Memo()) for feature in self.features for part in feature.parts]
+        self.parts = [(part, Shown()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
-        self.responses, self.pictures, self.scenes, self.fits = (Memo() for _ in range(4))
-        self.films, self.played = Memo(), Memo()
-        self.pages, self.requests, self.postponed = Memo(), Memo(), False
+        self.responses, self.pictures, self.films, self.played = (Memo() for _ in range(4))
+        self.viewpoints = Memo()
+        self.scene_shown, self.page_shown, self.requested = Shown(), Shown(), Shown()
+        self.postponed = False
         self.mass_drag = MassDrag(visitor, self.view.beam)
         self.beam_pull = BeamPull(
             *(visitor, self.view.drawn_scene, self.view.beam, self.mass_drag.line_of_sight)
         )
         visitor.client.camera.on_update(self.camera_moved)
-        self.snapshot = self.with_picture(visitor.take())
+        self.snapshot = self.with_picture(visitor.next_snapshot())
         visitor.page.send(True, "ready")  # all actions have handlers
 
     async def camera_moved(self, _: CameraHandle) -> None:
@@ -68,7 +69,7 @@ class Session:
     def with_picture(self, snapshot: Snapshot) -> Snapshot:
         """A snapshot with what the scene shows of it."""
         response = self.responses(response_drawn, *response_reads(snapshot))
-        picture = self.pictures(picture_of, *reads(snapshot, response))
+        picture = self.pictures(picture_of, *picture_reads(snapshot, response))
         if film := self.films(film_of, *film_reads(snapshot)):
             picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
         return replace(snapshot, picture=picture)
@@ -106,15 +107,17 @@ class Session:
             feature.react(self.snapshot, since)
         self.mass_drag.react(self.snapshot)
         self.beam_pull.react(self.snapshot)
-        self.snapshot = snapshot = self.with_picture(visitor.take())
+        self.snapshot = snapshot = self.with_picture(visitor.next_snapshot())
         for feature in self.features:
             feature.notice(snapshot)
         with visitor.client.atomic():
             self.draw(snapshot, elapsed)
             self.postponed = in_haste and snapshot.state.case is not before
-            self.pages(lambda *_: self.show_page(snapshot), *snapshot.reading)
-            if not snapshot.is_led:
-                self.requests(lambda *_: self.request(snapshot), self.postponed, *snapshot.reading)
+            if self.page_shown.differs_from(*snapshot.reading):
+                self.show_page(snapshot)
+            needed = self.postponed, *snapshot.reading
+            if not snapshot.is_led and self.requested.differs_from(*needed):
+                self.request(snapshot)
             visitor.page.show_again()
         visitor.client.flush()
 
@@ -133,10 +136,13 @@ class Session:
 
     def show_page(self, snapshot: Snapshot) -> None:
         """Show the parts whose readings have changed."""
-        for part, memo in self.parts:
-            memo(self.show_part, part, *part.reads(snapshot))
+        page = self.visitor.page
+        for part, shown in self.parts:
+            reading = part.reads(snapshot)
+            if shown.differs_from(*reading):
+                page.show(part.content(*reading))
         captions = [caption.data for caption in self.view.captions]
-        self.visitor.page.show({("captions",): captions})
+        page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs of the background jobs, or note that it will."""
@@ -149,9 +155,6 @@ class Session:
                 job.withdraw()  # what was not begun is begun no more
         if any(snapshot.jobs[name].late and not job.status.late for name, job in jobs):
             self.visitor.wake()  # to take back what the page says of it
-
-    def show_part(self, part: Part, *reading: Any) -> None:
-        self.visitor.page.show(part.content(*reading))
 
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""
@@ -167,7 +170,9 @@ class Session:
                 clock = clock.at(film.advanced(clock.moment, time))
             else:
                 clock = clock.advanced(time, picture.modes, second)
-        moved = self.scenes(self.view.show, picture)
+        moved = np.zeros(3)
+        if self.scene_shown.differs_from(picture):
+            moved = self.view.show(picture)
         if not picture.held:
             clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))
         visitor.clock = clock
@@ -182,10 +187,9 @@ class Session:
         camera, state, picture = self.visitor.camera, snapshot.state, snapshot.picture
         frame = state.view.rotating_frame
         shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights)
-        wanted = state.camera or self.fits(viewpoint, *shapes)
+        wanted = state.camera or self.viewpoints(viewpoint, *shapes)
         if moved.any():
             transition = camera.followed(moved, float(frame))
-            self.scenes.value = np.zeros(3)  # followed once
         transition = camera.look(wanted, state.fit, frame, transition)
         if transition:
             place(camera.view, transition.camera)

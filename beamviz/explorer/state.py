@@ -298,13 +298,15 @@ class State:
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. A fixed viewpoint is dropped where the
-        beam would leave the picture; a switched term keeps the case before for comparison."""
+        beam would leave the picture; a switched term keeps the case before for comparison; a motion
+        that goes on is at no moment to keep, and that of another beam begins at its start."""
         camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
         if name in VIEW_KEYS:
             view = self.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            return replace(self, view=view, camera=camera)
+            moment = 0.0 if name == "playing" and view.playing else self.moment
+            return replace(self, view=view, camera=camera, moment=moment)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
                 return replace(self, per_rev=check_per_rev(value))

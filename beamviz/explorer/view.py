@@ -6,7 +6,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,16 +27,27 @@ SPACING = 0.5  # of the two scenes, in beam lengths
 THIS = "this beam"
 
 
+class Compared(NamedTuple):
+    """The choices by which there is a second beam. comparison: its kind; kept: the case kept for
+    it; stacked: it is above the first."""
+
+    comparison: str = NO_COMPARISON
+    kept: Case | None = None
+    stacked: bool = False
+
+
+NOT_COMPARED = Compared()
+
+
 @dataclass(frozen=True, eq=False)
 class Picture:
     """What the scene shows, but for the moment of its motion.
 
     modes: of the beam; drawn: how it moves in them; force: frequency [1/T*] of a force that drives
     it, None if it vibrates freely; film: a computed motion that is played instead; second: the beam
-    compared with, None if none is drawn; partner:
-    the mode of the first for each of its modes, -1 where none corresponds; compared: the choices by
-    which it was chosen; stacked:
-    it is above the first; held: the beam's frame stays at its place.
+    compared with, None if none is drawn; partner: the mode of the first for each of its modes, -1
+    where none corresponds; compared: the choices by which it was chosen; stacked: it is above the
+    first; held: the beam's frame stays at its place.
     """
 
     modes: SampledModes
@@ -44,7 +55,7 @@ class Picture:
     force: float | None = None
     second: DrawnBeam | None = None
     partner: np.ndarray | None = None
-    compared: tuple[object, ...] = ()
+    compared: Compared = NOT_COMPARED
     stacked: bool = False
     held: bool = False
     film: Film | None = None
@@ -98,36 +109,36 @@ class Picture:
 
 
 def picture_of(
-    answer: SolverAnswer | None,
-    second: SolverAnswer | None,
-    title: str,
-    state_view: ViewOptions,
-    compared: tuple[object, ...],
-    response: DrawnBeam | None,
-    force: float,
+    answer: SolverAnswer | Case,
+    view: ViewOptions,
     scale: float,
-    first: Case,
-    held: bool,
+    second: SolverAnswer | None = None,
+    title: str = "",
+    compared: Compared = NOT_COMPARED,
+    response: DrawnBeam | None = None,
+    force: float = 0.0,
+    held: bool = False,
 ) -> Picture:
-    """The picture of an answer and the one compared with, of a title. Without an equilibrium the
-    beam is drawn unloaded and grey. first: the case drawn before the first answer; response: to a
-    force of this frequency [1/T*], if that drives the beam."""
-    *_, stacked = compared
-    answer = answer or SolverAnswer(first)
-    drawn = response or DrawnBeam(answer.shapes, state_view, scale)
+    """The picture of an answer, or before the first of a case, and of the answer compared with, of
+    this title. Without an equilibrium the beam is drawn unloaded and grey. scale: [pixels per beam
+    length]; response: to a force of this frequency [1/T*], if that drives the beam; held: a body is
+    in the visitor's hand."""
+    if isinstance(answer, Case):
+        answer = SolverAnswer(answer)
+    drawn = response or DrawnBeam(answer.shapes, view, scale)
     if answer.result is None:
         drawn = replace(drawn, warning=answer.warning)
-    other = second.result if second and not (second.warning or state_view.all_modes) else None
+    other = second.result if second and not (second.warning or view.all_modes) else None
     driven = force if response else None
-    picture = Picture(answer.shapes, drawn, driven, stacked=bool(stacked), held=held)
+    picture = Picture(answer.shapes, drawn, driven, stacked=compared.stacked, held=held)
     if other is None:
         return picture
     partner = corresponding(answer.shapes, other)
     sizes = 0.0 * partner if response else np.append(drawn.amplitudes, 0.0)[partner]
     return replace(
         picture,
-        drawn=replace(drawn, title=THIS if stacked else ""),
-        second=DrawnBeam(other, state_view, scale, sizes, title=title),
+        drawn=replace(drawn, title=THIS if compared.stacked else ""),
+        second=DrawnBeam(other, view, scale, sizes, title=title),
         partner=partner,
         compared=compared,
     )
@@ -153,29 +164,26 @@ def with_film(
         force=None,
         second=second,
         partner=None,
-        compared=(),
+        compared=NOT_COMPARED,
         stacked=False,
         film=film,
     )
 
 
-def reads(snapshot: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
-    """What `picture_of` depends on, of a snapshot; response: of the beam to a force, if any."""
+def picture_reads(snapshot: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
+    """The arguments of `picture_of` for a snapshot. response: of the beam to a force, if any."""
     state: State = snapshot.state
-    compared = snapshot.comparison.choice, state.kept, state.stacked
-    if snapshot.comparison.choice == NO_COMPARISON:
-        compared = NO_COMPARISON, None, False
     beam = snapshot.beam
+    compared = Compared(snapshot.comparison.choice, state.kept, state.stacked)
     return (
-        snapshot.answer,
+        snapshot.answer or state.case,
+        state.view,
+        snapshot.scale,
         snapshot.second,
         snapshot.comparison.title,
-        state.view,
-        compared,
+        NOT_COMPARED if compared.comparison == NO_COMPARISON else compared,
         response,
         state.force_per_rev * beam.gamma if beam else 0.0,
-        snapshot.scale,
-        None if snapshot.answer else state.case,
         state.grip is not None,
     )
 

@@ -151,19 +151,29 @@ class Visitor:
 
     # Snapshots
 
-    def take(self) -> Snapshot:
-        """The snapshot of this moment. While the visitor follows a presenter, it is theirs, but for
-        the viewpoint, and for the tab between two changes of theirs; nothing is computed then."""
+    def next_snapshot(self) -> Snapshot:
+        """The snapshot of the next frame, which waits for a quick solve. While the visitor follows
+        a presenter, it is theirs, but for the viewpoint, and for the tab between two changes of
+        theirs; nothing is computed then."""
         with self.lock:
-            state, view = self.state, self.client.camera
-            led = self.presenter() if state.following else None
+            led = self.presenter() if self.state.following else None
             if led:
-                state = self.state = following(state, led.state)
+                self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
             self.solve()
             self.solver.finish()
+            own = self.snapshot()
+        if led is None:
+            return own
+        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison", "jobs")}
+        return replace(own, **answers, is_led=True)
+
+    def snapshot(self) -> Snapshot:
+        """The snapshot of this moment."""
+        with self.lock:
+            state, view = self.state, self.client.camera
             answer, second, comparison = self.solver.compared
-            own = Snapshot(
+            return Snapshot(
                 state=state,
                 answer=answer,
                 second=second,
@@ -176,10 +186,6 @@ class Visitor:
                 undo=bool(self.history.past),
                 redo=bool(self.history.future),
             )
-        if led is None:
-            return own
-        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison", "jobs")}
-        return replace(own, **answers, is_led=True)
 
     # Controls
 

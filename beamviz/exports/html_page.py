@@ -21,7 +21,14 @@ from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.objects import RING, equilibrium_body
-from beamviz.drawing.text import frequencies, growth, measure, mode_value, stability_warning
+from beamviz.drawing.text import (
+    described,
+    frequencies,
+    growth,
+    measure,
+    mode_value,
+    stability_warning,
+)
 from beamviz.errors import BeamvizError
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import json_text, package_text
@@ -82,7 +89,8 @@ def write_html(file: Path, solved: SolvedScene) -> None:
 def player(name: str, data: dict[str, Any], script: str) -> str:
     """The elements that play data, which the file `script` finds by their name."""
     packed = zlib.compress(json_text(data, indent=None).encode())
-    code = package_text("drawing/captions.js", "exports/offline_beam.js", script)
+    shared = "server/viser.js", "drawing/captions.js", "exports/offline_beam.js"
+    code = package_text(*shared, script)
     return (
         f'<script type="text/plain" id="{name}">{b64encode(packed).decode()}</script>'
         f"<script>{code}</script>"
@@ -93,12 +101,12 @@ def document(recorded: RecordedServer, beam: Beam, inner: str, script: str, *, d
     """The page with the scene recorded, a panel of numbers, and the elements that play it."""
     theme = f":root {{ color-scheme: {'dark' if dark else 'light'}; --scene:"
     theme += f" rgb{colours.BACKGROUND[dark]}; --letters: rgb{colours.LETTERS[dark]}; }}"
-    style = theme + package_text("drawing/captions.css", "exports/offline.css")
+    style = theme + package_text("server/viser.css", "drawing/captions.css", "exports/offline.css")
     kind = ' class="dark"' if dark else ""
     aside = f'<aside aria-label="numbers"{kind}>{inner}</aside>'
     elements = f'<style>{style}</style>{ROOT}{aside}<div id="caption-layer"></div>{script}'
     page = recorded.page(dark=dark)
-    page = page.replace(TITLE, f"<title>beamviz: {beam.described(beam.numbers)}</title>")
+    page = page.replace(TITLE, f"<title>beamviz: {escape(described(beam))}</title>")
     return page.replace(ROOT, elements)
 
 
@@ -125,7 +133,7 @@ def numbers(solved: SolvedScene, solution: Solution) -> str:
     shown = {solved.solution.labels[k] for k in solved.shown}
     warning = stability_warning(solution)
     return (
-        f"<h1>{solution.beam.described(solution.beam.numbers)}</h1>"
+        f"<h1>{escape(described(solution.beam))}</h1>"
         + (f'<p class="wrong">{escape(warning)}</p>' if warning else "")
         + solution_table(solution, shown, len(solved.solution.labels))
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from beamviz.drawing import BeamScene, camera
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import significant
+from beamviz.drawing.text import described, duration, length_text, si_text
 from beamviz.dynamics import Motion
 from beamviz.exports.html_page import (
     RESOLUTION,
@@ -45,33 +45,38 @@ def motion_page(motion: Motion, *, dark: bool = False) -> str:
 
 def panel(motion: Motion, values: list[dict[str, Any]]) -> str:
     """The beam and what happens to it, the present moment, the chart and a table of moments."""
-    beam, scales = motion.beam, scales_of(motion.beam.units)
+    beam = motion.beam
     rows = "".join(
         f'<tr><th scope="row">{escape(one["label"])}</th><td id="reading-{k}"></td>'
         f"<td>{escape(one['unit'])}</td></tr>"
         for k, one in enumerate(values[1:], 1)
     )
-    known = significant(scales.length * motion.error, 1)
+    known = length_text(motion.error, beam.units, 1)
     return (
-        f"<h1>{beam.described(beam.numbers)}</h1><p>{escape(described(motion))}</p>"
+        f"<h1>{escape(described(beam))}</h1><p>{escape(what_happens(motion))}</p>"
         + controls("time")
         + f'<table class="readings" aria-label="this moment">{rows}</table>'
         + chart(motion)
-        + f"<p>The tip is known to {known} {scales.metres}.</p>"
+        + f"<p>The tip is known to {known}.</p>"
         + f"<details><summary>Numbers</summary>{html_table('', motion.table)}</details>"
     )
 
 
-def described(motion: Motion) -> str:
+def what_happens(motion: Motion) -> str:
     """The motion in words."""
+    units = motion.beam.units
     parts = [motion.drive.described]
     if motion.release:
-        where = "the tip" if motion.release_at == 1 else f"{motion.release_at:g} L"
-        parts.append(f"held by a force of {motion.release:g} E I / L² at {where}, let go")
-    parts += [f"started with {size:g} L of {mode}" for mode, size in motion.start.items()]
+        where = "the tip" if motion.release_at == 1 else length_text(motion.release_at, units, 3)
+        force = f"{motion.release:g} E I / L²"
+        if units and units.force:
+            force = si_text(motion.release * units.force, "N", 3)
+        parts.append(f"held by a force of {force} at {where}, let go")
+    sizes = {mode: length_text(size, units, 3) for mode, size in motion.start.items()}
+    parts += [f"started with {size} of {mode}" for mode, size in sizes.items()]
     for event, time in (("caught", motion.catch), ("dropped", motion.drop)):
         if time is not None:
-            parts.append(f"the mass is {event} at {time:g} T*")
+            parts.append(f"the mass is {event} at {duration(time, units)}")
     if damping := motion.model["damping"]:
         parts.append(f"damping {100 * damping:g} %")
     text = "; ".join(parts)

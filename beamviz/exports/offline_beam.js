@@ -3,6 +3,7 @@ data of html_page.beam_record. */
 "use strict";
 const beamvizOffline = (() => {
   const MAX_WEDGE = Math.tan(0.5), MIN_STEP = 10; // of a mode, in resolutions; less is rounding
+  const LATE = 10000; // [ms] after which the scene should be there
   const byId = (id) => document.getElementById(id);
 
   /* The data of a script element, compressed JSON. */
@@ -20,7 +21,7 @@ const beamvizOffline = (() => {
   }
 
   const send = (type, name, values) =>
-    window.__viserMutable?.messageQueue?.push({ type, name, owner: "", ...values });
+    beamvizViser.receive({ type, name, owner: "", ...values });
 
   /* Sets the properties of a node, from those of each of its instances. */
   function update(name, instances) {
@@ -86,16 +87,17 @@ const beamvizOffline = (() => {
   which the scene is there. */
   function play(data, advance, show) {
     let before = 0;
+    setTimeout(beamvizViser.check, LATE);
     requestAnimationFrame(function frame(now) {
-      const viewer = window.__viserMutable;
       advance(Math.min(now - before, 100) / 1000);
       before = now;
       requestAnimationFrame(frame);
-      if (!viewer?.camera || !viewer.nodeRefFromName[`${data.beams[0].root}/rotor/ends`]) return;
-      const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
-      viewer.cameraControl?.zoomTo(Math.min(1, clientWidth / clientHeight));
+      const canvas = beamvizViser.canvas();
+      if (!canvas || !beamvizViser.pixel(`${data.beams[0].root}/rotor/ends`)) return;
+      const { clientWidth, clientHeight } = canvas; // the scene is fitted into a square
+      beamvizViser.zoomTo(Math.min(1, clientWidth / clientHeight));
       show();
-      viewer.requestRender();
+      beamvizViser.render();
     });
   }
 

@@ -45,3 +45,21 @@ def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case, size):
         f"[{by_id(chart)}.getBoundingClientRect()].map(r => [r.left, r.width])[0]"
     )
     assert all(left <= one["left"] and one["right"] <= left + width for one in found)
+
+
+FREE_TICKS = """(() => {
+  const chart = document.getElementById('loci-chart');
+  const flag = chart.querySelector('.flag').getBoundingClientRect();
+  return [...chart.querySelectorAll('text.tick:not(.y)')].map(e => e.getBoundingClientRect())
+    .every(tick => tick.right < flag.left || tick.left > flag.right); })()"""
+
+
+@pytest.mark.parametrize("speed", [300.0, 20000.0, 123456.0])
+def test_the_flag_of_the_beam_covers_no_number_of_the_axis(shown, url, speed):
+    """However long its number and those of the axis: a beam of 3 mm turns at 650000 rpm."""
+    size = "density=2330&area=2.5e-8&second_moment=5.2e-18&youngs_modulus=1.69e11"
+    shown.call("Page.navigate", url=f"{url}/?length=0.003&{size}&rotation_rpm={speed}")
+    shown.resize(1440, 900)
+    shown.wait(f"{by_id('loci-chart')}?.querySelector('.flag')?.innerText.endsWith('rpm')")
+    shown.wait(f"{by_id('loci-chart')}.querySelectorAll('text.tick').length > 4")
+    assert shown.evaluate(FREE_TICKS)

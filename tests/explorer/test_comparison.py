@@ -205,3 +205,12 @@ def test_with_all_modes_the_table_is_there_and_the_scene_says_why_the_second_bea
     guest.do("only", 0)
     guest.forgets("is not drawn while")
     guest.wait(lambda _: guest.nodes[OVERLAY].get("visible"))
+
+
+def test_a_second_beam_that_is_not_drawn_is_missed_at_once(guest):
+    """While all modes are shown the reason stands above the table, where it is seen."""
+    guest.choose("comparison", "mass", until="twice the mass, ω")
+    guest.choose("all_modes", True)
+    guest.wait(lambda _: comparisons.ALL_SHOWN in guest.texts["comparison"])
+    text = guest.texts["comparison"]
+    assert text.index(comparisons.ALL_SHOWN) < text.index("<table")

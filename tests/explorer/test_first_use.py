@@ -408,3 +408,37 @@ def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
             fresh.wait(f"location.search === '{query}' && {READY} && {says('1st bending')}")
             fresh.catch_up()
             fresh.wait(shown)
+
+
+# The highest point [px] of the way of the tip around the hub, and the lowest of the invitation.
+ABOVE_THE_TIP = """(() => {
+  const { camera, canvas, nodeRefFromName } = __viserMutable, scene = nodeRefFromName["/scene"];
+  const { top, height } = canvas.getBoundingClientRect();
+  const heights = [...Array(360).keys()].map(degree => {
+    const angle = degree * Math.PI / 180, tip = scene.position.clone();
+    tip.set(Math.cos(angle), Math.sin(angle), 0).applyMatrix4(scene.matrixWorld).project(camera);
+    return top + (1 - tip.y) / 2 * height; });
+  const text = document.getElementById("scene-caption").getBoundingClientRect();
+  return [Math.min(...heights), text.bottom]; })()"""
+LETTERS = 22  # [px] a line of text, of which another font may need one more on a phone
+
+
+def settled(shown: Page, script: str) -> list[float] | None:
+    """Numbers of the page that are the same some frames later, as when the view has turned."""
+    before = shown.evaluate(script)
+    shown.next_frame(20)
+    return before if before == shown.evaluate(script) else None
+
+
+@pytest.mark.parametrize(
+    "size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844), (960, 1080)], ids=str
+)
+def test_the_beam_does_not_swing_behind_the_invitation(url, size):
+    """In the stationary frame its tip passes below it, on every screen."""
+    with page(url, *size) as shown:
+        shown.resize(*size)
+        shown.wait(f"{READY} && !!{by_id('scene-caption')}.querySelector('button')")
+        shown.send("rotating_frame", False)
+        shown.catch_up()
+        tip, text = wait_until(lambda: settled(shown, ABOVE_THE_TIP))
+        assert text < tip + (LETTERS if size[0] < 500 else 0)

@@ -61,6 +61,15 @@ def test_an_answer_is_late_since_its_request_was_replaced(computer):
     assert not computer.job.status.late
 
 
+def test_a_request_that_is_replaced_before_its_work_begins_leaves_nothing_late(computer):
+    """The work is that of the latest one then."""
+    computer.job.request(1)
+    computer.job.request(2)
+    computer.compute()
+    assert (computer.job.status.result, computer.job.busy) == (2, False)
+    assert not computer.after(10).late
+
+
 @pytest.mark.parametrize(("seconds", "late"), [(0.25 * LATE, False), (1.5 * LATE, True)])
 def test_during_a_drag_an_answer_is_late_if_it_is_older_than_that(computer, seconds, late):
     """Each answer is that to an earlier request, but if computed quickly it is hardly older."""

@@ -138,11 +138,14 @@ def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(gue
     within = shown_state(session)
     assert within[3][1]
     guest.do("lesson", "", until="from before the lesson is back")
+    catch_up(guest)
     guest.shows(OWN_BEAM)
     assert shown_state(session) == before
     guest.do("undo", until=formatted(lesson("spin-up").question))
+    catch_up(guest)
     assert shown_state(session) == within
     guest.do("lesson", "")
+    catch_up(guest)
     guest.shows(OWN_BEAM)
     assert shown_state(session) == before
 
@@ -153,16 +156,19 @@ def test_a_reset_resets_the_experiment_too(guest, session):
     first = shown_state(session)[3]
     guest.do("motion.pull_at", 0.3)
     guest.do("lesson_restart", until="The scene is reset.")
+    catch_up(guest)
     assert shown_state(session)[3] == first
     guest.do("link", OWN, until=frequency_text(OWN_BEAM))
     guest.do("experiment", "stop")
     guest.press("R")
     guest.says("The scene is reset.")
+    catch_up(guest)
     assert shown_state(session)[3][:2] == (SPUN, False)
     guest.do("link", "?gamma=3", until=frequency_text(Beam(gamma=3)))
     guest.do("experiment", "stop")
     guest.press("R")
     guest.says("The scene is reset.")
+    catch_up(guest)
     assert shown_state(session)[3][:2] == (PULLED, False)
 
 
@@ -192,6 +198,7 @@ def test_back_to_a_lesson_and_out_of_it(guest, session):
     guest.do("link", "?lesson=spin-up&step=2", until=formatted(lesson("spin-up").meaning))
     guest.do("link", "?lesson=nodes", until=formatted(lesson("nodes").question))
     guest.do("lesson", "")
+    catch_up(guest)
     guest.shows(OWN_BEAM)
     assert shown_state(session) == before
 

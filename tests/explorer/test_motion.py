@@ -18,10 +18,10 @@ from live.visitor import Visitor, catch_up, visitor
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Hub
-from beamviz.explorer import explorer
+from beamviz.explorer import computed_motion, explorer
+from beamviz.explorer.computed_motion import TOLERANCE
 from beamviz.explorer.experiment import PULLED, Experiment
-from beamviz.explorer.features import motion as tab
-from beamviz.explorer.features.motion import PRESETS, TOLERANCE
+from beamviz.explorer.features.motion import PRESETS
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
@@ -79,14 +79,14 @@ def test_the_motion_is_played_and_paused(pulled, session):
     pulled.wait(lambda _: 0.1 < pulled.charts[CHART]["cursor"]["x"] < 3)
     pulled.choose("playing", False)
     catch_up(pulled)
+    pulled.wait(lambda _: "moment=" in pulled.parts["address"])
+    catch_up(pulled)
     shown = pulled.charts[CHART]["cursor"]["x"]
     assert shown == pytest.approx(session.visitor.clock.moment)
     assert shown > 0.1
-
-    def address() -> dict[str, str]:
-        return dict(parse_qsl(pulled.parts["address"]))
-
-    pulled.wait(lambda _: float(address().get("moment", 0)) == pytest.approx(shown))
+    told = dict(parse_qsl(pulled.parts["address"]))["moment"]
+    assert float(told) == pytest.approx(shown)
+    assert len(told) <= len("0.1234")
 
 
 def test_a_link_holds_the_motion(pulled, url):
@@ -259,8 +259,10 @@ def test_an_experiment_that_is_begun_again_begins_at_its_start(pulled, session):
 
 def test_a_moment_chosen_while_another_motion_arrives_is_kept(pulled, session, monkeypatch):
     """In the frame of both: the new motion is shown at it, paused, and so is the state."""
-    release, compute = threading.Event(), tab.motion
-    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    release, compute = threading.Event(), computed_motion.motion
+    monkeypatch.setattr(
+        computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
+    )
     for moment, alpha in ((1.25, 2.0), (3.5, 0.5), (0.75, 1.5)):
         release.clear()
         pulled.do("alpha", alpha)
@@ -384,10 +386,26 @@ def test_a_slider_moved_meanwhile_starts_the_motion_again(pulled, session):
     pulled.wait(is_shown)
 
 
+def test_after_a_pause_too_the_motion_of_another_beam_begins_at_its_start(pulled, session):
+    """If it is played again by then; paused it is shown at the moment of the pause."""
+    pulled.do("moment", 2.0, until=lambda _: pulled.values["moment"] == 2)
+    pulled.do("alpha", 2.0)
+    pulled.wait(lambda _: session.snapshot.film and session.snapshot.film.beam.alpha == 2)
+    wait_until(lambda: session.visitor.clock.moment == 2)
+    pulled.choose("playing", True)
+    pulled.wait(lambda _: pulled.charts[CHART]["cursor"]["x"] > 2.2)
+    assert "moment" not in dict(parse_qsl(pulled.parts["address"]))
+    pulled.do("alpha", 2.5)
+    pulled.wait(lambda _: session.snapshot.film.beam.alpha == 2.5)
+    wait_until(lambda: session.visitor.clock.moment < 2)
+
+
 def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monkeypatch):
     """In the scene and beside the charts, from the first moment."""
-    release, compute = threading.Event(), tab.motion
-    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    release, compute = threading.Event(), computed_motion.motion
+    monkeypatch.setattr(
+        computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
+    )
     assert "The tip is at most" in pulled.texts["motion-list"]
     try:
         pulled.do("alpha", 2.5)

@@ -14,7 +14,8 @@ from live.visitor import Visitor, visitor
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.errors import NotConverged
-from beamviz.explorer import explorer
+from beamviz.explorer import computed_motion, explorer
+from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
 from beamviz.explorer.experiment import RANGES
 from beamviz.explorer.feature import Feature, Part, same, tabs
@@ -201,7 +202,7 @@ def possible_again(guest: Guest) -> Action | None:
     own = state.case.numbers | state.case.options
     if not state.case.nearest_beam().is_uniform:
         return "blade.uniform", None
-    if answer is None or answer.result is None or not motion_tab.can_move(state):
+    if answer is None or answer.result is None or not can_move(state):
         return next(((name, one) for name, one in POSSIBLE.items() if own[name] != one), None)
     return None
 
@@ -231,7 +232,7 @@ def servers(frame_loops) -> Iterator[Servers]:
         resolutions = {name: one[:1] for name, one in method_timing.RESOLUTIONS.items()}
         patch.setattr(method_timing, "RESOLUTIONS", resolutions)
         for name in ("motion", "motion_without_stiffening"):
-            patch.setattr(motion_tab, name, coarse_motion(getattr(motion_tab, name)))
+            patch.setattr(computed_motion, name, coarse_motion(getattr(computed_motion, name)))
         urls = [
             stack.enter_context(explorer(one)) for one in (START.changed(playing=False), ELSEWHERE)
         ]

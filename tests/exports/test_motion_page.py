@@ -13,6 +13,7 @@ from live.browser import Page, by_id, page
 from beamviz import Beam, Ramp, motion
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.dynamics import Motion
+from beamviz.explorer.features.real_beam import PRESETS
 from beamviz.exports.motion_files import export_motion
 from beamviz.exports.motion_page import LONGEST, motion_page
 from beamviz.exports.motion_scene import MotionScene
@@ -50,6 +51,20 @@ def test_it_needs_nothing_but_itself(document):
     for words in ("let go", "dropped at 1.5", "<svg", "gamma", 'id="marker"'):
         assert words in panel
     assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
+
+
+def test_a_real_beam_is_described_in_its_units():
+    """In its heading and its words; the error of the tip too."""
+    arm = PRESETS["spin-up arm"].beam.replace(alpha=1)
+    panel = motion_page(motion(arm, 1, release=0.5, drop=0.5, tolerance=1e-3)).partition("<aside")[
+        2
+    ]
+    words = panel[: panel.index("<svg")]
+    assert "<h1>mass 12 kg, position 10 m, speed 57.2958 rpm, hub 0 m" in words
+    assert f"a force of {0.5 * arm.units.force:.0f} N at the tip" in words
+    assert f"dropped at {500 * arm.units.time:.0f} ms" in words
+    assert not re.search(r"E I|\d L\b|T\*", words)
+    assert re.search(r"The tip is known to \d+(\.\d+)? (mm|µm)\.", panel)
 
 
 def test_it_holds_the_motion(document, moved):

@@ -19,8 +19,8 @@ from beamviz.drawing.text import (
     significant,
 )
 from beamviz.explorer import page
+from beamviz.explorer.computed_motion import is_before
 from beamviz.explorer.feature import Feature, Part, fading
-from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot

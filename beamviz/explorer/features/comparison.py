@@ -78,11 +78,11 @@ def table_content(
         text = f"<p>{escape(f'{title}: {second.message}')}</p>"
     elif second and second.solution and answer and answer.solution:
         pair = (THIS, answer.solution), (title, second.solution)
-        text = comparison_table(*(pair[::-1] if earlier else pair))
+        table = comparison_table(*(pair[::-1] if earlier else pair))
         reason = (
             ALL_SHOWN if all_modes else f"Not drawn: {second.warning}" if second.warning else ""
         )
-        text += page.note(reason.replace("\n", ", "))
+        text = page.note(reason.replace("\n", ", ")) + table
     return page.html("comparison", text)
 
 

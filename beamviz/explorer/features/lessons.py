@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from beamviz.beam import NUMBERS
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE
 from beamviz.drawing.modes import rotated
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
@@ -20,7 +21,7 @@ from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.jobs import SolverAnswer, solver_answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import NO_COMPARISON, Case, State
+from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import loci
@@ -171,9 +172,7 @@ def lesson_rate(name: str) -> float | None:
     if lesson(name).motion:
         return None
     scene = lesson(name).scene
-    case, nothing = Case.of(scene), (NO_COMPARISON, None, False)
-    answer = solver_answer(case)
-    return picture_of(answer, None, "", scene.view, nothing, None, 0.0, 1000.0, case, False).rate
+    return picture_of(solver_answer(Case.of(scene)), scene.view, DEFAULT_SCALE).rate
 
 
 def at_step(state: State, step: int) -> State:

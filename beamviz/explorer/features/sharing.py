@@ -27,12 +27,13 @@ from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
+from beamviz.explorer.computed_motion import JOB as MOTION
+from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
-from beamviz.explorer.features.motion import JOB as MOTION
-from beamviz.explorer.features.motion import MOTION_KINDS, wanted
+from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content

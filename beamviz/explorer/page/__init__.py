@@ -26,8 +26,16 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
 
 ROOT = '<div id="root"></div>'  # of viser's page
-STYLES = tuple(f"explorer/page/{name}.css" for name in ("page", "chart"))
-SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map"))
+STYLES = (
+    "server/viser.css",
+    "drawing/captions.css",
+    *(f"explorer/page/{name}.css" for name in ("page", "chart")),
+)
+SCRIPTS = (
+    "server/viser.js",
+    "drawing/captions.js",
+    *(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map")),
+)
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
 
@@ -47,8 +55,7 @@ log = RateLimitedLog(__name__)
 def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
     """viser's page with our elements around its scene, our style and our scripts. tabs: names and
     contents (HTML) by key, in their order."""
-    style = package_text(*STYLES, "drawing/captions.css")
-    script = package_text(*SCRIPTS, "drawing/captions.js")
+    style, script = package_text(*STYLES), package_text(*SCRIPTS)
     heads = panels = ""
     for k, (key, (name, content)) in enumerate(tabs.items()):
         tab, panel = f"to-{key}", f"tab-{key}"

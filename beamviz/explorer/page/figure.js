@@ -6,6 +6,7 @@ const beamvizFigure = (() => {
   const TOP = 20, LEFT = 62; // [px] of the margins
   const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
   const LETTERS = 15; // [px] height of a label
+  const LETTER = 9; // [px] width of a letter or digit
   const HOLD = 600; // [ms] during which a place set here is shown instead of the server's
   const CLICK = 4; // [px] a touch that moves less, or up or down, is a tap or a scroll
   const POINTER = {
@@ -287,7 +288,7 @@ const beamvizFigure = (() => {
       if (this.own && !this.pressed && performance.now() > this.own.until) this.own = null;
       const { clientWidth: width, clientHeight: height } = this.plot;
       if (!x || !width || !height) return false;
-      this.letters = 4 + 9 * Math.max(3, ...this.lines.map((line) => line.label.length));
+      this.letters = 4 + LETTER * Math.max(3, ...this.lines.map((line) => line.label.length));
       this.low = height < LOW;
       this.bottom = height - (this.low ? 24 : 42);
       this.plot.style.setProperty("--bottom", `${height - this.bottom}px`);
@@ -321,13 +322,15 @@ const beamvizFigure = (() => {
       const { x, y } = this.data, right = this.right, bottom = this.bottom;
       const short = bottom - TOP < 130; // only the symbol with its unit has room beside the axis
       const title = (short && y.label.match(/\S+ \[.*\]$/)?.[0]) || y.label;
+      const flag = this.flag && this.data.cursor ? this.describe(this.place).length : 0;
       let made = "", beside = right + 16;
       for (const [value, content] of ticks(this.range, x.log, (right - LEFT) / 70)) {
-        const at = this.px(value), covered = this.flag && Math.abs(at - this.px(this.place[0])) < 52;
+        const at = this.px(value), half = LETTER * (flag + content.length) / 2 + 12; // of the flag and the tick
+        const covered = flag && Math.abs(at - this.px(this.place[0])) < half;
         made += `<path class="grid" d="M${px(at)} ${TOP}V${bottom}"/>`;
         if (covered) continue;
         made += this.text("tick", at, bottom + 17, content);
-        beside = Math.max(beside, at + 4.5 * content.length + 6);
+        beside = Math.max(beside, at + LETTER * content.length / 2 + 6);
       }
       for (const [value, content] of ticks(this.yRange, y.log, (bottom - TOP) / 30)) {
         const at = this.py(value);
@@ -404,13 +407,14 @@ const beamvizFigure = (() => {
        rows: in as many as they have room in. */
     labels() {
       const { beside, above } = this.ends(), wide = this.letters;
-      const heights = spread(beside.map((one) => one.y), LETTERS / this.columns, this.bottom);
+      const lowest = this.bottom - (this.low ? 4 : 0); // the unit of the x axis stands below
+      const heights = spread(beside.map((one) => one.y), LETTERS / this.columns, lowest);
       const rows = Math.ceil((above.length * wide) / (this.right - LEFT)) || 1;
       const places = spread(above.map((one) => one.x), wide / rows, this.right - wide / 2);
-      const lowest = Array(this.columns).fill(-Infinity); // label of each column so far
+      const last = Array(this.columns).fill(-Infinity); // label of each column so far
       return beside.map((one, k) => {
-        const free = lowest.findIndex((y) => heights[k] - y >= LETTERS - 1e-6);
-        lowest[free] = heights[k];
+        const free = last.findIndex((y) => heights[k] - y >= LETTERS - 1e-6);
+        last[free] = heights[k];
         const x = (one.x ?? this.right) + 5 + free * wide;
         return this.text(`label ${one.style}`, x, heights[k] + 4.5, one.label);
       }).join("") + above.map((one, k) => {

@@ -17,6 +17,7 @@ const beamviz = (() => {
   /** @type {(id: string) => any} */
   const byId = (id) => document.getElementById(id);
   const media = (query) => matchMedia(`(${query})`);
+  const replaceAddress = beamvizViser.ownAddress();
   const isTyped = (e) => e.matches?.("input[type=text], textarea, select");
 
   // To the server
@@ -32,7 +33,7 @@ const beamviz = (() => {
     const text = JSON.stringify([++count, action, value]);
     if (text.length > 130000) return;
     const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
-    window.__viserMutable?.sendMessage(message);
+    beamvizViser.send(message);
   }
 
   /* Sends immediately, and after that the latest value every PERIOD. */
@@ -59,6 +60,8 @@ const beamviz = (() => {
     if (update.bridge) {
       bridge = update.bridge;
       for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
+      beamvizViser.check();
+      nameCanvas();
     }
     const rows = rowPlaces(), step = lessonStep(), guessed = byId("try"), met = isMet();
     Object.assign(values, update.values); // the new texts show them
@@ -119,7 +122,7 @@ const beamviz = (() => {
     if (address !== null) return void (address = query);
     address = query;
     const url = location.pathname + (query && `?${query}`);
-    if (sceneOf(query) === sceneOf(location.search)) history.replaceState(null, "", url);
+    if (sceneOf(query) === sceneOf(location.search)) replaceAddress(url);
     else history.pushState(null, "", url); // Back returns to it
     setTimeout(() => {
       const latest = address;
@@ -411,7 +414,7 @@ const beamviz = (() => {
   /* viser moves its camera by letters and arrows: it gets only arrows, with focus on the scene. */
   function onKey(event) {
     const e = event.target, key = event.key.toLowerCase();
-    const inViser = e.closest?.("#root [role=dialog], .mantine-Modal-root, .mantine-Spotlight-root");
+    const inViser = e.closest?.("[role=dialog]"); // ours are no dialogs by their role
     if (e.matches?.(TAB)) onTabKey(event, e);
     if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
     if ((event.ctrlKey || event.metaKey) && key === "z" && !isTyped(e)) {
@@ -420,7 +423,7 @@ const beamviz = (() => {
     }
     if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input, select") && !inViser) {
       event.preventDefault();
-      document.body.dispatchEvent(new KeyboardEvent("keydown", event));  // ignored by viser in inputs
+      beamvizViser.openPalette(event);
     }
     if (event.ctrlKey || event.metaKey || event.altKey || isTyped(e) || inViser) return;
     const letter = key.length === 1 && key !== " ";
@@ -430,16 +433,13 @@ const beamviz = (() => {
     all(`[data-key="${CSS.escape(key)}"]`)[0]?.click();
   }
 
-  /* Shows a message while viser is reconnecting; gives its canvas a name and a tab stop. */
-  function watchViser() {
-    const [canvas] = all("#root canvas[data-engine]");
-    if (canvas && !canvas.ariaLabel) {
-      canvas.setAttribute("role", "img");
-      canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
-      canvas.tabIndex = 0;
-    }
-    const offline = Boolean(bridge) && /not connected/.test(window.__viserMutable?.sendMessage);
-    if (offline !== byId("offline").open) byId("offline")[offline ? "show" : "close"]();
+  /* Gives the canvas of the scene a name and a tab stop. */
+  function nameCanvas() {
+    const canvas = beamvizViser.canvas();
+    if (!canvas) return;
+    canvas.setAttribute("role", "img");
+    canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
+    canvas.tabIndex = 0;
   }
 
   /* Shows the open text, if any, beside its question mark. */
@@ -453,27 +453,9 @@ const beamviz = (() => {
     text.style.top = `${below ? at.bottom + 6 : Math.max(8, at.top - 6 - height)}px`;
   }
 
-  /* Under a path: tells viser the address of its WebSocket, for which it would leave out the slash at the end, where
-     many a proxy passes nothing on; and keeps the address of the page, to which viser adds that of its WebSocket. */
-  function keepAddress() {
-    const replace = history.replaceState.bind(history);
-    const { origin, pathname, search } = location;
-    if (pathname !== "/") {
-      const query = new URLSearchParams(search);
-      query.set("websocket", origin.replace("http", "ws") + pathname);
-      replace(null, "", `?${query}`);
-    }
-    let own = pathname + search;
-    history.replaceState = (data, title, url) => {
-      if (title !== "Viser") replace(data, "", url);
-      else if (own) replace(null, "", own);
-      own = "";
-    };
-  }
-
   function start() {
-    keepAddress();
-    setInterval(watchViser, 1000);
+    beamvizViser.watchConnection((isConnected) => byId("offline")[isConnected ? "close" : "show"]());
+    beamvizViser.quietPointer();
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));
     byId("skip").onclick = (event) => {
@@ -498,8 +480,6 @@ const beamviz = (() => {
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
     document.addEventListener("pointerdown", (event) => {
       held = event.target.closest(ALL);
-      // viser calls it in a passive listener: without effect, but with an error in the console
-      if (event.target.matches("#root canvas")) event.preventDefault = () => {};
     }, true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
