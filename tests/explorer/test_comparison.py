@@ -195,6 +195,18 @@ def test_a_change_has_two_digits_and_no_exponent(change, text):
     assert percent(change) == text
 
 
+def test_with_all_modes_the_table_is_there_and_the_scene_says_why_the_second_beam_is_not(guest):
+    """It is drawn again when one mode is shown."""
+    guest.do("tab", "compare")
+    guest.do("all_modes", True)
+    guest.do("comparison", "mass", until="twice the mass, ")
+    assert len(rows(guest.texts["comparison"])) >= 5
+    guest.says("The second beam is not drawn while all modes are shown.")
+    guest.do("only", 0)
+    guest.forgets("is not drawn while")
+    guest.wait(lambda _: guest.nodes[OVERLAY].get("visible"))
+
+
 def test_a_second_beam_that_is_not_drawn_is_missed_at_once(guest):
     """While all modes are shown the reason stands above the table, where it is seen."""
     guest.choose("comparison", "mass", until="twice the mass, ω")

@@ -83,7 +83,10 @@ class Guest:
         wait_until(lambda: self.on_loop(condition), LONG, f": {condition}")
 
     def settle(self) -> None:
-        """Wait until the page is at rest, and receive all that was sent to it."""
+        """Wait until the page is at rest, and receive all that was sent to it. It is drawn once
+        more, as where a browser tells that its camera has been moved."""
+        self.wait(self.is_at_rest)
+        self.on_loop(self.session.visitor.wake)
         self.wait(self.is_at_rest)
         token = f"{id(self)} {next(self.tokens)}"
         self.on_loop(lambda: self.session.visitor.page.say(token))
