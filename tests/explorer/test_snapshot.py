@@ -92,7 +92,7 @@ def edit(chance: random.Random) -> tuple[str, Any]:
         ("go_to_event", chance.choice(("B3 S1 1", "B2 S1 1", "2 B1 1"))),
         ("move_beam", f"{chance.uniform(0, 15):.3g} {chance.uniform(0, 1):.3g}"),
         ("real.preset", chance.choice(list(PRESETS))),
-        (chance.choice(("real.length", "real.thickness", "real.mass")), chance.uniform(0, 900)),
+        (chance.choice(("real.length", "real.thickness", "real.width")), chance.uniform(0, 900)),
         ("real.section", chance.choice(("rectangle", "tube", "own"))),
         ("dimensionless", None),
         ("blade.preset", chance.choice(list(BLADES))),
