@@ -2,11 +2,15 @@
 
 type Scalar = string | number | boolean | null;
 
+/** The data-... attributes of elements. */
+type Attributes = Partial<Record<"set" | "do" | "value" | "paste" | "dialog" | "point" | "unit" | "row", string>>;
+
 /** An element of the page, with the properties of all its controls and dialogs, and our own: typed:
     it has a text that the server has not; later, timer: under way. */
 interface Part extends HTMLInputElement {
   closest(selector: string): Part | null;
   readonly parentElement: Part | null;
+  readonly dataset: Attributes;
   open: boolean;
   show(): void;
   showModal(): void;
