@@ -127,7 +127,7 @@ class MapTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job(JOB, MapRequest.solve)
-        self.page.on("move_beam", self.move_beam)
+        self.page.on("move_beam", self.move_beam, str)
 
     def move_beam(self, place: Any) -> None:
         """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""

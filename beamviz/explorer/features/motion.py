@@ -174,10 +174,11 @@ class MotionTab(Feature):
         super().__init__(visitor)
         visitor.job(JOB, MotionRequest.computed)
         visitor.job(PULL_JOB, PullRequest.pulled)
-        for name in (*RANGES, *CHOICES, "unstiffened"):
-            self.page.on(f"motion.{name}", partial(self.edit, name))
-        self.page.on("experiment", self.begin)
-        self.page.on("moment", self.go_to)
+        takes = {**dict.fromkeys(RANGES, float), **dict.fromkeys(CHOICES, str), "unstiffened": bool}
+        for name, kind in takes.items():
+            self.page.on(f"motion.{name}", partial(self.edit, name), kind)
+        self.page.on("experiment", self.begin, str)
+        self.page.on("moment", self.go_to, float)
         self.page.on("motion.play", self.play)
 
     def edit(self, name: str, value: Any) -> None:
