@@ -260,9 +260,10 @@ def played(state: State) -> State:
 
 
 def reason_of(snapshot: Snapshot) -> str:
-    """Why there is no motion."""
+    """Why there is no motion; "" while that is not known."""
     answer = answer_of(snapshot)
     known = answer is not None and answer.result is None and not answer.cancelled
+    known = known and not is_before(snapshot)
     return answer.message if answer and known else ""
 
 
