@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, ClassVar, NamedTuple
 
 from beamviz.explorer.jobs import SOLUTION
-from beamviz.explorer.page import Content, faded
+from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
 
@@ -41,11 +41,22 @@ def tab_named(key: str) -> str:
 
 class Part(NamedTuple):
     """A part of the page. reads: returns what the part depends on, of a snapshot; shows: returns
-    the contents of the page for these, and depends on nothing else. It is called again when one of
-    them is another object, or, of the plain types, has another value."""
+    the contents of the page for these, and depends on nothing else; ids: of its elements and the
+    keys of its controls. It is called again when one of the readings is another object, or, of the
+    plain types, has another value."""
 
     reads: Callable[[Snapshot], tuple[Any, ...]]
     shows: Callable[..., Content]
+    ids: Collection[str]
+
+    def content(self, *reading: Any) -> Content:
+        """The contents of the page for what was read. They name all elements of the part, also
+        those that show nothing: what is not named would go on to show an earlier snapshot. Raises
+        ValueError where one is missing."""
+        content = self.shows(*reading)
+        if missing := {*self.ids} - names(content):
+            raise ValueError(f"{self.shows} says nothing of {', '.join(sorted(missing))}")
+        return content
 
 
 class Feature:
@@ -77,7 +88,7 @@ class Feature:
 def fading(jobs: Collection[str], *ids: str) -> Part:
     """The part that marks elements, by their ids, while they show what is not that of the numbers
     beside them: one of these jobs, or that of the modes, has not answered its latest request."""
-    return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids))
+    return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids), ids)
 
 
 PLAIN = (str, int, float, bool, tuple, frozenset, type(None))

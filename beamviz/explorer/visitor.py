@@ -114,7 +114,7 @@ class Visitor:
         """Solve the case of the state, unless a presenter does."""
         if not (self.state.following and self.presenter()):
             case = self.state.shown_case
-            self.solver.request(Cases(case, comparison_case(self.state, case).case))
+            self.solver.request(Cases(case, comparison_case(self.state, case)))
 
     def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
         """Show another scene, with other values of the state by field name; replaced: see
@@ -180,13 +180,12 @@ class Visitor:
         """The snapshot of this moment."""
         with self.lock:
             state, view = self.state, self.client.camera
-            answer, second = self.solver.pair
-            case = answer.request if answer else state.shown_case
+            answer, second, comparison = self.solver.compared
             return Snapshot(
                 state=state,
                 answer=answer,
                 second=second,
-                comparison=comparison_case(state, case),
+                comparison=comparison,
                 jobs=MappingProxyType({name: job.status for name, job in self.jobs.items()}),
                 clock=self.clock,
                 aspect=view.aspect,

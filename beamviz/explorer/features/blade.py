@@ -94,10 +94,10 @@ class BladePanel(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(tables_read, tables_content),
-            Part(lambda s: (is_shown(s.state), s.state.case), numbers_content),
-            Part(reasons_read, reasons_content),
-            Part(chart_read, chart_content),
+            Part(tables_read, tables_content, ("blade",)),
+            Part(numbers_read, numbers_content, ("blade-numbers",)),
+            Part(reasons_read, reasons_content, ("blade-reasons", PASTE)),
+            Part(chart_read, chart_content, ("blade-chart",)),
         )
 
     # Edits
@@ -318,10 +318,15 @@ def is_made_from(preset: Preset, physical: PhysicalBeam) -> bool:
     return of_preset is not None and draft_of(of_preset).stations == draft_of(physical).stations
 
 
+def numbers_read(snapshot: Snapshot) -> tuple[bool, Case]:
+    return is_shown(snapshot.state), snapshot.state.case
+
+
 def numbers_content(shown: bool, case: Case) -> Content:
-    """The dimensionless numbers, and values that are likely in another unit."""
+    """The dimensionless numbers, and values that are likely in another unit; nothing while the
+    panel is not there."""
     if not shown:
-        return {}
+        return page.html("blade-numbers", "")
     beam = case.nearest_beam()
     assert beam.units
     text = (
@@ -339,9 +344,10 @@ def reasons_read(snapshot: Snapshot) -> tuple[Any, ...]:
 def reasons_content(
     shown: bool, draft: Draft | None, case: Case | None, refused: Refused | None
 ) -> Content:
-    """Why the tables describe no beam, and why the last entry was refused."""
+    """Why the tables describe no beam, and why the last entry was refused; nothing while the panel
+    is not there."""
     if not shown:
-        return {}
+        return page.html("blade-reasons", "") | page.value(PASTE, "")
     reasons = reasons_of(draft, case) if draft and case else []
     entry = ""
     if refused and refused.key.startswith("blade"):
@@ -445,10 +451,12 @@ def chart_read(snapshot: Snapshot) -> tuple[Any, ...]:
 
 
 def chart_content(shown: bool, blade: Blade | None, units: Units | None) -> Content:
-    """The properties along the span, each over its value at the root."""
+    """The properties along the span, each over its value at the root; nothing while the panel is
+    not there."""
     if not shown or units is None:
-        return {}
-    return page.chart("blade-chart", properties_data(blade or UNIFORM, units.length))
+        return page.props("blade-chart", hidden=True)
+    content = page.props("blade-chart", hidden=False)
+    return content | page.chart("blade-chart", properties_data(blade or UNIFORM, units.length))
 
 
 def properties_data(blade: Blade, length: float) -> page.Data:

@@ -48,7 +48,7 @@ class ComparisonTab(Feature):
 
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(reads, table_content),)
+        return (Part(reads, table_content, ("comparison",)),)
 
 
 def reads(snapshot: Snapshot) -> tuple[object, ...]:
@@ -59,7 +59,7 @@ def reads(snapshot: Snapshot) -> tuple[object, ...]:
         snapshot.second,
         snapshot.comparison.title,
         snapshot.comparison.case is None,
-        state.comparison == EARLIER,
+        snapshot.comparison.choice == EARLIER,
         state.view.all_modes,
     )
 

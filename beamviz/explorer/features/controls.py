@@ -159,10 +159,12 @@ class Controls(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (), self.fixed_content),
-            Part(lambda s: (s.state,), self.bound_content),
-            Part(lambda s: (s.undo, s.redo), history_content),
-            Part(lambda s: (s.state.case, s.state.run_speed), numbers_content),
+            Part(lambda s: (), self.fixed_content, (*CONTENT, "presenter")),
+            Part(
+                lambda s: (s.state,), self.bound_content, (*self.visitor.controls, "open", "dark")
+            ),
+            Part(lambda s: (s.undo, s.redo), history_content, ("undo", "redo")),
+            Part(lambda s: (s.state.case, s.state.run_speed), numbers_content, tuple(NUMBERS)),
         )
 
     def fixed_content(self) -> Content:

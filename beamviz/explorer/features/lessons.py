@@ -120,9 +120,9 @@ class Lessons(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lesson_reads, lesson_content),
-            Part(verdict_reads, verdict_content),
-            Part(lambda s: (s.state.lesson, s.state.met), cards_content),
+            Part(lesson_reads, lesson_content, ("lesson", "lesson-text")),
+            Part(verdict_reads, verdict_content, ("verdict",)),
+            Part(lambda s: (s.state.lesson, s.state.met), cards_content, ("tab-lessons", "met")),
         )
 
 

@@ -15,6 +15,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
@@ -283,7 +284,7 @@ class RealBeamPanel(Feature):
 
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(lambda s: (s.state.case, s.state.section, s.state.refused), panel_content),)
+        return (Part(panel_reads, panel_content, ("real-beam",)),)
 
     def edit(self, name: str, value: Any) -> None:
         self.load(f"real.{name}", lambda beam: edited(beam, name, value), value)
@@ -326,6 +327,12 @@ def load(
         visitor.change(lambda state: replace(state, **values))
     else:
         visitor.load(replace(scene, beam=beam, camera=None), **values)
+
+
+def panel_reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """The beam, the kind of section whose dimensions are shown, and the entry that was refused."""
+    state = snapshot.state
+    return state.case, state.section, state.refused
 
 
 def panel_content(case: Case, section: str, refused: Refused | None) -> Content:

@@ -27,12 +27,13 @@ from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
+from beamviz.explorer.computed_motion import JOB as MOTION
+from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
-from beamviz.explorer.features.motion import JOB as MOTION
-from beamviz.explorer.features.motion import MOTION_KINDS, wanted
+from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
@@ -317,15 +318,15 @@ class Links(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state, s.chosen), self.address),
-            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content),
+            Part(lambda s: (s.state, s.chosen), self.address, ("copy-link",)),
+            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content, ()),
         )
 
     def address(self, state: State, chosen: Camera | None) -> Content:
         """The address of the state, unless the page has not sent its own; none, with the reason,
         for a beam that is too long for one."""
         if state.reserved is None:
-            return {}
+            return page.props("copy-link", disabled=False, title=None)
         query = reason = ""
         try:
             query = query_of(state, chosen, self.start)
@@ -336,7 +337,7 @@ class Links(Feature):
 
 
 def shown_content(is_shown: bool) -> Content:
-    """The scene, which is hidden until it is that of the address."""
+    """The scene, which is hidden until it is that of the address for the first time."""
     return page.props("scene", data_ready="") if is_shown else {}
 
 
@@ -430,6 +431,8 @@ class File:
 
 
 JOB = "file"
+# Ids of the elements that show the progress of a file, in the tabs Export and Motion.
+PROGRESS = "export-work", "export-progress", "export-state", "motion-file-work", "motion-file-state"
 
 
 class Files(Feature):
@@ -451,8 +454,8 @@ class Files(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (), lambda: page.html("tab-export", export_tab())),
-            Part(progress_reads, progress_content),
+            Part(lambda s: (), lambda: page.html("tab-export", export_tab()), ("tab-export",)),
+            Part(progress_reads, progress_content, PROGRESS),
         )
 
     def save(self) -> None:

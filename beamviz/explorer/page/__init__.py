@@ -120,6 +120,11 @@ def chart(id: str, data: Data) -> Content:
     return {("charts", id, name): one for name, one in data.items()}
 
 
+def names(content: Content) -> set[str]:
+    """The ids and keys of the elements and controls that contents are of."""
+    return {path[1] if len(path) > 1 else path[0] for path in content}
+
+
 class Page:
     """Sends changes to the page, those between two messages at once, and handles its actions.
 
