@@ -412,7 +412,7 @@ KINDS = {
     ".gif": ("Film (GIF)", "A seamless loop, for slides"),
     ".webp": ("Film (WebP)", "The same, smaller"),
     ".mp4": ("Film (MP4)", "The same, for video software"),
-    ".html": ("Page (HTML)", "Scene, chart and table in one file that plays offline"),
+    ".html": ("Page (HTML)", "One file that plays offline, light or dark as this page is now"),
     ".glb": ("3D model (GLB)", "Animated, for 3D software"),
     ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
