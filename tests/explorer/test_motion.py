@@ -417,6 +417,22 @@ def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monk
     pulled.wait(lambda _: "Motion in time" in pulled.texts["scene-caption"])
 
 
+def test_the_reason_against_a_motion_goes_with_its_beam(guest, monkeypatch):
+    """While the motion of the next beam is computed, the sentence is about that."""
+    guest.do("link", SHORT)
+    guest.do("blade.preset", "tapered-steel-blade")
+    guest.wait(lambda _: "uniform clamped beam" in guest.texts["motion-words"])
+    release, compute = threading.Event(), computed_motion.motion
+    monkeypatch.setattr(
+        computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
+    )
+    try:
+        guest.do("undo")
+        guest.wait(lambda _: "the beam is pulled" in guest.texts["motion-words"])
+    finally:
+        release.set()
+
+
 def test_a_hub_is_turned_by_a_torque(guest, session):
     """From rest, backwards too: the tip, the speed that the scene tells, and the lines of the
     spectrum at the speed reached. The controls of the hub are there, and a link holds them."""

@@ -114,7 +114,7 @@ def edits(chance: random.Random, *, blades: bool) -> dict[str, list[Action]]:
             ("reset_view", None),
             ("real.preset", chance.choice(list(PRESETS))),
             (
-                chance.choice(("real.length", "real.thickness", "real.mass")),
+                chance.choice(("real.length", "real.thickness", "real.width")),
                 chance.uniform(0, 900),
             ),
             ("real.section", chance.choice(("rectangle", "tube", "own", "along"))),

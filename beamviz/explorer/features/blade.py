@@ -59,8 +59,8 @@ class BladePanel(Feature):
         super().__init__(visitor)
         on = partial(self.page.on, max_text=2 * MAX_TOML_BYTES)
         for name in TABLES:
-            on(f"blade.{name}", partial(self.type, name))
-            on(f"blade.{name}.remove", partial(self.remove, name))
+            on(f"blade.{name}", partial(self.type, name), str)
+            on(f"blade.{name}.remove", partial(self.remove, name), int)
         on(
             "blade.stations.add",
             lambda _: self.edit(
@@ -79,14 +79,15 @@ class BladePanel(Feature):
                 lambda draft, _: draft._replace(stations=sorted_rows(draft.stations))
             ),
         )
-        on("blade.root", self.choose_root)
+        on("blade.root", self.choose_root, str)
         on(
             "blade.spring",
             lambda value: self.edit(lambda draft, _: draft._replace(root=str(value))),
+            float,
         )
-        on(PASTE, lambda text: self.paste(PASTE, str(text)))
-        on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]))
-        on("blade.preset", self.choose)
+        on(PASTE, lambda text: self.paste(PASTE, str(text)), str)
+        on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]), str)
+        on("blade.preset", self.choose, str)
         on("blade.begin", self.begin)
         on("blade.uniform", lambda _: load(visitor, "", uniform, section="own"))
 

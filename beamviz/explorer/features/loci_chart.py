@@ -283,8 +283,10 @@ class LociTab(Feature):
         self.charts = visitor.job(CHART, ChartRequest.chart)
         visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
-            visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
-        self.page.on("go_to_event", self.go_to)
+            visitor.bind(
+                f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k), takes=bool
+            )
+        self.page.on("go_to_event", self.go_to, str)
 
     def go_to(self, key: Any) -> None:
         """Move the beam to an event, and show its modes."""

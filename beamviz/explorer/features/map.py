@@ -127,7 +127,7 @@ class MapTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job(JOB, MapRequest.solve)
-        self.page.on("move_beam", self.move_beam)
+        self.page.on("move_beam", self.move_beam, str)
 
     def move_beam(self, place: Any) -> None:
         """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""
@@ -140,11 +140,14 @@ class MapTab(Feature):
                 self.visitor.change(lambda state: moved(state, numbers, ends))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
-        """The map while the tab is open."""
+        """The map while the tab is open; while it is closed, one that was begun for this beam goes
+        on."""
         state, case = snapshot.state, snapshot.drawn_case
-        if case is None or state.tab != self.tab.key:
+        if case is None:
             return {}
-        return {JOB: MapRequest.around(case, (state.over, state.across), state.map_ends)}
+        request = MapRequest.around(case, (state.over, state.across), state.map_ends)
+        goes_on = state.tab == self.tab.key or self.visitor.jobs[JOB].latest == request
+        return {JOB: request if goes_on else None}
 
     @property
     def parts(self) -> Iterable[Part]:

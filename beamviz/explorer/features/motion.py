@@ -174,10 +174,11 @@ class MotionTab(Feature):
         super().__init__(visitor)
         visitor.job(JOB, MotionRequest.computed)
         visitor.job(PULL_JOB, PullRequest.pulled)
-        for name in (*RANGES, *CHOICES, "unstiffened"):
-            self.page.on(f"motion.{name}", partial(self.edit, name))
-        self.page.on("experiment", self.begin)
-        self.page.on("moment", self.go_to)
+        takes = {**dict.fromkeys(RANGES, float), **dict.fromkeys(CHOICES, str), "unstiffened": bool}
+        for name, kind in takes.items():
+            self.page.on(f"motion.{name}", partial(self.edit, name), kind)
+        self.page.on("experiment", self.begin, str)
+        self.page.on("moment", self.go_to, float)
         self.page.on("motion.play", self.play)
 
     def edit(self, name: str, value: Any) -> None:
@@ -259,9 +260,10 @@ def played(state: State) -> State:
 
 
 def reason_of(snapshot: Snapshot) -> str:
-    """Why there is no motion."""
+    """Why there is no motion; "" while that is not known."""
     answer = answer_of(snapshot)
     known = answer is not None and answer.result is None and not answer.cancelled
+    known = known and not is_before(snapshot)
     return answer.message if answer and known else ""
 
 

@@ -98,6 +98,7 @@ THICK = {
 }  # units of a section whose parts are far from its axis
 FAR = 0.1  # [m] radius of gyration of such a section
 ALONG = "along"  # the section varies along the span: see blade.py
+OF_MATERIAL = ("youngs_modulus", "density")  # fields; other numbers of FIELDS have sliders
 SECTION_NAMES = {
     "rectangle": "rectangle b × h",
     "tube": "tube",
@@ -271,11 +272,12 @@ class RealBeamPanel(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        for name in FIELDS:
-            self.page.on(f"real.{name}", partial(self.edit, name))
-        self.page.on("real.preset", self.choose)
-        self.page.on("real.material", self.choose_material)
-        self.page.on("real.section", self.choose_section)
+        sizes = (name for section in SECTIONS.values() for name in section.sizes)
+        for name in dict.fromkeys(("length", *OF_MATERIAL, *sizes)):
+            self.page.on(f"real.{name}", partial(self.edit, name), float)
+        self.page.on("real.preset", self.choose, str)
+        self.page.on("real.material", self.choose_material, str)
+        self.page.on("real.section", self.choose_section, str)
         self.page.on(
             "dimensionless", lambda _: self.load("", lambda beam: beam.replace(units=None))
         )
@@ -389,7 +391,6 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
     plane = page.button("in plane", data_set="plane", data_value="chordwise")
     plane += page.button("out of plane", data_set="plane", data_value="flapwise")
-    others = ("youngs_modulus", "density")  # the other numbers have sliders
     return (
         '<details class="real" open><summary>Real beam</summary>'
         f'<div class="choices">{BUTTONS}'
@@ -397,7 +398,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
-        f"{''.join(map(field, others))}"
+        f"{''.join(map(field, OF_MATERIAL))}"
         f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"

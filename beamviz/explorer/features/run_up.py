@@ -154,7 +154,9 @@ class RunUpTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         visitor.job(JOB, RunUpRequest.run_up)
-        visitor.bind("damping", with_damping, lambda values: round(100 * values["damping"], 6))
+        visitor.bind(
+            "damping", with_damping, lambda values: round(100 * values["damping"], 6), takes=float
+        )
         self.page.on("run_up", lambda _: visitor.change(started_or_stopped))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:

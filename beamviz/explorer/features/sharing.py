@@ -289,7 +289,7 @@ class Links(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.start = replace(visitor.state, met=frozenset())
-        visitor.page.on("link", self.open, max_text=LONGEST_LINK)
+        visitor.page.on("link", self.open, str, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
         """Show the scene of the address, which the page sends when it starts, when there is nothing
@@ -412,7 +412,7 @@ KINDS = {
     ".gif": ("Film (GIF)", "A seamless loop, for slides"),
     ".webp": ("Film (WebP)", "The same, smaller"),
     ".mp4": ("Film (MP4)", "The same, for video software"),
-    ".html": ("Page (HTML)", "Scene, chart and table in one file that plays offline"),
+    ".html": ("Page (HTML)", "One file that plays offline, light or dark as this page is now"),
     ".glb": ("3D model (GLB)", "Animated, for 3D software"),
     ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
@@ -446,9 +446,9 @@ class Files(Feature):
             Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
         )
         self.page.on("save", lambda _: self.save())
-        self.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
-        self.page.on("export", self.start)
-        self.page.on("export_motion", self.start_motion)
+        self.page.on("load", self.load, str, max_text=2 * MAX_TOML_BYTES)
+        self.page.on("export", self.start, str)
+        self.page.on("export_motion", self.start_motion, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
@@ -591,7 +591,7 @@ def export_tab() -> str:
         f'<div class="file">{page.button("Save the scene", data_do="save")}'
         '<span class="soft">All settings, as a small text file (TOML)</span></div>'
         '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
-        '<input type="file" id="scene-file" class="hidden" accept=".toml">'
+        '<input type="file" id="scene-file" class="hidden" data-do="load" accept=".toml">'
         '<span class="soft">A file from Save the scene</span></div>'
         f'<div class="file">{length}</div></div>'
         '<div id="export-work" class="row" hidden><span id="export-state"></span>'

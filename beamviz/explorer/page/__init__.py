@@ -10,7 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -41,6 +41,8 @@ DIGITS = 6  # significant, of the numbers of a chart
 
 SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
 
+REFUSED = "The server does not know this action: {}. It may be another version: reload the page."
+
 Handler = Callable[[Any], None]
 Data = dict[str, Any]  # of a chart, as chart.js takes it
 Axes = tuple[Measure, Measure]
@@ -50,6 +52,14 @@ Path = tuple[str, ...]  # of a part of the page: its keys in an update
 Content = dict[Path, Any]  # of the page, by path
 
 log = RateLimitedLog(__name__)
+
+
+class Action(NamedTuple):
+    """What happens for an action of the page: see `Page.on`."""
+
+    handler: Handler
+    takes: Any
+    max_text: int
 
 
 def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
@@ -124,7 +134,7 @@ class Page:
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
-        self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
+        self.actions: dict[str, Action] = {}
         self.sent: Content = {}
         self.waiting: Content = {}
         self.touched: set[Path] = set()
@@ -155,9 +165,11 @@ class Page:
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
+        one = {"text": text, "error": error}
         with self.lock:
-            said = [*self.waiting.get(("say",), ()), {"text": text, "error": error}]
-        self.send(said, "say")
+            waiting = self.waiting.get(("say",), [])
+        if one not in waiting:
+            self.send([*waiting, one], "say")
 
     def send(self, content: Any, *path: str) -> None:
         """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
@@ -185,21 +197,29 @@ class Page:
 
     # From the page
 
-    def on(self, action: str, handler: Handler, max_text: int = MAX_TEXT) -> None:
-        """Call `handler` with the value of each action of this name, in order, on the event loop,
-        so it must be quick; a value of more than `max_text` characters is ignored."""
-        self.handlers[action] = handler, max_text
+    def on(
+        self, action: str, handler: Handler, takes: Any = None, *, max_text: int = MAX_TEXT
+    ) -> None:
+        """Declare an action of the page: `handler` is called with the value of each, in order, on
+        the event loop, so it must be quick. takes: the type of the value, None without one;
+        max_text: its most characters. What is not declared is refused."""
+        self.actions[action] = Action(handler, takes, max_text)
 
     async def received(self, event: GuiEvent) -> None:
-        """Call the handler of an action; ignore an invalid one."""
+        """Call the handler of an action; refuse one that is not declared, or has another value."""
+        action = ""
         try:
             _, action, chosen = decode_action(self.bridge.value)
-            handler, max_text = self.handlers[action]
+            handler, takes, max_text = self.actions[action]
+            msgspec.convert(chosen, takes)
             if len(str(chosen)) > max_text:
                 raise ValueError(f"{action} with {str(chosen)[:40]}")
         except (ValueError, KeyError, msgspec.MsgspecError) as error:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
+            self.say(REFUSED.format(action[:40]), error=True)
+            if (shown := ("values", action)) in self.sent:
+                self.send(self.sent[shown], *shown)
             return
         self.touched.add(("open",) if action == "tab" else ("values", action))
         handler(chosen)
