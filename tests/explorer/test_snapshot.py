@@ -56,7 +56,7 @@ LINKS = (
 EDITS = 3  # of a round, after which the page is compared
 ONE_BY_ONE = 0.8  # the part of the edits that a frame shows before the next one is sent
 SOLVED = 0.6  # the part of those of which the modes are waited for
-AT_TAB = 0.65  # the part of the edits that belong to the open tab, or to the open lesson
+AT_TAB = 0.75  # the part of the edits that belong to the open tab, or to the open lesson
 USUAL = 0.2  # the part of the edits that make the beam possible again
 OFTEN = (
     "frequencies",
@@ -140,7 +140,7 @@ def edits(chance: random.Random, *, blades: bool) -> dict[str, list[Action]]:
         ],
         "map": [
             (chance.choice(("over", "across")), chance.choice(("alpha", "beta", "gamma"))),
-            *[("mapped", chance.choice(("gap", "1", "3")))] * 3,
+            *[("mapped", chance.choice(("gap", "1", "3")))] * 4,
             ("move_beam", f"{chance.uniform(0, 15):.3g} {chance.uniform(0, 1):.3g}"),
             (number, usual),
         ],
@@ -276,9 +276,11 @@ def do(guest: Guest, action: str, value: Any) -> None:
 def random_edits(
     guest: Guest, chance: random.Random, count: int, tab: str, *, blades: bool = False
 ) -> list[Action]:
-    """Do so many edits, one of which opens a tab; each is shown by a frame, or follows at once."""
+    """Do so many edits, one of which opens a tab that is not open; each is shown by a frame, or
+    follows at once."""
     done: list[Action] = []
-    opens = chance.randrange((count + 1) // 2)
+    is_open = guest.visitor.parts["open"] == tab
+    opens = -1 if is_open else chance.randrange((count + 1) // 2)
     for k in range(count):
         found = edits(chance, blades=blades)
         has_lesson = guest.session.visitor.state.lesson and chance.random() < 0.5
@@ -311,9 +313,10 @@ def compare(servers: Servers, seed: int, rounds: int, *, blades: bool = False) -
     with ExitStack() as stack:
         guest = begin(stack, servers)
         for k in range(rounds):
-            if k % len(order) == 0:
+            at = k // 2 % len(order)  # each tab is open in two rounds
+            if at == k % 2 == 0:
                 chance.shuffle(order)
-            done = random_edits(guest, chance, EDITS, order[k % len(order)], blades=blades)
+            done = random_edits(guest, chance, EDITS, order[at], blades=blades)
             found = compare_with_fresh(guest, servers.fresh_url, servers.fresh_loop, START)
             assert not found, "\n".join([*map(str, done), *found])
 
