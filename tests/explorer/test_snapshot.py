@@ -197,14 +197,14 @@ POSSIBLE |= {"plane": "chordwise", "softening": True, "stiffening": True, "state
 
 def possible_again(guest: Guest) -> Action | None:
     """An edit that removes one reason why the beam of a visitor has no solution or no motion, or
-    takes long; None where there is none."""
+    takes long, and in the end its size; None where there is none."""
     state, answer = guest.session.visitor.state, guest.session.snapshot.answer
     own = state.case.numbers | state.case.options
     if not state.case.nearest_beam().is_uniform:
         return "blade.uniform", None
     if answer is None or answer.result is None or not can_move(state):
         return next(((name, one) for name, one in POSSIBLE.items() if own[name] != one), None)
-    return None
+    return ("dimensionless", None) if state.case.units else None
 
 
 class Servers(NamedTuple):
@@ -362,7 +362,7 @@ LIES = {
     "the marked rows of the table of modes": Lie(AnswerPanel, answer.answer_content, (0,)),
     "the line of the beam in the chart": Lie(LociTab, loci_chart.cursor_content, (0,)),
     "the guess in a lesson": Lie(Lessons, lessons.lesson_content, (0, 1, 3)),
-    "the quantity of the map": Lie(map_tab.MapTab, map_tab.map_content, (0,)),
+    "the verdict on a challenge": Lie(Lessons, lessons.verdict_content, (0, 2)),
 }
 
 
