@@ -7,6 +7,7 @@ import subprocess
 import msgspec
 import pytest
 from helpers import load_script
+from live.server import wait_until
 from live.visitor import PAGE, catch_up
 
 from beamviz.explorer.feature import tabs
@@ -76,6 +77,8 @@ def test_each_control_has_a_handler_and_each_handler_a_control(guest, session):
     html |= {tag for tab in tabs().values() for tag in tab.content.split(">")}
     for action, value in VISIT:
         guest.do(action, value)
+        catch_up(guest)
+        wait_until(lambda: not (session.is_busy or session.postponed))  # with its charts
         catch_up(guest)
         html |= {tag for text in guest.texts.values() for tag in text.split(">")}
         for chart in guest.charts.values():
