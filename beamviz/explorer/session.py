@@ -23,6 +23,7 @@ from beamviz.explorer.feature import Feature, Memo, Shown
 from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.motion import film_of, film_reads, played_reads
 from beamviz.explorer.features.run_up import response_drawn, response_reads
+from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, picture_reads, with_film
@@ -151,6 +152,8 @@ class Session:
                 job = self.visitor.jobs[name]
                 if one is None:
                     job.withdraw()
+                elif one is PENDING:
+                    job.expect()
                 else:
                     job.request(one, later=self.postponed)
         jobs = self.visitor.jobs.items()

@@ -19,7 +19,7 @@ from beamviz.drawing.text import (
     significant,
 )
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, fading
+from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress
 from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
@@ -42,7 +42,6 @@ EARLIER_MOTION = "The motion before the last change: the new one is being comput
 EARLIER_PICTURE = "The beam before the last change: the new one is being computed."
 HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
-RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
@@ -125,14 +124,9 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
 def work(jobs: Mapping[str, JobStatus]) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
     cancelled, with one that restarts them."""
-    slow = [job for job in jobs.values() if job.slow]
-    names = ", ".join(one.name for one in slow or [job for job in jobs.values() if job.cancelled])
-    if slow:
-        done = max(job.done for job in slow)
-        percent = f" {100 * done:.0f} %" if done else ""
-        seconds = max(job.seconds for job in slow)
-        state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
-        return state + page.button("Cancel", data_do="cancel_jobs")
+    if slow := [job for job in jobs.values() if job.slow]:
+        return progress(slow)
+    names = ", ".join(job.name for job in jobs.values() if job.cancelled)
     return f"cancelled: {names}{RETRY}" if names else ""
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, lengths, si_measure, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -39,7 +39,7 @@ LOADS = {
 CHARTS = {name: f"loads-{name}" for name in LOADS}
 TEXT = '<div id="loads-text" tabindex="0" role="group" aria-label="Loads"></div>'
 SKELETON = (
-    f'<div class="loads-tab">{TEXT}<div class="loads-charts">'
+    f'<div class="loads-tab">{page.waiting_place("loads-wait")}{TEXT}<div class="loads-charts">'
     + "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS.values())
     + "</div></div>"
 )
@@ -68,6 +68,7 @@ class LoadsTab(Feature):
         return (
             Part(lambda s: (s.job_answer(JOB),), loads_content),
             fading([JOB], "loads-text", *CHARTS.values()),
+            waiting("loads-wait", SOLUTION, JOB),
         )
 
 

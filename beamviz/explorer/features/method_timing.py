@@ -10,8 +10,8 @@ import numpy as np
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case
@@ -120,17 +120,20 @@ class MethodTimingTab(Feature):
         return (
             Part(self.reads, timing_content),
             fading([JOB], "timing-chart", "timings"),
+            waiting("timing-chart-wait", SOLUTION, JOB),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """Whether the tab is open, the answer of the scene, and the timings if they are shown."""
+        """Whether the tab is open and the timings are asked for, the answer of the scene, and the
+        timings if they are shown."""
         state = snapshot.state
         timings = snapshot.job_answer(JOB) if state.time_methods else None
-        return state.tab == self.tab.key, snapshot.answer, timings
+        return state.tab == self.tab.key, state.time_methods, snapshot.answer, timings
 
 
 def timing_content(
     is_open: bool,
+    is_asked: bool,
     answer: SolverAnswer | None,
     timings: Answer[Case, tuple[Timing, ...]] | None,
 ) -> Content:
@@ -145,7 +148,9 @@ def timing_content(
         return content | page.chart("timing-chart", timing_data(timings.result, solution))
     if timings and isinstance(timings.error, NoEquilibrium):
         return content | page.html("timings", page.note(error_summary(timings.error, answer.beam)))
-    return content | page.html("timings", page.note(timings.message) if timings else INVITATION)
+    if timings is None:
+        return content | page.html("timings", "" if is_asked else INVITATION)
+    return content | page.html("timings", page.note(timings.message))
 
 
 def summary(solution: Solution) -> str:

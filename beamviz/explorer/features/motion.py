@@ -31,7 +31,7 @@ from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
-from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.film import Film, HeldShapes, time_text
 from beamviz.explorer.jobs import Answer, case_error
 from beamviz.explorer.page import Content, Data
@@ -387,7 +387,7 @@ CONTENT = (
     f'<div class="tools">{TOOLS}</div>'
     f'<div class="tools lists"><div id="motion-settings" class="tools">{MORE}</div>'
     '<div id="motion-list"></div></div></div>'
-    f'<div class="charts">{FIGURES}</div></div>'
+    f'{page.waiting_place("motion-wait")}<div class="charts">{FIGURES}</div></div>'
 )
 
 
@@ -464,6 +464,7 @@ class MotionTab(Feature):
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
             Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
             fading([JOB], *CHARTS, "motion-list"),
+            waiting("motion-wait", JOB),
         )
 
 

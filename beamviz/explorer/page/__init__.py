@@ -331,7 +331,13 @@ def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
     parts = "".join(f'<div id="{id}"></div>' for id in lists)
     beside = f'<div class="tools">{tools}</div><div class="lists">{parts}</div>'
     figure = f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
-    return f'<div class="chart-tab"><div class="beside">{beside}</div>{figure}</div>'
+    wait = waiting_place(f"{chart}-wait")
+    return f'<div class="chart-tab"><div class="beside">{beside}</div>{wait}{figure}</div>'
+
+
+def waiting_place(id: str) -> str:
+    """The place for what is said of a first result that is being computed."""
+    return f'<div id="{id}" class="wait"></div>'
 
 
 def table(name: str, heads: Cells, rows: Iterable[Cells], caption: str = "", **values: str) -> str:
