@@ -190,7 +190,7 @@ class Session:
         released, which the view follows. Returns the transition under way."""
         camera, state, picture = self.visitor.camera, snapshot.state, snapshot.picture
         frame = state.view.rotating_frame
-        shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights)
+        shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights), snapshot.covered
         wanted = state.camera or self.viewpoints(viewpoint, *shapes)
         if moved.any():
             transition = camera.followed(moved, float(frame))

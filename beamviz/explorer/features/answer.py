@@ -24,6 +24,7 @@ from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import NO_COMPARISON
 from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
@@ -68,7 +69,8 @@ class AnswerPanel(Feature):
         """What the picture shows or leaves out, what has replaced the visitor's scene, whether the
         first case is shown, and whether it has a mass."""
         state = snapshot.state
-        first = state.case == self.first and state.run_speed is None
+        chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
+        first = state.case == self.first and not chosen
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
         if picture.film and is_before(snapshot):
