@@ -80,6 +80,7 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     expected = dict.fromkeys(shown, 0) | expected | {real_beam.PERCENT: 100}
     assert shown == pytest.approx(expected, rel=1e-7)
     assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
+    assert guest.text.count('data-set="plane"') == 1  # no choice stands twice on the page
     fill(guest, **{"mass": 0.5, real_beam.PERCENT: 50, "length": 1000})
     values |= {"length": 1.0, "mass": 0.5, "mass_position": 0.5}
     guest.shows(half := Beam.from_si(**values))

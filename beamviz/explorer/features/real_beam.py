@@ -379,9 +379,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     assert units
     assert units.mass
     field = partial(number_field, beam=beam, refused=refused)
-    vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
-    plane = page.button("in plane", data_set="plane", data_value="chordwise")
-    plane += page.button("out of plane", data_set="plane", data_value="flapwise")
+    along = "<p>It bends along h, in the plane that is chosen at the top.</p>"
     others = ("youngs_modulus", "density")  # the other numbers have sliders
     return (
         '<details class="real" open><summary>Real beam</summary>'
@@ -391,7 +389,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
         f"{''.join(map(field, others))}"
-        f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
+        f"{along if kind == 'rectangle' else ''}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(units.time, 's', 4)},"
