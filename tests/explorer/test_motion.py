@@ -568,3 +568,10 @@ def test_the_keyboard_moves_through_the_motion(frame_loops):
         shown.key("ArrowRight", until="location.search.includes('pull')")
         assert shown.problems == []
         assert base64.b64decode(shown.call("Page.captureScreenshot")["data"])[:4] == b"\x89PNG"
+
+
+def test_the_equilibrium_beside_a_motion_has_the_speed_it_is_at(guest):
+    """The motion may have another one, as in a spin-up."""
+    guest.do("experiment", "spin-up", until="Stable equilibrium at γ = 3")
+    guest.do("only", 0)
+    guest.wait(lambda _: "Stable equilibrium</b>" in guest.texts["equilibrium"])

@@ -89,7 +89,11 @@ def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
     if solved and solved.solution:
         rows = mode_table(solved.solution, solved, picture.shown)
     stopped = page.props("playing", disabled=solved is None)
-    return stopped | page.html("mode-rows", rows) | page.html("equilibrium", status(answer))
+    return (
+        stopped
+        | page.html("mode-rows", rows)
+        | page.html("equilibrium", status(answer, picture.film is not None))
+    )
 
 
 def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
@@ -197,10 +201,15 @@ def pace(rate: float, units: Units | None) -> str:
 # The equilibrium
 
 
-def status(answer: SolverAnswer) -> str:
-    """The state of the equilibrium: stable, with any caution, or the warning; up to three lines."""
+def status(answer: SolverAnswer, in_motion: bool) -> str:
+    """The state of the equilibrium: stable, with any caution, or the warning; up to three lines.
+    in_motion: the scene shows a motion in time, which may have another speed, so the title names
+    that of the equilibrium."""
+    speed = ""
+    if answer.beam and answer.beam.gamma:
+        speed = measure("gamma", answer.beam.units).text(answer.beam.gamma, 4)
     if answer.result and not answer.warning:
-        text = answer.caution or stretch_text(answer.result)
+        text = answer.caution or stretch_text(answer.result, "" if in_motion else speed)
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
         if answer.solution and answer.solution.equilibrium.buckled_chordwise:
             title, kind, text = "Stable out of plane only", "bad", BUCKLED
@@ -208,6 +217,8 @@ def status(answer: SolverAnswer) -> str:
         title, _, text = answer.warning.partition("\n")
         text = text if answer.message == answer.warning else answer.message
         kind = "bad"
+    if in_motion and speed:
+        title += f" at {speed}"
     line = f"<br>{escape(text)}" if text else ""
     return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
 
@@ -224,8 +235,9 @@ def state_switch(answer: SolverAnswer) -> str:
     return ""
 
 
-def stretch_text(shapes: SampledModes) -> str:
-    """The elongation of the beam by rotation; for a bent beam the position of its tip."""
+def stretch_text(shapes: SampledModes, speed: str) -> str:
+    """The elongation of the beam by rotation, of a real beam with its speed, if that is given; for
+    a bent beam the position of its tip."""
     beam, (x, y) = shapes.beam, shapes.centreline[-1]
     if shapes.centreline[:, 1].any():
         if beam.units is None:
@@ -237,10 +249,10 @@ def stretch_text(shapes: SampledModes) -> str:
         return "at rest: no rotation"
     if abs(change) < STRETCH_ROUNDING:
         return "in this model the rotation does not stretch the beam"
-    speed = f"{measure('gamma', beam.units).text(beam.gamma, 4)}; " if beam.units else ""
+    at_speed = f"{speed}; " if beam.units and speed else ""
     longer = "longer" if change > 0 else "shorter"
     length = f" ({length_text(abs(change) / 100, beam.units, 2)})" if beam.units else ""
-    return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
+    return f"{at_speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
 
 
 # The table of modes: a click on a row shows one mode alone, its slider mixes it with others
