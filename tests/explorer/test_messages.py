@@ -8,6 +8,7 @@ import msgspec
 import pytest
 from helpers import load_script
 
+from beamviz.explorer import page
 from beamviz.explorer.page import messages
 
 TYPES = load_script("message_types")
@@ -48,3 +49,10 @@ def test_the_scripts_of_the_page_have_these_types():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stdout == ""
     assert done.returncode == 0
+
+
+def test_negative_numbers_have_a_minus_sign_and_what_is_typed_and_named_a_hyphen():
+    """In HTML outside tags; an exponent and a range of whole numbers stay."""
+    html = '<a data-value="-1">-1.5</a> TP-500-38, 1e-06, 4-5, (-.2), δ = -1 .. 2'
+    expected = '<a data-value="-1">−1.5</a> TP-500-38, 1e-06, 4-5, (−.2), δ = −1 .. 2'
+    assert page.html("id", html) == {("html", "id"): expected}

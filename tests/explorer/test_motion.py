@@ -438,7 +438,7 @@ def test_a_hub_is_turned_by_a_torque(guest, session):
     last = Beam(alpha=1, gamma=abs(float(found.gamma[-1])))
     assert lines[0] == pytest.approx(solve(last, coriolis=True).frequencies[0], rel=1e-3)
     assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, until=2.0)
-    assert "under a torque of M = -3" in guest.texts["motion-words"]
+    assert "under a torque of M = −3" in guest.texts["motion-words"]
 
 
 def test_a_motion_starts_in_modes(guest, session):

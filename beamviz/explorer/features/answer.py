@@ -180,7 +180,7 @@ def legend(colouring: str, largest: float, units: Units | None) -> str:
     """The colours of the beam, up to the strain or displacement `largest`."""
     if colouring == "axial strain":
         most = significant(largest, 2)
-        ends = (f"\u2212{most} shorter", "0", f"longer +{most}")
+        ends = (f"-{most} shorter", "0", f"longer +{most}")
         return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
     far = length_text(largest, units, 2)
     ends = ("0 at rest", "", far if largest > NOTHING else "")

@@ -192,8 +192,7 @@ def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
 
 
 def value_text(measure: Measure, value: float, unit: str) -> str:
-    number = significant(measure.factor * value, 4).replace("-", "\u2212")
-    return escape(f"{number} {unit}")
+    return escape(f"{significant(measure.factor * value, 4)} {unit}")
 
 
 def stretch_text(solution: Solution) -> str:

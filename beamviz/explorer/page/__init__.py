@@ -7,6 +7,7 @@ control of viser, the bridge; both are declared in messages.py.
 
 import json
 import math
+import re
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
@@ -31,6 +32,7 @@ SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
 
+HYPHEN = re.compile(r"(?<![\w.-])-(?=\.?\d)(?![^<>]*>)")  # before a number, outside tags
 SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
 
 Handler = Callable[[Any], None]
@@ -75,8 +77,14 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
 
 
 def html(id: str, content: str) -> Content:
-    """HTML of the element with this id. Text in it must be escaped."""
-    return {("html", id): content}
+    """HTML of the element with this id, with true minus signs. Text in it must be escaped."""
+    return {("html", id): with_minus_signs(content)}
+
+
+def with_minus_signs(text: str) -> str:
+    """A text, or HTML, with a minus sign before each negative number, not a hyphen; attributes, the
+    values of fields among them, and names with digits stay."""
+    return HYPHEN.sub("\u2212", text)
 
 
 def value(key: str, shown: Any) -> Content:
@@ -144,7 +152,8 @@ class Page:
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
         with self.lock:
-            said = [*self.waiting.get(("say",), ()), {"text": text, "error": error}]
+            one = {"text": with_minus_signs(text), "error": error}
+            said = [*self.waiting.get(("say",), ()), one]
         self.send(said, "say")
 
     def send(self, content: Any, *path: str) -> None:
@@ -215,7 +224,12 @@ def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **
     """A mark of a chart at a point; action=, value=: what a click on it sends. The sign of a kind
     is the same in charts, keys and lists."""
     x, y = (float(measure.factor * place) for measure, place in zip(axes, at, strict=True))
-    shown = {"kind": kind, "style": mark_style(kind), "sign": sign(kind), "text": text}
+    shown = {
+        "kind": kind,
+        "style": mark_style(kind),
+        "sign": sign(kind),
+        "text": with_minus_signs(text),
+    }
     return {"key": key, **shown, "x": x, "y": y, **to}
 
 

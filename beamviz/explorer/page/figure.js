@@ -44,10 +44,12 @@ const beamvizFigure = (() => {
     return power * [5, 2, 1].find((digit) => digit * power <= value * (1 + 1e-9));
   }
 
+  /* The text of a number with a true minus sign, and none before zero. */
+  const minus = (text) => String(text).replace(/^-(0\.?0*)$/, "$1").replace(/^-/, "\u2212");
+
   /* A number with the decimals of a step. */
   function fixed(value, step) {
-    const decimals = clamp(Math.ceil(-Math.log10(step) - 1e-9), 0, 9);
-    return value.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1");
+    return minus(value.toFixed(clamp(Math.ceil(-Math.log10(step) - 1e-9), 0, 9)));
   }
 
   const withUnit = (axis, text) => (axis.unit ? `${text} ${axis.unit}` : `${axis.symbol} = ${text}`);
@@ -440,5 +442,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, LEFT, TOP, clamp, make, px, valueAt };
+  return { Figure, LEFT, TOP, clamp, make, minus, px, valueAt };
 })();
