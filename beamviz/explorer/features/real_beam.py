@@ -217,10 +217,16 @@ def built(values: dict[str, float]) -> Beam:
     """The beam of values in SI. Raises InvalidInput, in the units of the fields."""
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
-    if not low <= slenderness <= high:
-        kind = "thick" if slenderness < low else "slender"
+    number = f"L √(A / I) = {slenderness:.4g}"
+    if slenderness < low:
         raise InvalidInput(
-            f"too {kind} a beam: L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}"
+            f"the beam is too thick for its length ({number} must be at least {low:g}): make it"
+            " longer or thinner"
+        )
+    if slenderness > high:
+        raise InvalidInput(
+            f"the beam is too thin for its length ({number} must be at most {high:g}): make it"
+            " shorter or thicker"
         )
     si = {name: values[name] for name in SI_REQUIRED}
     units = PhysicalBeam.of(si).units
