@@ -1,7 +1,7 @@
 """Check the types of the page's scripts with TypeScript: python scripts/check_page.py
 
-Uses `tsc`, or else `npx`, which fetches it; where neither is installed nothing is checked. The
-types of the messages are those of messages.d.ts (see scripts/message_types.py).
+Uses `tsc`, or else `npx`, which fetches it. Where neither works nothing is checked, and the exit
+code is 77. The types of the messages are those of messages.d.ts (see scripts/message_types.py).
 """
 
 import shutil
@@ -11,21 +11,28 @@ from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1] / "beamviz" / "explorer" / "page" / "jsconfig.json"
 TYPESCRIPT = "typescript@5.9"
+NOT_CHECKED = 77  # exit code of a test that could not be run, as automake has it
 
 
 def compiler() -> list[str]:
-    """The command of TypeScript; [] where there is none."""
-    if tsc := shutil.which("tsc"):
-        return [tsc]
-    npx = shutil.which("npx")
-    return [npx, "--yes", "--package", TYPESCRIPT, "tsc"] if npx else []
+    """The command of TypeScript; [] where there is none that works."""
+    tsc, npx = shutil.which("tsc"), shutil.which("npx")
+    commands = [[tsc]] if tsc else []
+    commands += [[npx, "--yes", "--package", TYPESCRIPT, "tsc"]] if npx else []
+    return next(filter(works, commands), [])
+
+
+def works(command: list[str]) -> bool:
+    """Whether a command tells its version: npx cannot fetch TypeScript without a network."""
+    return subprocess.run([*command, "--version"], capture_output=True, check=False).returncode == 0
 
 
 def main() -> int:
-    """Check; 0 if there is no error, or no TypeScript."""
+    """Check; 0 if there is no error, NOT_CHECKED if there is no TypeScript."""
     if not (command := compiler()):
-        print("neither tsc nor npx is installed: the page's scripts are not checked")
-        return 0
+        message = "the page's scripts were NOT CHECKED: TypeScript (tsc, or npx of Node) is missing"
+        print(message, file=sys.stderr)
+        return NOT_CHECKED
     return subprocess.run([*command, "-p", str(PROJECT)], check=False).returncode
 
 

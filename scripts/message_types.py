@@ -2,18 +2,27 @@
 
 python scripts/message_types.py
 
-The types are those of beamviz/explorer/page/messages.py; run this after a change of them.
+The types are those of beamviz/explorer/page/messages.py, and of the actions that the features of
+the page declare; run this after a change of them.
 """
+
+from typing import Any
+from unittest.mock import MagicMock
 
 import _script
 import msgspec.inspect as types
 from msgspec import Struct
 
+from beamviz.explorer.features import FEATURES
 from beamviz.explorer.page import messages
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
+from beamviz.scene import START
 
 PATH = _script.ROOT / "beamviz" / "explorer" / "page" / "messages.d.ts"
 HEAD = """\
-// The messages between server and page, written by scripts/message_types.py from messages.py.
+// The messages between server and page, written by scripts/message_types.py from messages.py and
+// from what the features of the page declare.
 
 """
 NAMES = {types.StrType: "string", types.IntType: "number", types.FloatType: "number"}
@@ -46,12 +55,23 @@ def interface(struct: type[Struct]) -> str:
     return f"interface {struct.__name__} {{\n{''.join(lines)}}}\n"
 
 
+def actions() -> dict[str, Any]:
+    """The types of the values of all actions by their names, as a visitor's features declare them;
+    the visitor may follow a presenter, has no browser, and nothing is solved."""
+    visitor = Visitor(MagicMock(), State.of(START), MagicMock(), MagicMock(), MagicMock())
+    for kind in FEATURES:
+        kind(visitor)
+    return {name: one.takes for name, one in sorted(visitor.page.actions.items())}
+
+
 def declarations() -> str:
     """All messages."""
     structs = [one for one in vars(messages).values() if isinstance(one, type)]
     own = [one for one in structs if issubclass(one, Struct) and one is not Struct]
-    action = f"type Action = {typescript(types.type_info(messages.Action))};\n"
-    return HEAD + "\n".join([*map(interface, own), action])
+    taken = {name: typescript(types.type_info(kind)) for name, kind in actions().items()}
+    lines = "".join(f'  "{name}": {kind};\n' for name, kind in taken.items())
+    names = f"interface Actions {{ // the types of their values\n{lines}}}\n"
+    return HEAD + "\n".join([*map(interface, own), names])
 
 
 if __name__ == "__main__":

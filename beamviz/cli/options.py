@@ -34,7 +34,7 @@ OVER_HELP = (
 )
 SCENE_HELP = "A scene saved by the explorer; other options override it."
 OVER_FORM = "|".join((*NUMBERS, "UNIT"))
-DARK_HELP = "Background (default light)."
+DARK_HELP = "Background (default light); of a page too, whatever its reader prefers."
 
 
 def parse_number(text: str | float) -> float | str:

@@ -3,12 +3,17 @@
 "use strict";
 const beamvizCaptions = (() => {
   const EDGE = 4; // [px] from the edge of the picture
+  /** @type {Record<string, number>} */
   const SIDES = { top: 0, center: -0.5, bottom: -1 }; // of the text at its point: its offset
-  let captions = [], frame = 0;
+  /** @typedef {{ name: string, text: string, anchor: string }} Text name of the node, key of SIDES */
+  /** @type {(Text & { element: HTMLElement, width: number, height: number })[]} */
+  let captions = [];
+  let frame = 0;
+  const layerOf = () => /** @type {HTMLElement} */ (document.getElementById("caption-layer"));
 
-  /** @param {{name: string, text: string, anchor: string}[]} list name of the node, key of SIDES */
+  /** @param {Text[]} list */
   function show(list) {
-    const layer = document.getElementById("caption-layer");
+    const layer = layerOf();
     layer.replaceChildren(...list.map(({ text }) => {
       const element = document.createElement("span");
       element.textContent = text;
@@ -25,17 +30,17 @@ const beamvizCaptions = (() => {
   /* Moves all texts to their points; one that would cover another is moved down. */
   function place() {
     frame = captions.length ? requestAnimationFrame(place) : 0;
-    const { nodeRefFromName: nodes, camera, canvas } = window.__viserMutable ?? {};
-    if (!camera || !canvas) return;
-    const { clientWidth: width, clientHeight: height } = canvas, placed = [];
+    const canvas = beamvizViser.canvas();
+    /** @type {{ left: number, top: number, width: number, height: number }[]} */
+    const placed = [];
+    if (!canvas) return;
     for (const one of captions) {
-      const node = nodes[one.name];
-      one.element.hidden = !node;
-      if (!node) continue;
-      const { x, y } = node.position.clone().setFromMatrixPosition(node.matrixWorld).project(camera);
-      const across = width - one.width - EDGE;
-      const left = Math.max(EDGE, Math.min(((x + 1) / 2) * width - one.width / 2, across));
-      let top = ((1 - y) / 2) * height + SIDES[one.anchor] * one.height;
+      const pixel = beamvizViser.pixel(one.name);
+      one.element.hidden = !pixel;
+      if (!pixel) continue;
+      const across = canvas.clientWidth - one.width - EDGE;
+      const left = Math.max(EDGE, Math.min(pixel[0] - one.width / 2, across));
+      let top = pixel[1] + SIDES[one.anchor] * one.height;
       for (const other of placed) {
         const beside = left > other.left + other.width || other.left > left + one.width;
         const level = top < other.top + other.height && other.top < top + one.height;
@@ -46,15 +51,20 @@ const beamvizCaptions = (() => {
     }
   }
 
-  /* The scene as it is on the screen, as a PNG: `done` is called with it. */
+  /**
+   * The scene as it is on the screen, as a PNG.
+   * @param {(png: Blob) => void} done is called with it
+   */
   function picture(done) {
-    const { canvas, requestRender } = window.__viserMutable;
-    requestRender();
+    const canvas = beamvizViser.canvas();
+    if (!canvas) return;
+    beamvizViser.render();
     requestAnimationFrame(() => { // right after viser has drawn: later its canvas is empty
-      const { width, height } = canvas, layer = document.getElementById("caption-layer");
+      const { width, height } = canvas, layer = layerOf();
       const copy = Object.assign(document.createElement("canvas"), { width, height });
-      const context = copy.getContext("2d"), box = canvas.getBoundingClientRect();
-      const colour = getComputedStyle(document.getElementById("scene"));
+      const context = /** @type {CanvasRenderingContext2D} */ (copy.getContext("2d"));
+      const box = canvas.getBoundingClientRect();
+      const colour = getComputedStyle(/** @type {HTMLElement} */ (layer.parentElement));
       context.fillStyle = colour.backgroundColor;
       context.fillRect(0, 0, width, height);
       context.drawImage(canvas, 0, 0);
@@ -71,9 +81,9 @@ const beamvizCaptions = (() => {
         Object.assign(context, { font, fillStyle: color });
         const { fontBoundingBoxAscent: up, fontBoundingBoxDescent: down } = context.measureText("x");
         const baseline = (top + bottom + up - down) / 2;
-        context.fillText(text.textContent, (left + right) / 2, baseline);
+        context.fillText(text.textContent ?? "", (left + right) / 2, baseline);
       }
-      copy.toBlob(done);
+      copy.toBlob((png) => png && done(png));
     });
   }
 

@@ -13,8 +13,9 @@ from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.errors import InvalidInput
+from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move
 from beamviz.explorer.experiment import RANGES
-from beamviz.explorer.features.motion import PULL_JOB, PullRequest, begun, can_move
+from beamviz.explorer.features.motion import begun
 from beamviz.explorer.mass_drag import nearest
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Hold, Ray, State

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from beamviz.explorer import page
 from beamviz.explorer.jobs import SOLUTION, JobStatus
-from beamviz.explorer.page import Content, faded
+from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
 
@@ -43,11 +43,22 @@ def tab_named(key: str) -> str:
 
 class Part(NamedTuple):
     """A part of the page. reads: returns what the part depends on, of a snapshot; shows: returns
-    the contents of the page for these, and depends on nothing else. It is called again when one of
-    them is another object, or, of the plain types, has another value."""
+    the contents of the page for these, and depends on nothing else; ids: of its elements and the
+    keys of its controls. It is called again when one of the readings is another object, or, of the
+    plain types, has another value."""
 
     reads: Callable[[Snapshot], tuple[Any, ...]]
     shows: Callable[..., Content]
+    ids: Collection[str]
+
+    def content(self, *reading: Any) -> Content:
+        """The contents of the page for what was read. They name all elements of the part, also
+        those that show nothing: what is not named would go on to show an earlier snapshot. Raises
+        ValueError where one is missing."""
+        content = self.shows(*reading)
+        if missing := {*self.ids} - names(content):
+            raise ValueError(f"{self.shows} says nothing of {', '.join(sorted(missing))}")
+        return content
 
 
 class Feature:
@@ -80,7 +91,7 @@ class Feature:
 def fading(jobs: Collection[str], *ids: str) -> Part:
     """The part that marks elements, by their ids, while they show what is not that of the numbers
     beside them: one of these jobs, or that of the modes, has not answered its latest request."""
-    return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids))
+    return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids), ids)
 
 
 RETRY = page.button("Compute again", data_do="retry_jobs")
@@ -91,10 +102,10 @@ def progress(jobs: Collection[JobStatus]) -> str:
     while the time and a button that cancels them; "" for none."""
     if not jobs:
         return ""
-    names = ", ".join(job.name for job in jobs)
+    told = ", ".join(job.name for job in jobs)
     done, seconds = max(job.done for job in jobs), max(job.seconds for job in jobs)
     percent, time = f" {100 * done:.0f} %" if done else "", f" {seconds} s" if seconds else ""
-    text = f'computing: {names} <span aria-hidden="true">…{percent}{time}</span>'
+    text = f'computing: {told} <span aria-hidden="true">…{percent}{time}</span>'
     cancel = page.button("Cancel", data_do="cancel_jobs")
     return text + (cancel if any(job.slow for job in jobs) else "")
 
@@ -102,12 +113,12 @@ def progress(jobs: Collection[JobStatus]) -> str:
 def waiting(id: str, *jobs: str) -> Part:
     """The part that says in an empty place of a tab, an element by its id, which of these jobs its
     first result waits for, or offers to compute it again. They follow each other."""
-    return Part(lambda s: (lacking(s, jobs),), partial(waiting_content, id))
+    return Part(lambda s: (lacking(s, jobs),), partial(waiting_content, id), (id,))
 
 
-def lacking(snapshot: Snapshot, names: Iterable[str]) -> JobStatus | None:
+def lacking(snapshot: Snapshot, jobs: Iterable[str]) -> JobStatus | None:
     """The first of some jobs without a result; None where all have one."""
-    return next((job for name in names if (job := snapshot.jobs[name]).result is None), None)
+    return next((job for name in jobs if (job := snapshot.jobs[name]).result is None), None)
 
 
 def waiting_content(id: str, job: JobStatus | None) -> Content:

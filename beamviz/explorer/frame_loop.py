@@ -74,8 +74,8 @@ class FrameLoop:
         follows = bool(self.access.presenter_key) and not presents
         opening = self.opening
         with suppress(RuntimeError):  # stopped meanwhile
-            opened = self.loop.run_in_executor(self.opener, self.session, client, follows)
-            self.sessions[visitor] = session = await opened
+            building = self.loop.run_in_executor(self.opener, self.session, client, follows)
+            self.sessions[visitor] = session = await building
             if self.opening is not opening:  # shown while the session was built
                 session.visitor.open(self.opening)
             self.presenter = session if presents else self.presenter

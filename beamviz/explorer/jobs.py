@@ -26,6 +26,7 @@ from beamviz.drawing.text import (
     stretch_caution,
 )
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
+from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import Solution, interruption, solve
@@ -247,7 +248,7 @@ class Job(Generic[Q, R]):
     def run(self, number: int) -> None:
         """Compute the latest request, then the next one if there is one by then."""
         with self.lock:
-            request = self.latest
+            request, self.replaced = self.latest, None  # those before it are not computed any more
             if self.closed or number != self.number:
                 return
             if request is None:  # it was replaced by one that is not known yet
@@ -338,10 +339,10 @@ def case_error(text: str, case: Case) -> str:
 
 
 class Cases(NamedTuple):
-    """A case to solve, and one to compare it with."""
+    """A case to solve, and what to compare it with."""
 
     case: Case
-    other: Case | None = None
+    comparison: ComparisonCase = ComparisonCase()
 
 
 class Solved(NamedTuple):
@@ -402,25 +403,31 @@ class SolveJob(Job[Cases, Solved]):
 
     def solved(self, cases: Cases) -> Solved:
         """The answers. Raises Cancelled."""
+        case, other = cases.case, cases.comparison.case
+        first, second = self.first, self.second  # which a run that was given up may replace
+        has_first = first is not None and first.request == case
+        has_second = other is None or (second is not None and second.request == other)
         start = time.thread_time()
         try:
-            first, second = self.first, self.second  # which a run that was given up may replace
-            if not (first and first.request == cases.case):
-                self.first = first = solver_answer(cases.case)
-            if cases.other and not (second and second.request == cases.other):
-                self.second = second = solver_answer(cases.other)
+            if not has_first:
+                self.first = first = solver_answer(case)
+            if other and not has_second:
+                self.second = second = solver_answer(other)
         finally:
-            self.options, self.seconds = cases.case.options, time.thread_time() - start
-        return Solved(first, second if cases.other else None)
+            if not (has_first and has_second):
+                self.options, self.seconds = case.options, time.thread_time() - start
+        assert first
+        return Solved(first, second if other else None)
 
     @property
-    def pair(self) -> tuple[SolverAnswer | None, SolverAnswer | None]:
-        """The latest answers, or the reason why there are none."""
+    def compared(self) -> tuple[SolverAnswer | None, SolverAnswer | None, ComparisonCase]:
+        """The latest answers, or the reason why there are none, and what was compared with."""
         if (answer := self.answer) is None:
-            return None, None
+            return None, None, ComparisonCase()
+        comparison = answer.request.comparison
         if answer.result is None:
-            return SolverAnswer(answer.request.case, error=answer.error), None
-        return answer.result
+            return SolverAnswer(answer.request.case, error=answer.error), None, comparison
+        return *answer.result, comparison
 
 
 def solver_answer(case: Case) -> SolverAnswer:

@@ -2,14 +2,16 @@
 
 from typing import NamedTuple
 
-from beamviz.explorer.state import EARLIER, TERMS, Case, State
+from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
 
 
 class ComparisonCase(NamedTuple):
-    """A case to compare the beam with, and its title; without one the title is the reason."""
+    """A case to compare the beam with, its title, and the choice that it is made by; without a case
+    the title is the reason."""
 
     title: str = ""
     case: Case | None = None
+    choice: str = NO_COMPARISON
 
 
 LABELS = {
@@ -45,4 +47,4 @@ def comparison_case(state: State, case: Case) -> ComparisonCase:
         other = case.changed("alpha", 2 * alpha)
     elif choice == "effects" and not all(options[term] for term in TERMS):
         title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
-    return ComparisonCase(title, other) if other else ComparisonCase(REASONS.get(choice, ""))
+    return ComparisonCase(title if other else REASONS.get(choice, ""), other or None, choice)

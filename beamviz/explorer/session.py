@@ -19,9 +19,9 @@ from viser import CameraHandle
 from beamviz.drawing.camera import place
 from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
+from beamviz.explorer.computed_motion import film_of, film_reads, played_reads
 from beamviz.explorer.feature import Feature, Memo, Shown
 from beamviz.explorer.features import FEATURES
-from beamviz.explorer.features.motion import film_of, film_reads, played_reads
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.mass_drag import MassDrag
@@ -141,22 +141,21 @@ class Session:
         for part, shown in self.parts:
             reading = part.reads(snapshot)
             if shown.differs_from(*reading):
-                page.show(part.shows(*reading))
+                page.show(part.content(*reading))
         captions = [caption.data for caption in self.view.captions]
         page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs of the background jobs, or note that it will."""
-        for feature in self.features:
-            for name, one in feature.wanted(snapshot).items():
-                job = self.visitor.jobs[name]
-                if one is None:
-                    job.withdraw()
-                elif one is PENDING:
-                    job.expect()
-                else:
-                    job.request(one, later=self.postponed)
         jobs = self.visitor.jobs.items()
+        wanted = dict(one for own in self.features for one in own.wanted(snapshot).items())
+        for name, job in jobs:
+            if wanted.get(name) is PENDING:
+                job.expect()
+            elif wanted.get(name) is not None:
+                job.request(wanted[name], later=self.postponed)
+            elif name in wanted or (job.delayed and not self.postponed):
+                job.withdraw()  # what was not begun is begun no more
         if any(snapshot.jobs[name].late and not job.status.late for name, job in jobs):
             self.visitor.wake()  # to take back what the page says of it
 

@@ -10,7 +10,7 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.film import Film
 from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
-from beamviz.explorer.second_beam import ComparisonCase
+from beamviz.explorer.second_beam import ComparisonCase, comparison_case
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import Picture
 from beamviz.scene import Camera
@@ -20,8 +20,8 @@ from beamviz.scene import Camera
 class Snapshot:
     """One moment of a visitor's session.
 
-    answer: to the latest case solved, None before the first; second: to the case that it is
-    compared with, which is `comparison`; jobs: the status of each background job, by its name;
+    answer: to the latest case solved, None before the first; second: to the case that it was
+    compared with then, which is `comparison`; jobs: the status of each background job, by its name;
     clock: the moment of the motion; aspect: width over height of the scene in the page; covered:
     fraction of half its height that the page covers below; scale: [pixels per beam length] of its
     picture; chosen: the viewpoint that the visitor turned the view to, None while the beam is
@@ -64,8 +64,13 @@ class Snapshot:
 
     @property
     def settled(self) -> bool:
-        """Whether the answer is that to the case of the state."""
-        return self.answer is not None and self.answer.request == self.state.shown_case
+        """Whether the answers are those to the case of the state and the one compared with."""
+        case = self.state.shown_case
+        return (
+            self.answer is not None
+            and self.answer.request == case
+            and self.comparison == comparison_case(self.state, case)
+        )
 
     def job_answer(self, name: str) -> Answer[Any, Any] | None:
         """The last answer of a job."""
@@ -83,7 +88,7 @@ class Snapshot:
     def reading(self) -> tuple[Any, ...]:
         """Everything but the clock, of which only the moment of a computed motion is read."""
         return (
-            *(self.state, self.answer, self.second, self.comparison.title, self.picture),
+            *(self.state, self.answer, self.second, self.comparison, self.picture),
             *(self.aspect, self.covered, self.chosen, self.undo, self.redo, self.is_led),
             self.clock.moment if self.film else None,
             *self.jobs.values(),

@@ -174,14 +174,14 @@ def picture_reads(snapshot: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
     """The arguments of `picture_of` for a snapshot. response: of the beam to a force, if any."""
     state: State = snapshot.state
     beam = snapshot.beam
-    compared = Compared(state.comparison, state.kept, state.stacked)
+    compared = Compared(snapshot.comparison.choice, state.kept, state.stacked)
     return (
         snapshot.answer or state.case,
         state.view,
         snapshot.scale,
         snapshot.second,
         snapshot.comparison.title,
-        NOT_COMPARED if state.comparison == NO_COMPARISON else compared,
+        NOT_COMPARED if compared.comparison == NO_COMPARISON else compared,
         response,
         state.force_per_rev * beam.gamma if beam else 0.0,
         state.grip is not None,

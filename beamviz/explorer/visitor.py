@@ -27,10 +27,18 @@ from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import CHOICES, FIELDS, LASTING, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
-from beamviz.scene import Scene
+from beamviz.scene import Scene, ViewOptions
 
 Edit = Callable[[State, Any], State]  # of a state, by the value of a control
 Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values of the state
+
+
+VALUES: dict[str, type] = {  # the types of the values of controls, by their keys
+    **{key: type(getattr(ViewOptions, key)) for key in VIEW_KEYS if key != "shares"},
+    **dict.fromkeys(CHOICES, str),
+    **dict.fromkeys(TERMS, bool),
+    **{key: bool if set(of) == {False, True} else str for key, of in FIELDS.items()},
+}
 
 
 class Visitor:
@@ -63,9 +71,9 @@ class Visitor:
         self.solver = SolveJob(workers, self.wake)
         self.jobs[self.solver.name] = self.solver
         self.set_state(state)
-        for key in (*VIEW_KEYS, *CHOICES, *TERMS, *FIELDS):
+        for key, takes in VALUES.items():
             if key != "following" or self.may_follow:
-                self.bind(key)
+                self.bind(key, takes=takes)
 
     # State
 
@@ -106,7 +114,7 @@ class Visitor:
         """Solve the case of the state, unless a presenter does."""
         if not (self.state.following and self.presenter()):
             case = self.state.shown_case
-            self.solver.request(Cases(case, comparison_case(self.state, case).case))
+            self.solver.request(Cases(case, comparison_case(self.state, case)))
 
     def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
         """Show another scene, with other values of the state by field name; replaced: see
@@ -172,13 +180,12 @@ class Visitor:
         """The snapshot of this moment."""
         with self.lock:
             state, view = self.state, self.client.camera
-            answer, second = self.solver.pair
-            case = answer.request if answer else state.shown_case
+            answer, second, comparison = self.solver.compared
             return Snapshot(
                 state=state,
                 answer=answer,
                 second=second,
-                comparison=comparison_case(state, case),
+                comparison=comparison,
                 jobs=MappingProxyType({name: job.status for name, job in self.jobs.items()}),
                 clock=self.clock,
                 aspect=view.aspect,
@@ -191,12 +198,14 @@ class Visitor:
 
     # Controls
 
-    def bind(self, key: str, edit: Edit | None = None, shown: Shown | None = None) -> None:
+    def bind(
+        self, key: str, edit: Edit | None = None, shown: Shown | None = None, *, takes: Any
+    ) -> None:
         """Bind the controls with data-set="key": they show `shown(values)` of the values of the
-        state by name, by default that of the name `key`; an edit replaces the state by
-        `edit(state, value)`, by default `state.changed(key, value)`."""
+        state by name, by default that of the name `key`; an edit, with a value of the type `takes`,
+        replaces the state by `edit(state, value)`, by default `state.changed(key, value)`."""
         edit = edit or (lambda state, value: state.changed(key, value))
-        self.page.on(key, lambda value: self.change(lambda state: edit(state, value)))
+        self.page.on(key, lambda value: self.change(lambda state: edit(state, value)), takes)
         self.controls[key] = shown or operator.itemgetter(key)
 
     def command(self, name: str, run: Callback) -> None:

@@ -89,7 +89,8 @@ def write_html(file: Path, solved: SolvedScene) -> None:
 def player(name: str, data: dict[str, Any], script: str) -> str:
     """The elements that play data, which the file `script` finds by their name."""
     packed = zlib.compress(json_text(data, indent=None).encode())
-    code = package_text("drawing/captions.js", "exports/offline_beam.js", script)
+    shared = "server/viser.js", "drawing/captions.js", "exports/offline_beam.js"
+    code = package_text(*shared, script)
     return (
         f'<script type="text/plain" id="{name}">{b64encode(packed).decode()}</script>'
         f"<script>{code}</script>"
@@ -100,7 +101,7 @@ def document(recorded: RecordedServer, beam: Beam, inner: str, script: str, *, d
     """The page with the scene recorded, a panel of numbers, and the elements that play it."""
     theme = f":root {{ color-scheme: {'dark' if dark else 'light'}; --scene:"
     theme += f" rgb{colours.BACKGROUND[dark]}; --letters: rgb{colours.LETTERS[dark]}; }}"
-    style = theme + package_text("drawing/captions.css", "exports/offline.css")
+    style = theme + package_text("server/viser.css", "drawing/captions.css", "exports/offline.css")
     kind = ' class="dark"' if dark else ""
     aside = f'<aside aria-label="numbers"{kind}>{inner}</aside>'
     elements = f'<style>{style}</style>{ROOT}{aside}<div id="caption-layer"></div>{script}'

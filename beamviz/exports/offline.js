@@ -1,20 +1,28 @@
 /* The scene of an exported page at any of its solved speeds. */
 (async () => {
   const { byId, send, update, ...offline } = beamvizOffline;
+  /** @type {OfflineSpeeds} */
   const data = await offline.unpacked("speeds");
   const columns = [data.body, ...data.beams.map(({ states }) => states)].flat();
   offline.undoSteps(columns, data.resolution); // between speeds
-  const [slider, shown] = ["speed", "speed-shown"].map(byId), phases = {};
-  const chart = document.querySelector("aside figure[data-step]"), clock = offline.playButton();
+  const [slider, shown] = ["speed", "speed-shown"].map(byId), clock = offline.playButton();
+  /** @type {Record<string, number>} */
+  const phases = {};
+  /** @type {HTMLElement | null} */
+  const chart = document.querySelector("aside figure[data-step]");
   let angle = 0; // of the hub
   let k = data.start; // the solved speed that is shown
 
-  /* Numbers at the present speed, from the values of each at all. */
+  /** @type {(numbers: number[][]) => number[]} at the present speed, from the values of each at all */
   const at = (numbers) => numbers.map((values) => values[k]);
 
-  /* Draws a beam at the present phases. */
+  /**
+   * Draws a beam at the present phases.
+   * @param {VibratingBeam} beam
+   */
   function draw(beam) {
     const state = at(beam.states), size = state.length / (1 + 2 * beam.labels.length);
+    /** @param {number} number */
     const field = (number) => state.slice(number * size, (number + 1) * size);
     const moved = new Float32Array(size);
     beam.labels.forEach((label, m) => {
@@ -26,6 +34,7 @@
     offline.turn(data, beam, angle);
   }
 
+  /** @param {number} seconds */
   function advance(seconds) {
     const passed = clock.playing ? data.rate * seconds : 0;
     for (const label of data.beams.flatMap((beam) => beam.labels))
@@ -41,7 +50,7 @@
     byId("numbers").innerHTML = data.numbers[k];
     const moved = data.factor * (data.gammas[k] - data.gammas[data.start]);
     const marker = chart?.querySelector("#marker");
-    marker?.setAttribute("transform", `translate(${chart.dataset.step * moved})`);
+    marker?.setAttribute("transform", `translate(${Number(chart?.dataset.step) * moved})`);
     const body = { vertices: at(data.body), faces: data.faces };
     for (const { root } of data.beams) update(`${root}/rotor/equilibrium`, [body]);
     if (data.arrow)
@@ -49,7 +58,7 @@
     beamvizCaptions.show(data.captions[k]);
   }
 
-  [slider.min, slider.max, slider.step, slider.value] = [0, data.gammas.length - 1, 1, k];
+  [slider.min, slider.max, slider.step, slider.value] = [0, data.gammas.length - 1, 1, k].map(String);
   slider.oninput = choose;
   choose();
   offline.play(data, advance, () => data.beams.forEach(draw));

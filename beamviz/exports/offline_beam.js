@@ -3,44 +3,78 @@ data of html_page.beam_record. */
 "use strict";
 const beamvizOffline = (() => {
   const MAX_WEDGE = Math.tan(0.5), MIN_STEP = 10; // of a mode, in resolutions; less is rounding
-  const byId = (id) => document.getElementById(id);
+  const LATE = 10000; // [ms] after which the scene should be there
+  /** @type {(id: string) => HTMLInputElement} */
+  const byId = (id) => /** @type {any} */ (document.getElementById(id));
+  /** @type {(x: number[]) => Vec3} */
+  const three = ([x, y, z]) => [x, y, z];
 
-  /* The data of a script element, compressed JSON. */
+  /**
+   * The data of a script element, compressed JSON.
+   * @param {string} id
+   */
   async function unpacked(id) {
-    const packed = Uint8Array.from(atob(byId(id).textContent), (c) => c.charCodeAt(0));
+    const packed = Uint8Array.from(atob(byId(id).textContent ?? ""), (c) => c.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
     return new Response(stream).json();
   }
 
-  /* Turns columns of second differences, in integers, into numbers, in place. */
+  /**
+   * Turns columns of second differences, in integers, into numbers, in place.
+   * @param {number[][]} columns
+   * @param {number} resolution
+   */
   function undoSteps(columns, resolution) {
     for (const values of columns)
       for (const unit of [1, resolution])
         values.forEach((step, k) => { values[k] = unit * step + (k ? values[k - 1] : 0); });
   }
 
+  /**
+   * A message to the scene, as viser's server sends it.
+   * @param {string} type
+   * @param {string} name of the node
+   * @param {object} values
+   */
   const send = (type, name, values) =>
-    window.__viserMutable?.messageQueue?.push({ type, name, owner: "", ...values });
+    beamvizViser.receive({ type, name, owner: "", ...values });
 
-  /* Sets the properties of a node, from those of each of its instances. */
+  /** @type {Record<string, Uint8ArrayConstructor | Uint32ArrayConstructor>} */
+  const TYPES = { batched_colors: Uint8Array, faces: Uint32Array }; // of properties that are integers
+
+  /**
+   * Sets the properties of a node, from those of each of its instances.
+   * @param {string} name
+   * @param {Record<string, number[]>[]} instances
+   */
   function update(name, instances) {
     send("SceneNodeUpdateMessage", name, { updates: Object.fromEntries(
       Object.keys(instances[0]).map((key) => {
-        const type = { batched_colors: Uint8Array, faces: Uint32Array }[key] ?? Float32Array;
+        const type = TYPES[key] ?? Float32Array;
         return [key, type.from(instances.flatMap((one) => one[key]))];
       })) });
   }
 
-  /* Draws a beam. still, moved: four numbers of each station, x, y, z and strain, at rest and their
-  change; mode: the same of the mode whose nodes are marked, if one is. */
-  function draw(data, { root, normal, ...beam }, still, moved, mode) {
-    const now = moved.map((x, i) => x + still[i]), points = [];
-    for (let i = 0; i < now.length; i += 4) points.push([...now.slice(i, i + 3)]);
-    const steps = points.slice(1).map((b, i) => b.map((x, j) => x - points[i][j]));
+  /**
+   * Draws a beam. still, moved: four numbers of each station, x, y, z and strain, at rest and their
+   * change; mode: the same of the mode whose nodes are marked, if one is.
+   * @param {OfflineScene} data
+   * @param {OfflineBeam | VibratingBeam} beam
+   * @param {number[]} still
+   * @param {Float32Array} moved
+   * @param {number[]} [mode]
+   */
+  function draw(data, beam, still, moved, mode) {
+    const { root, normal } = beam, now = moved.map((x, i) => x + still[i]);
+    /** @type {Vec3[]} */
+    const points = [];
+    for (let i = 0; i < now.length; i += 4) points.push(three([...now.slice(i, i + 3)]));
+    const steps = points.slice(1).map((b, i) => three(b.map((x, j) => x - points[i][j])));
     const along = steps.map(([x, y, z]) => Math.atan2(normal[2] * y - normal[1] * z, x));
     const wedge = along.map((direction, i) => // at the start of a piece
       i && Math.min(Math.abs(Math.tan((direction - along[i - 1]) / 2)), MAX_WEDGE));
-    const on = (i, share) => ({ // at a part of the way along a piece
+    /** @type {(i: number, share: number) => Record<string, number[]>} at a part of the way along a piece */
+    const on = (i, share) => ({
       batched_positions: points[i].map((x, j) => x + share * steps[i][j]),
       batched_wxyzs: [Math.cos(along[i] / 2), ...normal.map((x) => x * Math.sin(along[i] / 2))],
     });
@@ -56,6 +90,7 @@ const beamvizOffline = (() => {
     });
     update(`${root}/rotor/beam`, pieces);
     update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));
+    /** @param {number} station */
     const body = (station) => {
       const piece = Math.min(station, pieces.length - 1);
       return on(piece, station - piece);
@@ -63,7 +98,8 @@ const beamvizOffline = (() => {
     for (const [name, at] of Object.entries(beam.bodies)) update(name, at.map(body));
     for (const { name, station, above } of beam.labels_of_bodies)
       send("SetPositionMessage", name, { position: above.map((x, j) => x + points[station][j]) });
-    if (!mode) return;
+    if (!mode || !("ring" in beam)) return;
+    /** @type {(i: number, share: number, size: number[]) => Record<string, number[]>} */
     const ring = (i, share, size) =>
       ({ ...on(i, share), batched_scales: size, batched_colors: beam.ring_colour });
     const [length, larger] = beam.ring;
@@ -76,26 +112,37 @@ const beamvizOffline = (() => {
     update(`${root}/rotor/nodes`, rings.length ? rings : [ring(0, 0, [0, 0, 0])]);
   }
 
-  /* Turns the hub of a beam, or the ground, by an angle. */
+  /**
+   * Turns the hub of a beam, or the ground, by an angle.
+   * @param {OfflineScene} data
+   * @param {OfflineBeam} beam
+   * @param {number} angle
+   */
   function turn(data, { root }, angle) {
     const half = (data.turning[1] * angle) / 2, wxyz = [Math.cos(half), 0, 0, Math.sin(half)];
     send("SetOrientationMessage", `${root}/${data.turning[0]}`, { wxyz });
   }
 
-  /* Calls `advance` with the seconds since the last frame in every frame, and `show` in those in
-  which the scene is there. */
+  /**
+   * Calls `advance` with the seconds since the last frame in every frame, and `show` in those in
+   * which the scene is there.
+   * @param {OfflineScene} data
+   * @param {(seconds: number) => void} advance
+   * @param {() => void} show
+   */
   function play(data, advance, show) {
     let before = 0;
+    setTimeout(beamvizViser.check, LATE);
     requestAnimationFrame(function frame(now) {
-      const viewer = window.__viserMutable;
       advance(Math.min(now - before, 100) / 1000);
       before = now;
       requestAnimationFrame(frame);
-      if (!viewer?.camera || !viewer.nodeRefFromName[`${data.beams[0].root}/rotor/ends`]) return;
-      const { clientWidth, clientHeight } = viewer.canvas; // the scene is fitted into a square
-      viewer.cameraControl?.zoomTo(Math.min(1, clientWidth / clientHeight));
+      const canvas = beamvizViser.canvas();
+      if (!canvas || !beamvizViser.pixel(`${data.beams[0].root}/rotor/ends`)) return;
+      const { clientWidth, clientHeight } = canvas; // the scene is fitted into a square
+      beamvizViser.zoomTo(Math.min(1, clientWidth / clientHeight));
       show();
-      viewer.requestRender();
+      beamvizViser.render();
     });
   }
 
@@ -105,6 +152,7 @@ const beamvizOffline = (() => {
     const button = byId("play");
     const state = {
       playing: !matchMedia("(prefers-reduced-motion: reduce)").matches,
+      /** @param {boolean} playing */
       set(playing) {
         state.playing = playing;
         button.textContent = playing ? "Pause" : "Play";

@@ -52,14 +52,16 @@ class AvoidedCrossing(NamedTuple):
 
 def avoided_crossings(track: Track) -> tuple[list[AvoidedCrossing], list[tuple[float, float]]]:
     """The least gaps of at most CLOSE of the frequency of which a mode is one of the requested, and
-    the intervals with one that could not be located."""
+    the intervals with one that could not be located. Where a beam buckles, loci have kinks: a gap
+    that is least at one does not settle, and is none of these."""
     searches = [Search(track, candidate) for candidate in candidates(track)]
     locate(searches, track.path)
     wanted = [search for search in searches if search.is_wanted(track.path.problem.modes)]
     located = [search for search in wanted if search.is_settled]
-    unlocated = [
+    brackets = [
         (search.candidate.low, search.candidate.high) for search in wanted if not search.is_settled
     ]
+    unlocated = [ends for ends in brackets if not track.path.buckles_between(*ends)]
     return _measured(track, located), unlocated
 
 

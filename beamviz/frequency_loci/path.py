@@ -137,6 +137,11 @@ class Path:
     def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
         return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
 
+    def buckles_between(self, low: float, high: float) -> bool:
+        """Whether the state is straight at one of two values and bent at the other."""
+        ends = self.solve(np.array([low, high]))
+        return len({each.equilibrium.shape for each in ends if isinstance(each, Solution)}) == 2
+
     def modes(self, values: NDArray) -> Modes:
         """The modes at values (n,), ascending or not; nan without a solution."""
         outcomes, count = self.solve(values), self.problem.modes + self.extra_modes

@@ -2,6 +2,7 @@
 element that is seen."""
 
 import contextlib
+import json
 
 import numpy as np
 import pytest
@@ -94,6 +95,25 @@ def test_a_job_takes_few_clicks(opened, clicks, result):
             opened.key("Enter")
     opened.wait(result)
     assert opened.problems == []
+
+
+EVENT = "document.querySelector('#veering-shapes [data-set=go_to_event]')"
+PLACES = f"""(found => {{
+  {BEAM}.traverse(node => {{ found.push(...node.matricesTexture?._data ?? []); }});
+  return found.join(); }})([])"""
+
+
+def test_a_veering_is_seen_with_its_two_modes_in_three_clicks(opened):
+    """Coriolis forces, the tab, the event: S1 and B3 are chosen, and move in the scene."""
+    click(opened, "document.querySelector('#status [data-set=coriolis]')")
+    click(opened, tab("Veering"))
+    opened.wait(f"{SHAPES}.length === 12")
+    click(opened, EVENT)
+    opened.wait(f"{SHOWN}.sort().join() === 'B3,S1'")
+    opened.wait("location.search.includes('coriolis=true')")
+    before = opened.evaluate(PLACES)
+    opened.wait(f"{PLACES} !== {json.dumps(before)}")
+    opened.send("coriolis", False)
 
 
 def test_a_picture_is_saved_in_two_clicks(opened, tmp_path):

@@ -18,7 +18,7 @@ from beamviz.drawing.modes import displacement
 from beamviz.drawing.surroundings import HUB_HEIGHT, MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
 from beamviz.explorer.features.comparison import ComparisonTab, comparison_table, percent
-from beamviz.explorer.second_beam import LABELS, comparison_case
+from beamviz.explorer.second_beam import LABELS, ComparisonCase, comparison_case
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, State
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -45,9 +45,9 @@ OVERLAY = "/scene/rotor/overlay"
 )
 def test_each_choice_changes_the_beam_or_explains_why_there_is_no_comparison(choice, own, other):
     """A method or a term that is chosen already is replaced by the other. No choice, no text."""
-    title, case = comparison_case(replace(State.of(Scene()), comparison=choice), own)
+    title, case, _ = comparison_case(replace(State.of(Scene()), comparison=choice), own)
     assert other in title if isinstance(other, str) else case == other
-    assert comparison_case(State.of(Scene()), own) == ("", None)
+    assert comparison_case(State.of(Scene()), own) == ComparisonCase()
 
 
 def rows(html: str) -> list[list[str]]:
@@ -193,6 +193,18 @@ def test_a_kept_beam_stays_while_the_other_changes(guest):
 )
 def test_a_change_has_two_digits_and_no_exponent(change, text):
     assert percent(change) == text
+
+
+def test_with_all_modes_the_table_is_there_and_the_scene_says_why_the_second_beam_is_not(guest):
+    """It is drawn again when one mode is shown."""
+    guest.do("tab", "compare")
+    guest.do("all_modes", True)
+    guest.do("comparison", "mass", until="twice the mass, ")
+    assert len(rows(guest.texts["comparison"])) >= 5
+    guest.says("The second beam is not drawn while all modes are shown.")
+    guest.do("only", 0)
+    guest.forgets("is not drawn while")
+    guest.wait(lambda _: guest.nodes[OVERLAY].get("visible"))
 
 
 def test_a_second_beam_that_is_not_drawn_is_missed_at_once(guest):

@@ -143,7 +143,7 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
     def is_solved(guest: Visitor, own: Any) -> bool:
         """Set the numbers, and again, as a file may be loaded meanwhile."""
         guest.set(**beam.numbers)
-        answer, _ = own.solver.pair
+        answer, *_ = own.solver.compared
         return answer is not None and answer.beam == beam
 
     for bad in BAD:
@@ -153,7 +153,7 @@ def test_every_action_tolerates_invalid_values(url, other, frame_loops, caplog, 
             guest.choose("playing", False)
             alone(frame_loops, 2)
             own = frame_loops[0].sessions[max(frame_loops[0].sessions)].visitor
-            for action in 3 * list(own.page.handlers):
+            for action in 3 * list(own.page.actions):
                 guest.do(action, bad)
             wait_until(partial(is_solved, guest, own))
         lines = [record.getMessage() for record in caplog.records]

@@ -107,13 +107,32 @@ def select_thickness(desk):
     desk.evaluate(f"{THICKNESS}.select()")
 
 
-def test_a_bad_value_of_a_real_beam_stays_with_its_reason(desk):
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("thickness", "400", "must lie in"),
+        ("length", "0", "must be above 0"),
+    ],
+)
+def test_a_bad_value_of_a_real_beam_stays_with_its_reason(desk, name, value, reason):
     """Beside its field; it is not taken back without a word."""
     select_thickness(desk)
-    desk.call("Input.insertText", text="400")
-    desk.key("Enter", until=f"{THICKNESS}.closest('.field').innerText.includes('must lie in')")
+    field = f"document.querySelector('[data-set=\"real.{name}\"]')"
+    desk.click(field)
+    desk.evaluate(f"{field}.select()")
+    desk.call("Input.insertText", text=value)
+    desk.key("Enter", until=f"{field}.closest('.field').innerText.includes('{reason}')")
     desk.evaluate(f"document.activeElement.blur(); {AFTER_LATER}")
-    assert desk.evaluate(f"{THICKNESS}.value") == "400"
+    assert desk.evaluate(f"{field}.value") == value
+
+
+def test_a_mass_that_is_too_large_stays_with_its_reason(desk):
+    """500 kg on the steel beam of 1.2 kg; the status says what is allowed, in the same unit."""
+    select_thickness(desk)
+    enter(desk, "500")
+    desk.wait(f"{by_id('equilibrium')}.innerText.includes('= 500: must lie in 0 .. 117.75')")
+    desk.evaluate(f"document.activeElement.blur(); {AFTER_LATER}")
+    assert desk.evaluate(f"{by_id('alpha-field')}.value") == "500"
 
 
 def test_a_field_keeps_what_is_typed_until_it_is_entered(desk):
@@ -312,17 +331,54 @@ def test_the_mode_shift_by_keys_alone(url):
         fresh.wait(f"{READY} && {says('1st stretching')}")
         fresh.key("Tab", until="document.activeElement.id === 'skip'")
         fresh.key("Enter", until="document.activeElement.id === 'alpha-slider'")
-        tabs = 0
-        for name, key, end in (("beta", "End", 1.0), ("alpha", "PageUp", 2.0)):
-            while fresh.evaluate("document.activeElement.id") != f"{name}-slider":
-                fresh.key("Tab")
-                tabs += 1
-                if tabs > 4:  # back to the first slider
-                    fresh.evaluate(f"{by_id(f'{name}-slider')}.focus()")
+        for name, key, end, shift in (("beta", "End", 1.0, 0), ("alpha", "PageUp", 2.0, SHIFT)):
+            for _ in range(6):  # a question mark and a field are between two sliders
+                if fresh.evaluate("document.activeElement.id") == f"{name}-slider":
+                    break
+                fresh.key("Tab", modifiers=shift)
+            assert fresh.evaluate("document.activeElement.id") == f"{name}-slider"
             while (before := fresh.number(name)) < end:
                 fresh.key(key, until=lambda name=name, before=before: fresh.number(name) > before)
         order = "[...document.querySelectorAll('#mode-rows [data-row]')].map(e => e.dataset.row)"
         fresh.wait(f"{order}[2] === 'S1'")
+
+
+SHIFT = 8  # a modifier of keys
+OVER_THE_SCENE = "#transport button, #captions button, #captions > *"
+
+
+def test_nothing_is_over_the_scene_without_a_text(desk):
+    """No empty frame under the status, once the invitation is gone."""
+    desk.send("gamma", 6.0, until="location.search.includes('gamma=6')")
+    desk.wait(f"{by_id('scene-caption')}.innerText === ''")
+    seen = f"[...document.querySelectorAll('{OVER_THE_SCENE}')].filter(e => e.checkVisibility()"
+    seen += " && e.getBoundingClientRect().width > 0)"
+    assert desk.evaluate(f"{seen}.length") > 2
+    assert desk.evaluate(f"{seen}.filter(e => !(e.innerText.trim() || e.ariaLabel)).length") == 0
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
+def test_no_caption_of_the_scene_is_over_a_control(desk, size):
+    """Of two beams one above the other, of all modes in rows, and of one alone."""
+    desk.resize(*size)
+    texts = "[...document.querySelectorAll('#caption-layer span:not([hidden])')]"
+    texts += ".filter(e => e.checkVisibility())"
+    controls = (
+        f"[...document.querySelectorAll('{OVER_THE_SCENE}')].filter(e => e.checkVisibility())"
+    )
+    boxes = "%s.map(e => e.getBoundingClientRect().toJSON())"
+
+    def is_clear() -> bool:
+        found, others = (desk.evaluate(boxes % one) for one in (texts, controls))
+        return all(are_apart([one, other]) for one in found for other in others)
+
+    edits = (("only", 1), ("all_modes", True), ("comparison", "mass"), ("stacked", True))
+    for action, value in (*edits, ("all_modes", False)):
+        desk.send(action, value)
+        desk.catch_up()
+        desk.wait(f"{texts}.length > 0")
+        wait_until(is_clear, about=f": {action} = {value}")
+    desk.send("stacked", False)
 
 
 def test_no_captions_cover_each_other_in_a_comparison(desk):
@@ -352,3 +408,37 @@ def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
             fresh.wait(f"location.search === '{query}' && {READY} && {says('1st bending')}")
             fresh.catch_up()
             fresh.wait(shown)
+
+
+# The highest point [px] of the way of the tip around the hub, and the lowest of the invitation.
+ABOVE_THE_TIP = """(() => {
+  const { camera, canvas, nodeRefFromName } = __viserMutable, scene = nodeRefFromName["/scene"];
+  const { top, height } = canvas.getBoundingClientRect();
+  const heights = [...Array(360).keys()].map(degree => {
+    const angle = degree * Math.PI / 180, tip = scene.position.clone();
+    tip.set(Math.cos(angle), Math.sin(angle), 0).applyMatrix4(scene.matrixWorld).project(camera);
+    return top + (1 - tip.y) / 2 * height; });
+  const text = document.getElementById("scene-caption").getBoundingClientRect();
+  return [Math.min(...heights), text.bottom]; })()"""
+LETTERS = 22  # [px] a line of text, of which another font may need one more on a phone
+
+
+def settled(shown: Page, script: str) -> list[float] | None:
+    """Numbers of the page that are the same some frames later, as when the view has turned."""
+    before = shown.evaluate(script)
+    shown.next_frame(20)
+    return before if before == shown.evaluate(script) else None
+
+
+@pytest.mark.parametrize(
+    "size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844), (960, 1080)], ids=str
+)
+def test_the_beam_does_not_swing_behind_the_invitation(url, size):
+    """In the stationary frame its tip passes below it, on every screen."""
+    with page(url, *size) as shown:
+        shown.resize(*size)
+        shown.wait(f"{READY} && !!{by_id('scene-caption')}.querySelector('button')")
+        shown.send("rotating_frame", False)
+        shown.catch_up()
+        tip, text = wait_until(lambda: settled(shown, ABOVE_THE_TIP))
+        assert text < tip + (LETTERS if size[0] < 500 else 0)

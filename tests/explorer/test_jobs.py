@@ -19,6 +19,7 @@ from beamviz.explorer.features.loci_chart import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
 from beamviz.explorer.jobs import Cases, Job, SolveJob, WorkerPool, Workers
+from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
 from beamviz.solver import solve
 
@@ -103,13 +104,15 @@ def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release
 def test_a_comparison_has_both_answers(workers):
     """Also where one of the two was solved before."""
     job, first, second = SolveJob(workers, lambda: None), case(PAPER), case(Beam(gamma=1))
-    for cases in (Cases(first), Cases(first, second), Cases(case(Beam(gamma=2)), second)):
+    comparison = ComparisonCase("before", second)
+    for cases in (Cases(first), Cases(first, comparison), Cases(case(Beam(gamma=2)), comparison)):
         job.request(cases)
         job.finish()
         wait_until(lambda: not job.busy)
         answer, other = job.answer.result
         assert answer.request == cases.case
-        assert other is None if cases.other is None else other.request == cases.other
+        assert (other and other.request) == cases.comparison.case
+        assert job.compared == (answer, other, cases.comparison)
 
 
 def test_a_job_computes_the_latest_request():

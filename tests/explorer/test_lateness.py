@@ -1,11 +1,15 @@
 """What is shown belongs to the numbers shown; what does not yet says so, and only that."""
 
+import re
 import threading
+import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import pytest
+from live.fresh import Guest
 from live.server import TIMEOUT
 from live.visitor import Visitor, frequency_text, pause
 
@@ -132,6 +136,17 @@ def test_an_answer_is_late_while_its_next_request_is_not_known(computer):
         assert not computer.after(2 * LATE).late
 
 
+def test_a_request_replaced_before_it_is_begun_leaves_nothing_late(computer):
+    """Where all threads are at work, it is the latest request that is computed when one is free."""
+    computer.job.request(1)
+    computer.after(0.5)
+    computer.job.request(2)
+    computer.compute()
+    assert computer.job.status.result == 2
+    assert not computer.after(2 * PATIENCE).late
+    assert not computer.job.status.slow
+
+
 # On the page
 
 LISTS = ("loci-events", "loci-resonances")
@@ -213,6 +228,39 @@ def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):
     assert "before the last change" not in guest.texts["scene-caption"]
 
 
+def test_a_comparison_has_the_title_of_its_own_beam(guest, release, monkeypatch):
+    """While the next one is being solved, table and scene show the one before under its name, and
+    say that it is of earlier numbers."""
+
+    def titles() -> set[str]:
+        """What the table calls the second beam, and what the scene does."""
+        (in_table,) = re.findall("this beam, .*?</th>.*?>([^<]*), [^,<]*</th>", told_of(guest))
+        drawn = [one["text"] for one in guest.parts["captions"] if one["name"].endswith("/title")]
+        return {in_table, *drawn} - {"this beam"}
+
+    pause(guest)
+    guest.do("tab", "compare")
+    guest.do("stacked", True)
+    guest.do("comparison", "ancf", until="20 ANCF elements, ")
+    guest.wait(lambda _: titles() == {"20 ANCF elements"})
+    before = told_of(guest)
+    monkeypatch.setattr(jobs, "solve", waiting(solve, release))
+    release.clear()
+    guest.do("comparison", "mass", until=lambda _: told(guest, "comparison"))
+    assert guest.values["comparison"] == "mass"
+    assert told_of(guest) == before
+    assert titles() == {"20 ANCF elements"}
+    assert "beam before the last change" in guest.texts["scene-caption"]
+    release.set()
+    guest.wait(lambda _: titles() == {"twice the mass"} and not told(guest, "comparison"))
+    assert told_of(guest) != before
+
+
+def told_of(guest: Visitor) -> str:
+    """The table of the comparison."""
+    return guest.texts["comparison"]
+
+
 def test_a_chart_that_a_drag_leaves_behind_says_so(guest, session, monkeypatch):
     """On a server that is too busy to compute charts during a drag."""
     monkeypatch.setattr(frame_loop.FrameLoop, "step", property(lambda _: 1e-6))
@@ -234,3 +282,24 @@ def test_a_chart_that_a_drag_leaves_behind_says_so(guest, session, monkeypatch):
         ended.set()
         dragging.join()
     guest.wait(lambda _: not told(guest, "loci-chart"))
+
+
+def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):
+    """On a busy server its request is left to the next frame; by then its tab may be closed."""
+    own = Guest(guest, frame_loops[0])
+    session = own.session
+    guest.do("tab", "map", until=lambda _: guest.charts["map-chart"].get("values"))
+    pause(guest)
+    own.settle()
+
+    def in_two_frames() -> None:
+        visitor = session.visitor
+        visitor.change(partial(State.changed, name="delta", value=0.4))
+        session.tick(time.monotonic(), in_haste=True)
+        visitor.set_state(replace(visitor.state, tab="loads"))
+        session.tick(time.monotonic())
+
+    own.on_loop(in_two_frames)
+    own.settle()
+    assert not session.visitor.jobs["map"].busy
+    assert session.visitor.jobs["map"].since is None

@@ -171,7 +171,6 @@ def test_a_pause_outlasts_a_link_and_the_way_back(guest):
 
 IMPOSSIBLE = {  # edits
     "number": [("alpha", 1e9)],
-    "no number": [("gamma", "fast")],
     "two numbers": [("mu", 20.0), ("gamma", 150.0)],
     "real beam": [("link", f"?{STEEL}&mass=0.1"), ("beta", -3.0)],
     "term": [("softening", False), ("method", "ancf")],

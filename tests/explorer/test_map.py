@@ -126,8 +126,11 @@ def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
             guest.do(action, until=lambda _: "cancelled: map" in guest.texts["work"])
             assert guest.props["map-chart"]["hidden"]
             guest.do("retry_jobs", None)
-    guest.choose("method", "auto")  # takes the place of the slow one
+    guest.do("tab", "loads")  # for the same beam it goes on
+    guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
+    guest.choose("method", "auto")  # for another one it does not
     guest.wait(lambda _: not guest.texts["work"])
+    guest.do("tab", "map")
     guest.wait(lambda _: guest.props["map-chart"]["data-outdated"] is None)
 
 

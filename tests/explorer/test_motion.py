@@ -18,10 +18,10 @@ from live.visitor import Visitor, catch_up, visitor
 from beamviz.beam import Beam
 from beamviz.dynamics import motion
 from beamviz.dynamics.drives import Hub
-from beamviz.explorer import explorer
+from beamviz.explorer import computed_motion, explorer
+from beamviz.explorer.computed_motion import TOLERANCE
 from beamviz.explorer.experiment import PULLED, Experiment
-from beamviz.explorer.features import motion as tab
-from beamviz.explorer.features.motion import PRESETS, TOLERANCE
+from beamviz.explorer.features.motion import PRESETS
 from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
@@ -259,8 +259,10 @@ def test_an_experiment_that_is_begun_again_begins_at_its_start(pulled, session):
 
 def test_a_moment_chosen_while_another_motion_arrives_is_kept(pulled, session, monkeypatch):
     """In the frame of both: the new motion is shown at it, paused, and so is the state."""
-    release, compute = threading.Event(), tab.motion
-    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    release, compute = threading.Event(), computed_motion.motion
+    monkeypatch.setattr(
+        computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
+    )
     for moment, alpha in ((1.25, 2.0), (3.5, 0.5), (0.75, 1.5)):
         release.clear()
         pulled.do("alpha", alpha)
@@ -400,8 +402,10 @@ def test_after_a_pause_too_the_motion_of_another_beam_begins_at_its_start(pulled
 
 def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monkeypatch):
     """In the scene and beside the charts, from the first moment."""
-    release, compute = threading.Event(), tab.motion
-    monkeypatch.setattr(tab, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1])
+    release, compute = threading.Event(), computed_motion.motion
+    monkeypatch.setattr(
+        computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
+    )
     assert "The tip is at most" in pulled.texts["motion-list"]
     try:
         pulled.do("alpha", 2.5)
@@ -411,6 +415,22 @@ def test_an_earlier_motion_is_called_one_until_the_next_is_computed(pulled, monk
         release.set()
     pulled.wait(lambda _: "The tip is at most" in pulled.texts["motion-list"])
     pulled.wait(lambda _: "Motion in time" in pulled.texts["scene-caption"])
+
+
+def test_the_reason_against_a_motion_goes_with_its_beam(guest, monkeypatch):
+    """While the motion of the next beam is computed, the sentence is about that."""
+    guest.do("link", SHORT)
+    guest.do("blade.preset", "tapered-steel-blade")
+    guest.wait(lambda _: "uniform clamped beam" in guest.texts["motion-words"])
+    release, compute = threading.Event(), computed_motion.motion
+    monkeypatch.setattr(
+        computed_motion, "motion", lambda *a, **k: (release.wait(60), compute(*a, **k))[1]
+    )
+    try:
+        guest.do("undo")
+        guest.wait(lambda _: "the beam is pulled" in guest.texts["motion-words"])
+    finally:
+        release.set()
 
 
 def test_a_hub_is_turned_by_a_torque(guest, session):

@@ -73,7 +73,8 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     values = {"area": 30e-3 * 5e-3, "second_moment": 30e-3 * 5e-3**3 / 12, "length": 1.2}
     values |= {"density": 7850.0, "youngs_modulus": 210e9, "rotation_speed": 600 * real_beam.RPM}
     guest.do("real.preset", "steel beam")
-    fill(guest, length=1200, thickness=5, rotation_speed=600)
+    fill(guest, length=1200, thickness=5)
+    guest.set(gamma=600)  # rpm, by the slider of the speed
     guest.shows(Beam.from_si(**values))
     shown = {name: guest.values[f"real.{name}"] for name in real_beam.FIELDS.keys() - SIZES}
     expected = {"length": 1200, "youngs_modulus": 210, "density": 7850, "rotation_speed": 600}
@@ -81,7 +82,8 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     assert shown == pytest.approx(expected, rel=1e-7)
     assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
     assert guest.text.count('data-set="plane"') == 1  # no choice stands twice on the page
-    fill(guest, **{"mass": 0.5, real_beam.PERCENT: 50, "length": 1000})
+    fill(guest, length=1000)
+    guest.set(alpha=0.5, beta=500)  # kg, mm
     values |= {"length": 1.0, "mass": 0.5, "mass_position": 0.5}
     guest.shows(half := Beam.from_si(**values))
     fill(guest, material="aluminium")

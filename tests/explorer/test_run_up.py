@@ -70,7 +70,7 @@ def test_the_scene_shows_the_scaled_response(guest, session):
     """All points keep phase and ratio; the highest peak has twice the amplitude, a quarter one."""
     pause(guest)
     guest.edit(coriolis=True)
-    guest.do("force_per_rev", 2)
+    guest.do("force_per_rev", "2")
     guest.do("run_up", until=lambda _: session.visitor.state.run_speed)
     run, amplitude = run_up.run_of(session.snapshot), session.visitor.state.view.amplitude
     top = float(run.speeds[np.nanargmax(run.amplitudes)])
@@ -125,7 +125,7 @@ def test_a_run_up_in_the_page(guest, session, monkeypatch):
     assert max(speeds) <= PAPER.gamma  # the run-up would go on to 16
     guest.wait(lambda _: speed() == 4.0)
     assert "resonances of the run-up" in guest.texts["run-up-list"]
-    for name, value in (("alpha", 2.0), ("damping", 5.0), ("force_per_rev", 3)):
+    for name, value in (("alpha", 2.0), ("damping", 5.0), ("force_per_rev", "3")):
         guest.do(name, value)
         guest.wait(lambda _: not session.visitor.state.forced_response)
         with monkeypatch.context() as faster:

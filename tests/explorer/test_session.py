@@ -125,8 +125,10 @@ def test_only_changes_are_sent_and_an_invalid_value_is_corrected(guest):
     guest.wait(lambda _: "loci-chart" in guest.charts)
     pause(guest)
     guest.values.clear()
-    guest.do("playing", "no", until=lambda _: "playing" in guest.values)
-    assert guest.values == {"playing": True}
+    guest.do("colouring", "rainbow", until=lambda _: "colouring" in guest.values)
+    assert guest.values == {"colouring": "displacement"}
+    guest.do("pace", "fast", until=lambda _: "pace" in guest.values)  # also one of another type
+    assert guest.values == {"colouring": "displacement", "pace": 1.0}
 
 
 def test_invalid_actions_are_ignored(guest, caplog):
@@ -143,7 +145,8 @@ def test_invalid_actions_are_ignored(guest, caplog):
 
 
 def test_a_number_out_of_range_is_named(guest):
-    """With value and range; the next valid one is solved. What is no number is refused too."""
+    """With value and range; the next valid one is solved. What is no number is refused with a
+    message, and a number without bounds is out of range."""
     for k, bad in enumerate((1e9, -1.0, 1e300)):
         guest.choose("alpha", bad, until=f"mass α = {bad:.10g}: must lie in 0 .. 100")
         guest.said.clear()
@@ -151,10 +154,14 @@ def test_a_number_out_of_range_is_named(guest):
         assert "mass α" in guest.said[0]["text"]
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
-    for k, bad in enumerate(("fast", None, 10**40)):
-        guest.choose("gamma", bad, until="out of range")
-        guest.edit(gamma=12.0 + k)
-        guest.wait(lambda _: "out of range" not in guest.text)
+    for bad in ("fast", None, True):
+        guest.said.clear()
+        guest.do("gamma", bad, until=lambda _: guest.said)
+        assert guest.said[0]["error"]
+        assert "gamma" in guest.said[0]["text"]
+    guest.choose("gamma", 10**40, until="out of range")
+    guest.edit(gamma=12.0)
+    guest.wait(lambda _: "out of range" not in guest.text)
 
 
 def test_an_unstable_state_is_shown_with_its_growth(guest):

@@ -9,8 +9,10 @@ from live.visitor import Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
+from beamviz.explorer.feature import Part
 from beamviz.explorer.features import sharing
 from beamviz.explorer.features.lessons import formatted, lesson_rate
+from beamviz.explorer.page import html
 from beamviz.lessons import LESSONS, lesson
 from beamviz.scene import START, Scene
 from beamviz.solver import solve
@@ -206,3 +208,27 @@ def test_the_tab_veering_says_why_it_shows_nothing(guest):
         guest.choose(key, value)
     guest.wait(lambda _: "no bent states" in guest.texts["veering-shapes"])
     guest.wait(lambda _: guest.props["veering-chart"]["hidden"])
+
+
+def test_the_tab_veering_belongs_to_the_beam_that_is_drawn(guest):
+    """Of the nearest values, where a number is out of range, as in a tab that is opened then."""
+    guest.do("tab", "veering")
+    guest.says("they exchange their shapes")
+    before = guest.texts["veering-shapes"]
+    guest.choose("alpha", 1000.0, until="Drawn with the nearest values in range: α = 100")
+    guest.wait(lambda _: guest.texts["veering-shapes"] != before)
+    guest.wait(lambda _: not guest.props["veering-shapes"].get("data-outdated"))
+    assert guest.charts["veering-chart"]["cursor"] is None
+    pause(guest)
+    shown = guest.texts["veering-shapes"]
+    guest.do("tab", "frequencies", until=lambda _: guest.texts["veering-shapes"] == "")
+    assert guest.props["veering-chart"]["hidden"]
+    guest.do("tab", "veering", until=lambda _: guest.texts["veering-shapes"] == shown)
+
+
+def test_a_part_of_the_page_must_say_what_it_shows():
+    """Also where it shows nothing: what it does not name would stay as it was."""
+    part = Part(lambda _: (), lambda shown: html("one", "text") if shown else {}, ("one",))
+    assert part.content(True) == {("html", "one"): "text"}
+    with pytest.raises(ValueError, match="one"):
+        part.content(False)

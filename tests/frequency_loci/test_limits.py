@@ -235,11 +235,15 @@ def test_the_beam_buckles_in_a_sweep(beam, over, values, at, coriolis):
     assert (before[-1], after[0]) == (before.min(), after.min())
 
 
-@pytest.mark.parametrize("values", [np.linspace(2.9, 3.1, 9), *slow(np.linspace(2, 5, 31))])
+@pytest.mark.parametrize(
+    "values", [np.linspace(2.9, 3.1, 9), np.linspace(0, 20, 3), *slow(np.linspace(2, 5, 31))]
+)
 def test_a_kink_of_a_gap_is_no_crossing(values):
-    """Where the beam buckles the gap between S1 and B4 is least, 10, and grows suddenly."""
+    """Where the beam buckles the gap between S1 and B4 is least, 10, and grows suddenly; nor is it
+    an event that could not be located."""
     found = loci(INWARD, "gamma", values, state="stable")
     assert [event.kind for event in found.events] == ["buckling"]
+    assert found.limits == ()
     assert len(found.branches) == 5
     assert (found["S1"].frequency < found["B4"].frequency).all()
 

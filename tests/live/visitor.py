@@ -33,6 +33,7 @@ class Visitor:
 
     texts: HTML by element id; values, props: of controls, by key; charts: data by element id; said:
     messages, the latest last; parts: other parts of updates, as last sent; nodes: of the scene;
+    owner: of its nodes, for viser;
     controls: ids of viser's controls by label; updated: their values by id; commands: ids by name;
     beam, options: of the last answer that was waited for, the keywords those of `solve`.
     """
@@ -47,6 +48,7 @@ class Visitor:
         self.props, self.charts, self.nodes = properties
         self.said: list[dict[str, Any]] = []
         self.actions = self.received = 0
+        self.owner = ""
         self.camera: tuple[float, ...] = ()  # the position last sent
         self.send(**CAMERA_MESSAGE)
 
@@ -86,6 +88,24 @@ class Visitor:
         self.beam, self.options = beam, options
         found = frequency_text(beam, **options)
         self.wait(lambda _: found in self.texts["mode-rows"])
+
+    def drag(self, node: str, *points: tuple[float, float, float]) -> None:
+        """Drag a node of the scene along points, the first of which takes it."""
+        phases = ["start", *["update"] * (len(points) - 2), "end"]
+        for phase, point in zip(phases, points, strict=True):
+            self.send(
+                type="SceneNodeDragMessage",
+                phase=phase,
+                name=node,
+                instance_index=0,
+                start_position=points[0],
+                start_screen_pos=(0.5, 0.5),
+                end_position=point,
+                end_screen_pos=(0.5, 0.5),
+                button="left",
+                modifier=None,
+                owner=self.owner,
+            )
 
     def press(self, key: str) -> None:
         """Press a key of the page, or run a command by its name."""
@@ -135,6 +155,7 @@ class Visitor:
     def apply(self, message: dict[str, Any]) -> None:
         """Update the state by one message."""
         kind, props = message["type"], message.get("props", {})
+        self.owner = message.get("owner") or self.owner
         if kind == "SceneNodeUpdateMessage":
             self.nodes[message["name"]].update(message["updates"])
         elif kind == "SetSceneNodeVisibilityMessage":

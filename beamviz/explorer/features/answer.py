@@ -19,8 +19,8 @@ from beamviz.drawing.text import (
     significant,
 )
 from beamviz.explorer import page
+from beamviz.explorer.computed_motion import is_before
 from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress
-from beamviz.explorer.features.motion import is_before
 from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -35,6 +35,7 @@ from beamviz.units import Units
 STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
+ANSWER = "playing", "mode-rows", "equilibrium"  # what the panel shows of an answer
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
@@ -57,11 +58,11 @@ class AnswerPanel(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.answer, s.picture), answer_content),
-            Part(lambda s: (s.picture, s.answer), scene_content),
-            Part(pace_reads, pace_content),
-            Part(self.caption_reads, caption_content),
-            Part(lambda s: (work(s.jobs),), work_content),
+            Part(lambda s: (s.answer, s.picture), answer_content, ANSWER),
+            Part(lambda s: (s.picture, s.answer), scene_content, ("legend",)),
+            Part(pace_reads, pace_content, ("pace-text",)),
+            Part(self.caption_reads, caption_content, ("scene-caption", "replaced")),
+            Part(lambda s: (work(s.jobs),), work_content, ("work",)),
             fading([], "mode-rows", "equilibrium", "legend", "comparison", "method"),
         )
 
@@ -81,19 +82,14 @@ class AnswerPanel(Feature):
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
-    """The state of the equilibrium and the table of modes."""
-    if answer is None:
-        return {}
-    solved = answer.result
-    rows = NO_MODES
+    """The state of the equilibrium and the table of modes; nothing before the first answer."""
+    solved = answer.result if answer else None
+    rows = NO_MODES if answer else ""
     if solved and solved.solution:
         rows = mode_table(solved.solution, solved, picture.shown)
     stopped = page.props("playing", disabled=solved is None)
-    return (
-        stopped
-        | page.html("mode-rows", rows)
-        | page.html("equilibrium", status(answer, picture.film is not None))
-    )
+    text = status(answer, in_motion=picture.film is not None) if answer else ""
+    return stopped | page.html("mode-rows", rows) | page.html("equilibrium", text)
 
 
 def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:

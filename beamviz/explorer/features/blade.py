@@ -59,8 +59,8 @@ class BladePanel(Feature):
         super().__init__(visitor)
         on = partial(self.page.on, max_text=2 * MAX_TOML_BYTES)
         for name in TABLES:
-            on(f"blade.{name}", partial(self.type, name))
-            on(f"blade.{name}.remove", partial(self.remove, name))
+            on(f"blade.{name}", partial(self.type, name), str)
+            on(f"blade.{name}.remove", partial(self.remove, name), int)
         on(
             "blade.stations.add",
             lambda _: self.edit(
@@ -79,24 +79,25 @@ class BladePanel(Feature):
                 lambda draft, _: draft._replace(stations=sorted_rows(draft.stations))
             ),
         )
-        on("blade.root", self.choose_root)
+        on("blade.root", self.choose_root, str)
         on(
             "blade.spring",
             lambda value: self.edit(lambda draft, _: draft._replace(root=str(value))),
+            float,
         )
-        on(PASTE, lambda text: self.paste(PASTE, str(text)))
-        on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]))
-        on("blade.preset", self.choose)
+        on(PASTE, lambda text: self.paste(PASTE, str(text)), str)
+        on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]), str)
+        on("blade.preset", self.choose, str)
         on("blade.begin", self.begin)
         on("blade.uniform", lambda _: load(visitor, "", uniform, section="own"))
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(tables_read, tables_content),
-            Part(lambda s: (is_shown(s.state), s.state.case), numbers_content),
-            Part(reasons_read, reasons_content),
-            Part(chart_read, chart_content),
+            Part(tables_read, tables_content, ("blade",)),
+            Part(numbers_read, numbers_content, ("blade-numbers",)),
+            Part(reasons_read, reasons_content, ("blade-reasons", PASTE)),
+            Part(chart_read, chart_content, ("blade-chart",)),
         )
 
     # Edits
@@ -317,10 +318,15 @@ def is_made_from(preset: Preset, physical: PhysicalBeam) -> bool:
     return of_preset is not None and draft_of(of_preset).stations == draft_of(physical).stations
 
 
+def numbers_read(snapshot: Snapshot) -> tuple[bool, Case]:
+    return is_shown(snapshot.state), snapshot.state.case
+
+
 def numbers_content(shown: bool, case: Case) -> Content:
-    """The dimensionless numbers, and values that are likely in another unit."""
+    """The dimensionless numbers, and values that are likely in another unit; nothing while the
+    panel is not there."""
     if not shown:
-        return {}
+        return page.html("blade-numbers", "")
     beam = case.nearest_beam()
     assert beam.units
     text = (
@@ -338,9 +344,10 @@ def reasons_read(snapshot: Snapshot) -> tuple[Any, ...]:
 def reasons_content(
     shown: bool, draft: Draft | None, case: Case | None, refused: Refused | None
 ) -> Content:
-    """Why the tables describe no beam, and why the last entry was refused."""
+    """Why the tables describe no beam, and why the last entry was refused; nothing while the panel
+    is not there."""
     if not shown:
-        return {}
+        return page.html("blade-reasons", "") | page.value(PASTE, "")
     reasons = reasons_of(draft, case) if draft and case else []
     entry = ""
     if refused and refused.key.startswith("blade"):
@@ -444,10 +451,12 @@ def chart_read(snapshot: Snapshot) -> tuple[Any, ...]:
 
 
 def chart_content(shown: bool, blade: Blade | None, units: Units | None) -> Content:
-    """The properties along the span, each over its value at the root."""
+    """The properties along the span, each over its value at the root; nothing while the panel is
+    not there."""
     if not shown or units is None:
-        return {}
-    return page.chart("blade-chart", properties_data(blade or UNIFORM, units.length))
+        return page.props("blade-chart", hidden=True)
+    content = page.props("blade-chart", hidden=False)
+    return content | page.chart("blade-chart", properties_data(blade or UNIFORM, units.length))
 
 
 def properties_data(blade: Blade, length: float) -> page.Data:

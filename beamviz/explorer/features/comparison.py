@@ -37,13 +37,13 @@ TOOLS += page.group(
     page.button("Keep this beam, then change it", data_do="keep"),
 )
 
+WAIT = "comparison-wait"  # id of the place for what is computed
+
 
 class ComparisonTab(Feature):
     """The choice of the second beam, and a table of the frequencies of both beams."""
 
-    tab = Tab(
-        "Compare", 4, f'{TOOLS}{page.waiting_place("comparison-wait")}<div id="comparison"></div>'
-    )
+    tab = Tab("Compare", 4, f'{TOOLS}{page.waiting_place(WAIT)}<div id="comparison"></div>')
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -52,8 +52,8 @@ class ComparisonTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(reads, table_content),
-            Part(lambda s: (missing(s),), partial(waiting_content, "comparison-wait")),
+            Part(reads, table_content, ("comparison",)),
+            Part(lambda s: (missing(s),), partial(waiting_content, WAIT), (WAIT,)),
         )
 
 
@@ -71,7 +71,7 @@ def reads(snapshot: Snapshot) -> tuple[object, ...]:
         snapshot.second,
         snapshot.comparison.title,
         snapshot.comparison.case is None,
-        state.comparison == EARLIER,
+        snapshot.comparison.choice == EARLIER,
         state.view.all_modes,
     )
 

@@ -135,20 +135,20 @@ class Controls(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         for name in NUMBERS:
-            self.page.on(name, partial(self.edit, name))
-        visitor.bind("mass", switch_mass, lambda values: bool(values["alpha"]))
+            self.page.on(name, partial(self.edit, name), float)
+        visitor.bind("mass", switch_mass, lambda values: bool(values["alpha"]), takes=bool)
         for mode in range(MODES):
             edit = partial(State.share, mode=mode)
-            visitor.bind(f"share-{mode}", edit, partial(share_of, mode))
-        self.page.on("only", self.show_alone)
+            visitor.bind(f"share-{mode}", edit, partial(share_of, mode), takes=float)
+        self.page.on("only", self.show_alone, int)
         self.page.on("undo", lambda _: visitor.restore(visitor.history.undo))
         self.page.on("redo", lambda _: visitor.restore(visitor.history.redo))
         self.page.on("reset", lambda _: visitor.reset())
         self.page.on("forget_refused", lambda _: visitor.change(partial(replace, refused=None)))
-        self.page.on("rate", self.lock)
+        self.page.on("rate", self.lock, float | None)
         self.page.on("reset_view", lambda _: self.reset_view())
-        self.page.on("tab", self.open_tab)
-        self.page.on("preferences", self.take_preferences)
+        self.page.on("tab", self.open_tab, str)
+        self.page.on("preferences", self.take_preferences, str)
         self.page.on("cancel_jobs", lambda _: visitor.cancel_jobs())
         self.page.on("retry_jobs", lambda _: visitor.retry_jobs())
         for name, command in COMMANDS.items():
@@ -159,10 +159,12 @@ class Controls(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (), self.fixed_content),
-            Part(lambda s: (s.state,), self.bound_content),
-            Part(lambda s: (s.undo, s.redo), history_content),
-            Part(lambda s: (s.state.case, s.state.run_speed), numbers_content),
+            Part(lambda s: (), self.fixed_content, (*CONTENT, "presenter")),
+            Part(
+                lambda s: (s.state,), self.bound_content, (*self.visitor.controls, "open", "dark")
+            ),
+            Part(lambda s: (s.undo, s.redo), history_content, ("undo", "redo")),
+            Part(lambda s: (s.state.case, s.state.run_speed), numbers_content, tuple(NUMBERS)),
         )
 
     def fixed_content(self) -> Content:

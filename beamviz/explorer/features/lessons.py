@@ -58,12 +58,12 @@ class Lessons(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         visitor.job(JOB, Facts.of)
-        self.page.on("lesson", self.open)
-        self.page.on("lesson_step", self.go)
-        self.page.on("lesson_turn", self.turn)
-        self.page.on("lesson_guess", self.guess)
+        self.page.on("lesson", self.open, str)
+        self.page.on("lesson_step", self.go, int)
+        self.page.on("lesson_turn", self.turn, int)
+        self.page.on("lesson_guess", self.guess, int)
         self.page.on("lesson_restart", lambda _: visitor.reset())
-        self.page.on("met", self.keep_met)
+        self.page.on("met", self.keep_met, str)
         for one in LESSONS:
             if one.scene == visitor.state.opened:
                 visitor.change(partial(begun, lesson=one))
@@ -134,9 +134,9 @@ class Lessons(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lesson_reads, lesson_content),
-            Part(verdict_reads, verdict_content),
-            Part(lambda s: (s.state.lesson, s.state.met), cards_content),
+            Part(lesson_reads, lesson_content, ("lesson", "lesson-text")),
+            Part(verdict_reads, verdict_content, ("verdict",)),
+            Part(lambda s: (s.state.lesson, s.state.met), cards_content, ("tab-lessons", "met")),
         )
 
 

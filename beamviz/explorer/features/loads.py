@@ -37,6 +37,7 @@ LOADS = {
     "moment": Load("bending moment", "M", "bending", is_moment=True),
 }
 CHARTS = {name: f"loads-{name}" for name in LOADS}
+SHOWN = "loads-text", *CHARTS.values()  # ids of the text and of the charts
 TEXT = '<div id="loads-text" tabindex="0" role="group" aria-label="Loads"></div>'
 SKELETON = (
     f'<div class="loads-tab">{page.waiting_place("loads-wait")}{TEXT}<div class="loads-charts">'
@@ -66,8 +67,8 @@ class LoadsTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.job_answer(JOB),), loads_content),
-            fading([JOB], "loads-text", *CHARTS.values()),
+            Part(lambda s: (s.job_answer(JOB),), loads_content, SHOWN),
+            fading([JOB], *SHOWN),
             waiting("loads-wait", SOLUTION, JOB),
         )
 
@@ -78,14 +79,12 @@ def diagrams_of(answer: SolverAnswer) -> Diagrams | None:
 
 def loads_content(answer: Answer[SolverAnswer, Diagrams | None] | None) -> Content:
     """The loads, or the reason why there are none."""
-    if answer is None:
-        return {}
     content: Content = {}
-    solution = answer.request.solution
-    if solution is None or answer.result is None:
+    solution = answer.request.solution if answer else None
+    if answer is None or solution is None or answer.result is None:
         for id in CHARTS.values():
             content |= page.props(id, hidden=True)
-        reason = answer.message or answer.request.message
+        reason = (answer.message or answer.request.message) if answer else ""
         return content | page.html("loads-text", page.note(reason))
     x, loads = answer.result
     for name, values in loads.items():

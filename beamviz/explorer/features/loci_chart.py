@@ -283,8 +283,10 @@ class LociTab(Feature):
         self.charts = visitor.job(CHART, ChartRequest.chart)
         visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
-            visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k))
-        self.page.on("go_to_event", self.go_to)
+            visitor.bind(
+                f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k), takes=bool
+            )
+        self.page.on("go_to_event", self.go_to, str)
 
     def go_to(self, key: Any) -> None:
         """Move the beam to an event, and show its modes."""
@@ -296,10 +298,9 @@ class LociTab(Feature):
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The charts of the beam and of the one compared with."""
-        state, case, other = snapshot.state, snapshot.drawn_case, snapshot.comparison.case
-        if case is None:
+        request, other = chart_wanted(snapshot), snapshot.comparison.case
+        if request is None:
             return {}
-        request = ChartRequest.around(case, state.over, max(state.per_rev, default=0))
         with contextlib.suppress(InvalidInput):
             if other:
                 return {CHART: request, SECOND_CHART: request.same_axis(other)}
@@ -308,21 +309,25 @@ class LociTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(chart_reads, chart_content),
-            Part(lambda s: (s.job_answer(CHART), s.beam), cursor_content),
+            Part(chart_reads, chart_content, ("per-rev", "loci-chart", *LISTS)),
+            Part(cursor_reads, cursor_content, ("loci-chart", "go_to_event")),
             fading([CHART], "loci-chart", *LISTS),
             waiting("loci-chart-wait", SOLUTION, CHART),
         )
 
 
-def current_chart(snapshot: Snapshot) -> Answer[ChartRequest, Chart] | None:
-    """The answer with the chart of the beam and model of a snapshot; None before it is computed."""
-    answer, state = snapshot.job_answer(CHART), snapshot.state
-    if answer is None or snapshot.answer is None or snapshot.beam is None:
+def chart_wanted(snapshot: Snapshot) -> ChartRequest | None:
+    """The chart of the beam in the scene; None before the first answer."""
+    state, case = snapshot.state, snapshot.drawn_case
+    if case is None:
         return None
-    highest = max(state.per_rev, default=0)
-    wanted = ChartRequest.around(snapshot.answer.request, state.over, highest)
-    return answer if answer.request == wanted else None
+    return ChartRequest.around(case, state.over, max(state.per_rev, default=0))
+
+
+def current_chart(snapshot: Snapshot) -> Answer[ChartRequest, Chart] | None:
+    """The answer with the chart of the beam in the scene; None before it is computed."""
+    answer = snapshot.job_answer(CHART)
+    return answer if answer and answer.request == chart_wanted(snapshot) else None
 
 
 def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:
@@ -340,26 +345,35 @@ def chart_content(
     other: Answer[ChartRequest, Chart] | None,
     multiples: tuple[int, ...],
 ) -> Content:
-    """A chart, or the reason why there is none, the loci of a second beam, and the lists."""
+    """A chart, or the reason why there is none, the loci of a second beam, and the lists. Before
+    the first answer the chart is empty."""
+    content = page.props("loci-chart", hidden=False)
     if answer is None:
-        return {}
+        content |= page.props("per-rev", hidden=False)
+        content |= page.props("loci-resonances", hidden=True)
+        return content | page.html("loci-resonances", "") | page.html("loci-events", "")
     chart, over_speed = answer.result, answer.request.over == "gamma"
-    content = page.props("per-rev", hidden=not over_speed)
+    content |= page.props("per-rev", hidden=not over_speed)
     content |= page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
     second = other.result if other else None
     if chart is None:
         content |= page.chart("loci-chart", axes_data(answer.request, answer.message, second))
-        content |= page.html("loci-resonances", "")
-        return content | page.html("loci-events", page.note(answer.message))
+        reason = page.note(answer.message)
+        return content | page.html("loci-resonances", "") | page.html("loci-events", reason)
     content |= page.chart("loci-chart", chart_data(chart, multiples, second))
     content |= page.html("loci-events", event_table(chart) + notes(chart))
     return content | page.html("loci-resonances", resonance_table(chart, multiples))
 
 
+def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+    """The answer with the chart, and the beam; none where a number is out of range."""
+    return snapshot.job_answer(CHART), snapshot.beam
+
+
 def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None) -> Content:
     """The line of the beam, and the event that it is at."""
     if answer is None:
-        return {}
+        return page.props("loci-chart", hidden=False) | page.value("go_to_event", "")
     request, chart = answer.request, answer.result
     line = cursor(beam, request.over, request.measures[0])
     chosen = chart.event_at(getattr(beam, request.over)) if chart and beam else ""

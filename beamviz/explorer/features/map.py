@@ -113,6 +113,7 @@ class BeamMap:
 
 
 JOB = "map"
+SHOWN = "map-chart", "map-text"  # ids of the map and of the text beside it
 TOOLS = page.select("mapped", "colour", QUANTITIES)
 TOOLS += page.select("over", "horizontal axis", AXES, id="map-over")
 TOOLS += page.select("across", "vertical axis", AXES)
@@ -126,7 +127,7 @@ class MapTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.job = visitor.job(JOB, MapRequest.solve)
-        self.page.on("move_beam", self.move_beam)
+        self.page.on("move_beam", self.move_beam, str)
 
     def move_beam(self, place: Any) -> None:
         """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""
@@ -139,25 +140,23 @@ class MapTab(Feature):
                 self.visitor.change(lambda state: moved(state, numbers, ends))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
-        """The map while the tab is open."""
+        """The map while the tab is open; while it is closed, one that was begun for this beam goes
+        on."""
         state, case = snapshot.state, snapshot.drawn_case
-        if case is None or state.tab != self.tab.key:
+        if case is None:
             return {}
-        return {JOB: MapRequest.around(case, (state.over, state.across), state.map_ends)}
+        request = MapRequest.around(case, (state.over, state.across), state.map_ends)
+        goes_on = state.tab == self.tab.key or self.visitor.jobs[JOB].latest == request
+        return {JOB: request if goes_on else None}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(self.reads, map_content),
-            Part(lambda s: (s.job_answer(JOB), s.beam), place_content),
-            fading([JOB], "map-chart", "map-text"),
+            Part(lambda s: (s.job_answer(JOB), s.state.mapped), map_content, SHOWN),
+            Part(lambda s: (s.job_answer(JOB), s.beam), place_content, ("map-chart",)),
+            fading([JOB], *SHOWN),
             waiting("map-chart-wait", SOLUTION, JOB),
         )
-
-    def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """Whether the tab is open, the last map, and the quantity to show of it."""
-        state = snapshot.state
-        return state.tab == self.tab.key, snapshot.job_answer(JOB), state.mapped
 
 
 def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> State:
@@ -168,16 +167,11 @@ def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> S
     return replace(state, map_ends=(first, second))
 
 
-def map_content(
-    is_open: bool, answer: Answer[MapRequest, BeamMap] | None, mapped: str | int
-) -> Content:
-    """The map, or the reason why there is none."""
-    if not is_open or answer is None:
-        return {}
-    if answer.result is None:
-        return page.props("map-chart", hidden=True) | page.html(
-            "map-text", page.note(answer.message)
-        )
+def map_content(answer: Answer[MapRequest, BeamMap] | None, mapped: str | int) -> Content:
+    """The last map, or the reason why there is none."""
+    if answer is None or answer.result is None:
+        reason = page.note(answer.message) if answer else ""
+        return page.props("map-chart", hidden=True) | page.html("map-text", reason)
     drawn = ShownMap(answer.result, mapped)
     content = page.props("map-chart", hidden=drawn.is_empty) | page.html("map-text", drawn.text())
     return content | page.chart("map-chart", drawn.data())
@@ -185,8 +179,8 @@ def map_content(
 
 def place_content(answer: Answer[MapRequest, BeamMap] | None, beam: Beam | None) -> Content:
     """The place of the beam in the map; none where a number is out of range."""
-    if answer is None:
-        return {}
+    if answer is None or answer.result is None:
+        return page.props("map-chart", hidden=True)
     if beam is None:
         return page.chart("map-chart", {"cursor": None})
     x, y = (

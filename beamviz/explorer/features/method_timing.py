@@ -93,6 +93,7 @@ NOTE = (
 
 
 JOB = "method timing"
+SHOWN = "timing-chart", "timings"  # ids of the chart and of the table
 HELP = "Every method at several resolutions, while this tab is open; again for another beam"
 TOOLS = page.checkbox("time_methods", "time all methods", HELP) + '<div id="method"></div>'
 
@@ -118,28 +119,29 @@ class MethodTimingTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(self.reads, timing_content),
-            fading([JOB], "timing-chart", "timings"),
+            Part(self.reads, timing_content, ("method", *SHOWN)),
+            fading([JOB], *SHOWN),
             waiting("timing-chart-wait", SOLUTION, JOB),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """Whether the tab is open and the timings are asked for, the answer of the scene, and the
-        timings if they are shown."""
+        """The answer of the scene, None while the tab is closed, whether the timings are asked for,
+        and the timings if they are shown."""
         state = snapshot.state
         timings = snapshot.job_answer(JOB) if state.time_methods else None
-        return state.tab == self.tab.key, state.time_methods, snapshot.answer, timings
+        answer = snapshot.answer if state.tab == self.tab.key else None
+        return answer, state.time_methods, timings
 
 
 def timing_content(
-    is_open: bool,
-    is_asked: bool,
     answer: SolverAnswer | None,
+    is_asked: bool,
     timings: Answer[Case, tuple[Timing, ...]] | None,
 ) -> Content:
     """The method in use; the timings, the reason why there are none, or an invitation."""
-    if not is_open or answer is None:
-        return {}
+    if answer is None:
+        content = page.html("method", "") | page.html("timings", "")
+        return content | page.props("timing-chart", hidden=True)
     solution = answer.solution
     content = page.html("method", summary(solution) if solution else "")
     content |= page.props("timing-chart", hidden=not (timings and timings.result))

@@ -7,268 +7,42 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from html import escape
-from typing import Any, NamedTuple, Self
+from typing import Any
 
-import numpy as np
-
-from beamviz.beam import Beam
-from beamviz.drawing.modes import stations
-from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
 from beamviz.drawing.text import (
     Measure,
     duration,
-    frequencies,
     length_text,
     lengths,
     measure,
     si_measure,
     times,
 )
-from beamviz.dynamics import Motion, motion
-from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
-from beamviz.dynamics.pull import PulledBeam, pulled
-from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.clock import suitable_rate
+from beamviz.explorer.computed_motion import (
+    JOB,
+    PULL_JOB,
+    Computed,
+    MotionRequest,
+    PullRequest,
+    answer_of,
+    is_before,
+    obstacle_of,
+)
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
-from beamviz.explorer.film import Film, HeldShapes, time_text
-from beamviz.explorer.jobs import Answer, case_error
-from beamviz.explorer.page import Content, Data
+from beamviz.explorer.film import time_text
+from beamviz.explorer.jobs import Answer
+from beamviz.explorer.motion_charts import notes, spectrum_data, strip_data
+from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
-from beamviz.explorer.view import UNSTIFFENED
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import clip
-from beamviz.solver import interruption, solve
 from beamviz.units import Units
 
-JOB, PULL_JOB = "motion", "pull"
-TOLERANCE = 1e-3  # [L] of the tip, half a pixel of a scene of 500 pixels
-POINTS, MOST_POINTS = 40, 1601  # of the results, for each T* and in all
-LONGEST = 40.0  # [s] on the screen
-LINES = 5  # modes whose frequencies are in the spectrum
-WIDER = 1.1  # than to the highest frequency of a mode
 PAUSED_DIGITS = 4  # after the point, of the moment of a pause in the address
-DECADES = 4  # of amplitude in the spectrum
-MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has too
-
-
-class Obstacle(NamedTuple):
-    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any.
-    of_beam: the same is true of every experiment with this beam and model."""
-
-    reason: str
-    remedy: str = ""
-    of_beam: bool = True
-
-
-class MotionRequest(NamedTuple):
-    """A motion to compute: its beam, options of `solve`, and the experiment."""
-
-    beam: Beam
-    options: tuple[tuple[str, Any], ...]
-    experiment: Experiment
-
-    @classmethod
-    def of(cls, case: Case, experiment: Experiment) -> Self:
-        """That of a case. Raises InvalidInput for a number out of range."""
-        names = (*MODEL, "plane", "stiffening", "softening")
-        return cls(case.beam(), tuple((name, case.options[name]) for name in names), experiment)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
-
-    @property
-    def obstacle(self) -> "Obstacle | None":
-        """What a motion has not; None if it can be computed."""
-        options, own, units = dict(self.options), self.experiment, self.beam.units
-        if not self.beam.is_uniform:
-            return Obstacle(
-                "A motion in time is computed for a uniform clamped beam with at most one mass.",
-                page.button("Make it uniform, as at the root", data_do="blade.uniform"),
-            )
-        if own.body != "stays" and own.body_at > own.until:
-            return Obstacle(
-                f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
-                f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
-                " earlier time.",
-                of_beam=False,
-            )
-        if options["plane"] != "chordwise":
-            return Obstacle(
-                "A motion in time is computed in the plane of rotation, and this beam vibrates out"
-                " of it.",
-                page.button("Vibrate in plane", data_set="plane", data_value="chordwise"),
-            )
-        for term in ("stiffening", "softening"):
-            if not options[term]:
-                return Obstacle(
-                    "A motion in time has all effects of rotation; the theory without stiffening is"
-                    " below.",
-                    page.button(f"Switch {term} on", data_set=term, data_value=True),
-                )
-        if self.beam.spin_up:
-            return Obstacle(
-                "A motion in time has no constant spin-up: how the speed changes is chosen below.",
-                page.button("Set the spin-up to 0", data_set="spin_up", data_value=0),
-            )
-        return None
-
-    def computed(self) -> "Computed":
-        """The motion. Raises the errors of `motion`, and Cancelled."""
-        if obstacle := self.obstacle:
-            raise InvalidInput(obstacle.reason)
-        beam, own = self.beam, self.experiment
-        options = {name: one for name, one in self.options if name in MODEL}
-        given: dict[str, Any] = {
-            **own.arguments,
-            "speed": own.speed(beam.gamma),
-            "tolerance": TOLERANCE,
-            "points": min(math.ceil(POINTS * own.until) + 1, MOST_POINTS),
-        }
-        found = motion(beam, **given, **options, progress=Progress(own.until))
-        second: LinearMotion | str = ""
-        if own.unstiffened:
-            try:
-                second = motion_without_stiffening(beam, **given, progress=Progress(own.until))
-            except BeamvizError as error:
-                second = str(error)
-        return Computed(self, found, second)
-
-
-class Progress:
-    """Tells how far a motion is, which is computed several times, with finer steps: the part done
-    grows with each of them."""
-
-    def __init__(self, until: float):
-        self.until, self.runs, self.last = until, 0, 0.0
-
-    def __call__(self, t: float) -> None:
-        """Raises Cancelled."""
-        self.runs += t < self.last
-        self.last = t
-        interruption.get()(1 - 0.5 ** (self.runs + t / self.until))
-
-
-class Computed:
-    """A computed motion, its spectrum and the frequencies of the modes at its end, ready to be
-    shown. second: that without stiffening, or the reason why there is none, "" where none is asked
-    for."""
-
-    def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
-        self.request, self.motion, self.second = request, found, second
-        self.beam, self.experiment = request.beam, request.experiment
-        shapes = MotionShapes(found)
-        other = None if isinstance(second, str) else MotionShapes(second)
-        units = self.beam.units
-        rate = suitable_rate(dominant_frequency(found), float(abs(found.gamma).max()), units)
-        rate = max(rate, float(found.t[-1]) / LONGEST)
-        self.film = Film(drawn_beam(found), shapes, other, rate, found.has_mass)
-        self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
-        self.spectrum = found.spectrum(self.since)
-        options = {name: one for name, one in request.options if name in MODEL}
-        try:
-            last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))
-            modes = solve(last, modes=LINES, coriolis=True, **options)
-            known = np.isfinite(modes.frequencies)
-            self.modes = [
-                (modes.labels[k], modes.families[k], float(modes.frequencies[k]))
-                for k in np.flatnonzero(known)
-            ]
-        except BeamvizError:
-            self.modes = []
-        self.units = units
-
-
-def wanted(state: State) -> MotionRequest | None:
-    """The motion that a state describes; None where there is an obstacle."""
-    if obstacle_of(state.case, state.experiment):
-        return None
-    return MotionRequest.of(state.case, state.experiment)
-
-
-def obstacle_of(case: Case, experiment: Experiment) -> Obstacle | None:
-    """Why a case has no motion; None if that can be computed."""
-    try:
-        return MotionRequest.of(case, experiment).obstacle
-    except InvalidInput as error:
-        return Obstacle(f"There is no motion: {case_error(str(error), case)}.")
-
-
-def can_move(state: State) -> bool:
-    """Whether some experiment with the beam and the model of a state has a motion."""
-    obstacle = obstacle_of(state.case, state.experiment)
-    return obstacle is None or not obstacle.of_beam
-
-
-def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
-    """The last motion; None before the first, and where the state describes none."""
-    return snapshot.job_answer(JOB) if wanted(snapshot.state) else None
-
-
-def is_before(snapshot: Snapshot) -> bool:
-    """Whether the motion shown is not yet that of the state, which is being computed."""
-    answer = answer_of(snapshot)
-    return answer is not None and answer.request != wanted(snapshot.state)
-
-
-class PullRequest(NamedTuple):
-    """A beam that is held, and where."""
-
-    beam: Beam
-    options: tuple[tuple[str, Any], ...]
-    at: float
-    deflection: float
-
-    @classmethod
-    def of(cls, state: State) -> Self:
-        """That of a state in which the beam is held. Raises InvalidInput for a number out of
-        range."""
-        assert state.hold
-        options = tuple((name, state.case.options[name]) for name in MODEL)
-        return cls(state.case.beam(), options, state.hold.at, state.hold.deflection)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
-
-    def pulled(self) -> PulledBeam:
-        """The beam as it is held. Raises the errors of `pulled`."""
-        return pulled(self.beam, self.deflection, self.at, **dict(self.options))
-
-
-def film_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The beam while it is held, and the last motion if the scene shows it."""
-    state = snapshot.state
-    held = snapshot.job_answer(PULL_JOB) if state.hold else None
-    return held, (answer_of(snapshot) if state.in_motion else None)
-
-
-def film_of(
-    held: Answer[PullRequest, PulledBeam] | None, answer: Answer[MotionRequest, Computed] | None
-) -> Film | None:
-    """What the scene plays instead of modes."""
-    if held and held.result:
-        beam = held.request.beam
-        x = stations(beam.beta if beam.alpha else 1.0)
-        shapes = HeldShapes(beam, x, held.result.position(x))
-        return Film(beam, shapes, None, 1.0, lambda _: True)
-    return answer.result.film if answer and answer.result else None
-
-
-def played_reads(snapshot: Snapshot, film: Film) -> tuple[Any, ...]:
-    """What the picture of a motion depends on, besides that without it."""
-    moment = snapshot.clock.moment
-    diverged = film.diverged is not None and moment >= film.diverged
-    return snapshot.state.view, snapshot.scale, film.has_body(moment), diverged
-
-
-# The tab
-
 PULL_HINT = (
     "A force across the beam that holds it until the motion begins; then it is let go. A force of"
     " E I / L² bends a beam at rest by about a third of its length. Or drag the beam in the scene."
@@ -400,10 +174,11 @@ class MotionTab(Feature):
         super().__init__(visitor)
         visitor.job(JOB, MotionRequest.computed)
         visitor.job(PULL_JOB, PullRequest.pulled)
-        for name in (*RANGES, *CHOICES, "unstiffened"):
-            self.page.on(f"motion.{name}", partial(self.edit, name))
-        self.page.on("experiment", self.begin)
-        self.page.on("moment", self.go_to)
+        takes = {**dict.fromkeys(RANGES, float), **dict.fromkeys(CHOICES, str), "unstiffened": bool}
+        for name, kind in takes.items():
+            self.page.on(f"motion.{name}", partial(self.edit, name), kind)
+        self.page.on("experiment", self.begin, str)
+        self.page.on("moment", self.go_to, float)
         self.page.on("motion.play", self.play)
 
     def edit(self, name: str, value: Any) -> None:
@@ -457,15 +232,20 @@ class MotionTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state.experiment, s.state.case.units), values_content),
-            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content),
-            Part(lambda s: (answer_of(s),), chart_content),
-            Part(lambda s: (answer_of(s), is_before(s)), notes_content),
-            Part(lambda s: (answer_of(s), moment_of(s)), moment_content),
-            Part(lambda s: (s.state.in_motion and s.state.view.playing,), play_content),
+            Part(lambda s: (s.state.experiment, s.state.case.units), values_content, VALUES),
+            Part(lambda s: (s.state.experiment, s.state.case, reason_of(s)), words_content, WORDS),
+            Part(lambda s: (answer_of(s),), chart_content, PLAYED),
+            Part(lambda s: (answer_of(s), is_before(s)), notes_content, ("motion-list",)),
+            Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
+            Part(playing_reads, play_content, ("motion-play",)),
             fading([JOB], *CHARTS, "motion-list"),
             waiting("motion-wait", JOB),
         )
+
+
+def playing_reads(snapshot: Snapshot) -> tuple[bool]:
+    """Whether the motion is played."""
+    return (snapshot.state.in_motion and snapshot.state.view.playing,)
 
 
 def begun(state: State, experiment: Experiment) -> State:
@@ -481,9 +261,10 @@ def played(state: State) -> State:
 
 
 def reason_of(snapshot: Snapshot) -> str:
-    """Why there is no motion."""
+    """Why there is no motion; "" while that is not known."""
     answer = answer_of(snapshot)
     known = answer is not None and answer.result is None and not answer.cancelled
+    known = known and not is_before(snapshot)
     return answer.message if answer and known else ""
 
 
@@ -493,6 +274,10 @@ def moment_of(snapshot: Snapshot) -> float | None:
 
 
 # Displayed values
+
+VALUES = tuple(f"motion.{name}" for name in (*RANGES, *CHOICES, "unstiffened"))
+PLAYED = *CHARTS, "moment-row", "moment-slider", "moment-label", "motion-files"
+WORDS = "motion-words", "motion-play-row", "motion-presets", "motion-settings"
 
 
 def display(name: str, units: Units | None) -> Measure:
@@ -610,7 +395,8 @@ def chart_content(answer: Answer[MotionRequest, Computed] | None) -> Content:
     for id in ("moment-row", "motion-files"):
         content |= page.props(id, hidden=found is None)
     if found is None:
-        return content
+        content |= page.props("moment-slider", min=0, max=1, step=0.01)
+        return content | page.html("moment-label", "time")
     content |= page.chart(CHARTS[0], strip_data(found)) | page.chart(
         CHARTS[1], spectrum_data(found)
     )
@@ -638,114 +424,3 @@ def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float
 
 def play_content(playing: bool) -> Content:
     return page.html("motion-play", "Pause" if playing else "Play")
-
-
-def strip_data(found: Computed) -> Data:
-    """The deflection of the tip over time."""
-    along, tip = times(found.units), found.motion.tip[:, 1]
-    across = lengths("deflection of the tip", "y", found.units)
-    low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
-    low, high = (low, high) if high > low else (-1e-3, 1e-3)
-    margin = (0.6 if not isinstance(found.second, str) else 0.08) * (high - low)
-    lines: list[Data] = [
-        {
-            "label": "tip",
-            "y": page.sent(across.factor * tip),
-            "runs": [[0, len(tip) - 1, "bending", "tip"]],
-        }
-    ]
-    gaps = []
-    if not isinstance(found.second, str):
-        other = found.second.tip[:, 1]
-        lines.append(
-            {
-                "label": "",
-                "second": True,
-                "at": page.sent(along.factor * found.second.t),
-                "y": page.sent(across.factor * other),
-                "runs": [[0, len(other) - 1, "stretching", UNSTIFFENED]],
-            }
-        )
-        if found.film.diverged is not None:
-            ends = along.factor * found.film.diverged, along.factor * found.film.until
-            gaps.append([*map(float, ends), f"{UNSTIFFENED}: diverged"])
-    return {
-        "name": "Deflection of the tip over time",
-        "x": page.axis_data(along, (0.0, found.film.until)),
-        "y": page.axis_data(across, (low - margin, high + margin)),
-        "at": page.sent(along.factor * found.motion.t),
-        "lines": lines,
-        "gaps": gaps,
-        "keys": [
-            {"style": "line bending", "text": "tip"},
-            *([{"style": "line second", "text": UNSTIFFENED}] if len(lines) > 1 else []),
-        ],
-    }
-
-
-def spectrum_data(found: Computed) -> Data:
-    """The spectrum of the deflection of the tip, with the frequencies of the modes as lines."""
-    along, across = frequencies(found.units), lengths("amplitude", "a", found.units)
-    frequency, amplitude = found.spectrum
-    highest = max((one for _, _, one in found.modes), default=float(frequency[-1]))
-    inside = (frequency > 0) & (frequency <= WIDER * highest)
-    frequency, amplitude = frequency[inside], amplitude[inside]
-    top = float(amplitude.max(initial=0.0)) or 1.0
-    ends = top / 10**DECADES, 3 * top
-    lines = [
-        {
-            "label": label,
-            "at": page.sent(along.factor * np.array([one, one * (1 + 1e-9)])),
-            "y": page.sent(across.factor * np.array([ends[0], 10 * ends[1]])),
-            "runs": [[0, 1, f"{family} dashed", label]],
-        }
-        for label, family, one in found.modes
-    ]
-    amplitude = np.maximum(amplitude, 0.1 * ends[0])
-    lines.append(
-        {
-            "label": "",
-            "y": page.sent(across.factor * amplitude),
-            "runs": [[0, len(amplitude) - 1, "resonance", "tip"]],
-        }
-    )
-    return {
-        "name": "Spectrum of the motion of the tip",
-        "x": page.frequency_axis(along, (0.0, WIDER * highest)),
-        "y": page.axis_data(across, ends, log=True),
-        "at": page.sent(along.factor * frequency),
-        "lines": lines,
-        "keys": [
-            {"style": "line resonance", "text": "spectrum"},
-            {"style": "line dashed", "text": "modes"},
-        ],
-    }
-
-
-def notes(found: Computed, before: bool) -> str:
-    """What the charts show, in words; before: the motion is that before the last change."""
-    units = found.units
-    far, error = (
-        length_text(float(length), units, digits)
-        for length, digits in ((abs(found.motion.tip[:, 1]).max(), 4), (found.motion.error, 1))
-    )
-    tip = "Before the last change the tip was" if before else "The tip is"
-    text = f"<p>{tip} at most {far} aside, known to {error}.</p>"
-    if isinstance(found.second, str):
-        text += page.note(found.second)
-    elif found.film.diverged is not None:
-        text += page.note(
-            f"The theory without stiffening diverges: at {time_text(found.film.diverged, units)}"
-            " its tip is displaced by the length of the beam. The beam itself goes on."
-        )
-    else:
-        text += "<p>The theory without stiffening does not diverge in this time.</p>"
-    own = found.experiment
-    if found.since:
-        text += f"<p>The spectrum is that of the motion after {time_text(found.since, units)}"
-        text += ", with the frequencies that the beam has then.</p>"
-    elif own.hub == "torque" and own.event:
-        text += "<p>The frequencies are those at the speed that is reached in the end.</p>"
-    elif own.event:
-        text += "<p>The frequencies are those at the end; make the motion longer to see them.</p>"
-    return text

@@ -15,6 +15,7 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Refused
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
@@ -97,6 +98,7 @@ THICK = {
 }  # units of a section whose parts are far from its axis
 FAR = 0.1  # [m] radius of gyration of such a section
 ALONG = "along"  # the section varies along the span: see blade.py
+OF_MATERIAL = ("youngs_modulus", "density")  # fields; other numbers of FIELDS have sliders
 SECTION_NAMES = {
     "rectangle": "rectangle b × h",
     "tube": "tube",
@@ -276,18 +278,19 @@ class RealBeamPanel(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        for name in FIELDS:
-            self.page.on(f"real.{name}", partial(self.edit, name))
-        self.page.on("real.preset", self.choose)
-        self.page.on("real.material", self.choose_material)
-        self.page.on("real.section", self.choose_section)
+        sizes = (name for section in SECTIONS.values() for name in section.sizes)
+        for name in dict.fromkeys(("length", *OF_MATERIAL, *sizes)):
+            self.page.on(f"real.{name}", partial(self.edit, name), float)
+        self.page.on("real.preset", self.choose, str)
+        self.page.on("real.material", self.choose_material, str)
+        self.page.on("real.section", self.choose_section, str)
         self.page.on(
             "dimensionless", lambda _: self.load("", lambda beam: beam.replace(units=None))
         )
 
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(lambda s: (s.state.case, s.state.section, s.state.refused), panel_content),)
+        return (Part(panel_reads, panel_content, ("real-beam",)),)
 
     def edit(self, name: str, value: Any) -> None:
         self.load(f"real.{name}", lambda beam: edited(beam, name, value), value)
@@ -330,6 +333,12 @@ def load(
         visitor.change(lambda state: replace(state, **values))
     else:
         visitor.load(replace(scene, beam=beam, camera=None), **values)
+
+
+def panel_reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """The beam, the kind of section whose dimensions are shown, and the entry that was refused."""
+    state = snapshot.state
+    return state.case, state.section, state.refused
 
 
 def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
@@ -386,7 +395,6 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     assert units.mass
     field = partial(number_field, beam=beam, refused=refused)
     along = "<p>It bends along h, in the plane that is chosen at the top.</p>"
-    others = ("youngs_modulus", "density")  # the other numbers have sliders
     return (
         '<details class="real" open><summary>Real beam</summary>'
         f'<div class="choices">{BUTTONS}'
@@ -394,7 +402,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
-        f"{''.join(map(field, others))}"
+        f"{''.join(map(field, OF_MATERIAL))}"
         f"{along if kind == 'rectangle' else ''}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"

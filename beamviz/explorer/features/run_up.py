@@ -59,6 +59,7 @@ class RunUpRequest(NamedTuple):
 
 
 JOB = "run-up"
+SHOWN = "run-up-chart", "run-up-list"  # ids of the chart and of the resonances
 
 
 def answer_of(snapshot: Snapshot) -> Answer[RunUpRequest, RunUp] | None:
@@ -153,7 +154,9 @@ class RunUpTab(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         visitor.job(JOB, RunUpRequest.run_up)
-        visitor.bind("damping", with_damping, lambda values: round(100 * values["damping"], 6))
+        visitor.bind(
+            "damping", with_damping, lambda values: round(100 * values["damping"], 6), takes=float
+        )
         self.page.on("run_up", lambda _: visitor.change(started_or_stopped))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
@@ -175,10 +178,10 @@ class RunUpTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state.run_speed is not None,), button_content),
-            Part(lambda s: (answer_of(s),), chart_content),
-            Part(lambda s: (run_of(s), s.beam), line_content),
-            fading([JOB], "run-up-chart", "run-up-list"),
+            Part(lambda s: (s.state.run_speed is not None,), button_content, ("run-up-button",)),
+            Part(lambda s: (answer_of(s),), chart_content, SHOWN),
+            Part(lambda s: (run_of(s), s.beam), line_content, ("run-up-chart",)),
+            fading([JOB], *SHOWN),
             waiting("run-up-chart-wait", JOB),
         )
 
@@ -210,9 +213,9 @@ def chart_content(answer: Answer[RunUpRequest, RunUp] | None) -> Content:
 
 
 def line_content(run: RunUp | None, beam: Beam | None) -> Content:
-    """The speed of the beam in the chart."""
+    """The speed of the beam, in the chart if there is one."""
     if run is None:
-        return {}
+        return page.props("run-up-chart", hidden=True)
     line = cursor(beam, "gamma", measure("gamma", run.beam.units))
     return page.chart("run-up-chart", {"cursor": line})
 

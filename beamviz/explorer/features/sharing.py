@@ -28,12 +28,13 @@ from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keywo
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
 from beamviz.explorer.camera import DEFAULT
+from beamviz.explorer.computed_motion import JOB as MOTION
+from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
 from beamviz.explorer.features.controls import RATES
 from beamviz.explorer.features.lessons import STEPS, begun
-from beamviz.explorer.features.motion import JOB as MOTION
-from beamviz.explorer.features.motion import MOTION_KINDS, wanted
+from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
@@ -293,7 +294,7 @@ class Links(Feature):
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         self.start = replace(visitor.state, met=frozenset())
-        visitor.page.on("link", self.open, max_text=LONGEST_LINK)
+        visitor.page.on("link", self.open, str, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
         """Show the scene of the address, which the page sends when it starts, when there is nothing
@@ -322,15 +323,15 @@ class Links(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state, s.chosen), self.address),
-            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content),
+            Part(lambda s: (s.state, s.chosen), self.address, ("copy-link",)),
+            Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content, ()),
         )
 
     def address(self, state: State, chosen: Camera | None) -> Content:
         """The address of the state, unless the page has not sent its own; none, with the reason,
         for a beam that is too long for one."""
         if state.reserved is None:
-            return {}
+            return page.props("copy-link", disabled=False, title=None)
         query = reason = ""
         try:
             query = query_of(state, chosen, self.start)
@@ -341,7 +342,7 @@ class Links(Feature):
 
 
 def shown_content(is_shown: bool) -> Content:
-    """The scene, which is hidden until it is that of the address."""
+    """The scene, which is hidden until it is that of the address for the first time."""
     return page.props("scene", data_ready="") if is_shown else {}
 
 
@@ -416,7 +417,7 @@ KINDS = {
     ".gif": ("Film (GIF)", "A seamless loop, for slides"),
     ".webp": ("Film (WebP)", "The same, smaller"),
     ".mp4": ("Film (MP4)", "The same, for video software"),
-    ".html": ("Page (HTML)", "Scene, chart and table in one file that plays offline"),
+    ".html": ("Page (HTML)", "One file that plays offline, light or dark as this page is now"),
     ".glb": ("3D model (GLB)", "Animated, for 3D software"),
     ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
     ".npz": ("Numbers (NPZ)", "The same, for Python"),
@@ -435,6 +436,8 @@ class File:
 
 
 JOB = "file"
+# Ids of the elements that show the progress of a file, in the tabs Export and Motion.
+PROGRESS = "export-work", "export-progress", "export-state", "motion-file-work", "motion-file-state"
 
 
 class Files(Feature):
@@ -448,16 +451,16 @@ class Files(Feature):
             Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
         )
         self.page.on("save", lambda _: self.save())
-        self.page.on("load", self.load, max_text=2 * MAX_TOML_BYTES)
-        self.page.on("export", self.start)
-        self.page.on("export_motion", self.start_motion)
+        self.page.on("load", self.load, str, max_text=2 * MAX_TOML_BYTES)
+        self.page.on("export", self.start, str)
+        self.page.on("export_motion", self.start_motion, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (), lambda: page.html("tab-export", export_tab())),
-            Part(progress_reads, progress_content),
+            Part(lambda s: (), lambda: page.html("tab-export", export_tab()), ("tab-export",)),
+            Part(progress_reads, progress_content, PROGRESS),
         )
 
     def save(self) -> None:
@@ -593,7 +596,7 @@ def export_tab() -> str:
         f'<div class="file">{page.button("Save the scene", data_do="save")}'
         '<span class="soft">All settings, as a small text file (TOML)</span></div>'
         '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
-        '<input type="file" id="scene-file" class="hidden" accept=".toml">'
+        '<input type="file" id="scene-file" class="hidden" data-do="load" accept=".toml">'
         '<span class="soft">A file from Save the scene</span></div>'
         f'<div class="file">{length}</div></div>'
         '<div id="export-work" class="row" hidden><span id="export-state"></span>'

@@ -162,6 +162,7 @@ def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeSh
 # The tab
 
 JOB = "veering"
+SHOWN = "veering-chart", "veering-shapes"  # ids of the chart and of the shapes beside it
 WIDTH, TALL = 96, 24  # [px] of the drawing of a shape
 INVITATION = "No crossing or veering in the range of the chart Frequencies."
 KEY = (
@@ -188,7 +189,8 @@ class VeeringTab(Feature):
         """The loci around the event while the tab is open; they wait for the chart."""
         if snapshot.state.tab != self.tab.key:
             return {}
-        charts, event = nearest_event(snapshot)
+        charts = current_chart(snapshot)
+        event = nearest_event(charts, snapshot)
         if charts and event:
             return {JOB: VeeringRequest(charts.request, event)}
         return {JOB: PENDING if charts is None and snapshot.beam else None}
@@ -196,37 +198,39 @@ class VeeringTab(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(self.reads, event_content),
-            Part(lambda s: (*self.reads(s), s.beam), line_content),
-            fading([CHART, JOB], "veering-chart", "veering-shapes"),
+            Part(self.reads, event_content, SHOWN),
+            Part(lambda s: (*self.reads(s), s.beam), line_content, ("veering-chart",)),
+            fading([CHART, JOB], *SHOWN),
             waiting("veering-chart-wait", SOLUTION, CHART, JOB),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """Whether the tab is open, the chart, and the answer if there is an event to show."""
-        charts, event = nearest_event(snapshot)
-        answer = snapshot.job_answer(JOB) if event else None
-        return snapshot.state.tab == self.tab.key, charts, answer
+        """The last chart, and the last answer if that has an event to show; neither while the tab
+        is closed."""
+        if snapshot.state.tab != self.tab.key:
+            return None, None
+        charts = snapshot.job_answer(CHART)
+        return charts, (snapshot.job_answer(JOB) if nearest_event(charts, snapshot) else None)
 
 
 ChartAnswer = Answer[ChartRequest, Chart]
 
 
-def nearest_event(snapshot: Snapshot) -> tuple[ChartAnswer | None, Event | None]:
-    """The chart of the beam, None before it is computed, where what is shown stays; and its
-    crossing or veering nearest to the beam."""
-    charts, beam = current_chart(snapshot), snapshot.beam
-    if charts is None or charts.result is None or beam is None:
-        return charts, None
-    return charts, charts.result.nearest_pair(getattr(beam, charts.request.over))
+def nearest_event(charts: ChartAnswer | None, snapshot: Snapshot) -> Event | None:
+    """The crossing or veering of a chart that is nearest to the beam in the scene."""
+    if charts is None or charts.result is None:
+        return None
+    beam = snapshot.picture.modes.beam
+    return charts.result.nearest_pair(getattr(beam, charts.request.over))
 
 
 def event_content(
-    is_open: bool, charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
+    charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None
 ) -> Content:
-    """The event, or the reason why there is none, and buttons for all events."""
-    if not is_open or charts is None:
-        return {}
+    """The event, or the reason why there is none, and buttons for all events of the chart; nothing
+    without one."""
+    if charts is None:
+        return page.props("veering-chart", hidden=True) | page.html("veering-shapes", "")
     pairs, chart = answer.result if answer else None, charts.result
     text = page.note(charts.message)
     if chart:
@@ -243,14 +247,11 @@ def event_content(
 
 
 def line_content(
-    is_open: bool,
-    charts: ChartAnswer | None,
-    answer: Answer[VeeringRequest, Pairs] | None,
-    beam: Beam | None,
+    charts: ChartAnswer | None, answer: Answer[VeeringRequest, Pairs] | None, beam: Beam | None
 ) -> Content:
-    """The line of the beam."""
-    if not is_open or charts is None or answer is None:
-        return {}
+    """The line of the beam, in the chart if there is one."""
+    if charts is None or answer is None or answer.result is None:
+        return page.props("veering-chart", hidden=True)
     request = answer.request.chart
     line = cursor(beam, request.over, request.measures[0])
     return page.chart("veering-chart", {"cursor": line})

@@ -11,7 +11,7 @@ import re
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -27,13 +27,23 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.server.viser_private import private_control, run_script
 
 ROOT = '<div id="root"></div>'  # of viser's page
-STYLES = tuple(f"explorer/page/{name}.css" for name in ("page", "chart"))
-SCRIPTS = tuple(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map"))
+STYLES = (
+    "server/viser.css",
+    "drawing/captions.css",
+    *(f"explorer/page/{name}.css" for name in ("page", "chart")),
+)
+SCRIPTS = (
+    "server/viser.js",
+    "drawing/captions.js",
+    *(f"explorer/page/{name}.js" for name in ("page", "figure", "chart", "map")),
+)
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
 
 HYPHEN = re.compile(r"(?<![\w.-])-(?=\.?\d)(?![^<>]*>)")  # before a number, outside tags
 SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
+
+REFUSED = "The server does not know this action: {}. It may be another version: reload the page."
 
 Handler = Callable[[Any], None]
 Data = dict[str, Any]  # of a chart, as chart.js takes it
@@ -46,11 +56,18 @@ Content = dict[Path, Any]  # of the page, by path
 log = RateLimitedLog(__name__)
 
 
+class Action(NamedTuple):
+    """What happens for an action of the page: see `Page.on`."""
+
+    handler: Handler
+    takes: Any
+    max_text: int
+
+
 def insert_page(viser_page: str, tabs: Mapping[str, tuple[str, str]]) -> str:
     """viser's page with our elements around its scene, our style and our scripts. tabs: names and
     contents (HTML) by key, in their order."""
-    style = package_text(*STYLES, "drawing/captions.css")
-    script = package_text(*SCRIPTS, "drawing/captions.js")
+    style, script = package_text(*STYLES), package_text(*SCRIPTS)
     heads = panels = ""
     for k, (key, (name, content)) in enumerate(tabs.items()):
         tab, panel = f"to-{key}", f"tab-{key}"
@@ -111,6 +128,11 @@ def chart(id: str, data: Data) -> Content:
     return {("charts", id, name): one for name, one in data.items()}
 
 
+def names(content: Content) -> set[str]:
+    """The ids and keys of the elements and controls that contents are of."""
+    return {path[1] if len(path) > 1 else path[0] for path in content}
+
+
 class Page:
     """Sends changes to the page, those between two messages at once, and handles its actions.
 
@@ -120,7 +142,7 @@ class Page:
 
     def __init__(self, client: ClientHandle):
         self.client, self.lock = client, threading.Lock()
-        self.handlers: dict[str, tuple[Handler, int]] = {}  # with the maximum length of the value
+        self.actions: dict[str, Action] = {}
         self.sent: Content = {}
         self.waiting: Content = {}
         self.touched: set[Path] = set()
@@ -151,10 +173,11 @@ class Page:
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
+        one = {"text": with_minus_signs(text), "error": error}
         with self.lock:
-            one = {"text": with_minus_signs(text), "error": error}
-            said = [*self.waiting.get(("say",), ()), one]
-        self.send(said, "say")
+            waiting = self.waiting.get(("say",), [])
+        if one not in waiting:
+            self.send([*waiting, one], "say")
 
     def send(self, content: Any, *path: str) -> None:
         """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
@@ -182,21 +205,29 @@ class Page:
 
     # From the page
 
-    def on(self, action: str, handler: Handler, max_text: int = MAX_TEXT) -> None:
-        """Call `handler` with the value of each action of this name, in order, on the event loop,
-        so it must be quick; a value of more than `max_text` characters is ignored."""
-        self.handlers[action] = handler, max_text
+    def on(
+        self, action: str, handler: Handler, takes: Any = None, *, max_text: int = MAX_TEXT
+    ) -> None:
+        """Declare an action of the page: `handler` is called with the value of each, in order, on
+        the event loop, so it must be quick. takes: the type of the value, None without one;
+        max_text: its most characters. What is not declared is refused."""
+        self.actions[action] = Action(handler, takes, max_text)
 
     async def received(self, event: GuiEvent) -> None:
-        """Call the handler of an action; ignore an invalid one."""
+        """Call the handler of an action; refuse one that is not declared, or has another value."""
+        action = ""
         try:
             _, action, chosen = decode_action(self.bridge.value)
-            handler, max_text = self.handlers[action]
+            handler, takes, max_text = self.actions[action]
+            msgspec.convert(chosen, takes)
             if len(str(chosen)) > max_text:
                 raise ValueError(f"{action} with {str(chosen)[:40]}")
         except (ValueError, KeyError, msgspec.MsgspecError) as error:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
+            self.say(REFUSED.format(action[:40]), error=True)
+            if (shown := ("values", action)) in self.sent:
+                self.send(self.sent[shown], *shown)
             return
         self.touched.add(("open",) if action == "tab" else ("values", action))
         handler(chosen)

@@ -20,13 +20,17 @@ const BeamvizChart = (() => {
   const { Figure, LEFT, TOP, clamp, make, minus, px, valueAt } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
+  /** @param {number} value */
   const significant = (value) =>
     minus(Math.abs(value) >= 1e4 ? value.toFixed(0) : Number(value.toPrecision(4)));
 
   return class ChartFigure extends Figure {
+    /** @param {HTMLElement} host */
     constructor(host) {
       super(host, { lines: [], marks: [], gaps: [], keys: [] }, 1, "operating");
+      /** @type {Map<string, HTMLElement>} */
       this.buttons = new Map(); // of the marks, by key
+      /** @type {PlacedMark[]} */
       this.places = []; // of the marks
       const head = make(host, "div", { class: "chart-head" });
       host.prepend(head);
@@ -38,7 +42,11 @@ const BeamvizChart = (() => {
         ["+", "Zoom in", () => this.zoomBy(0.5)],
         ["↔", "Show the whole range", () => this.show(null)],
       ];
-      for (const [text, label, act] of zooms) make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text).onclick = act;
+      this.zooms = zooms.map(([text, label, act]) => {
+        const button = make(this.zoom, "button", { type: "button", "aria-label": label, title: label }, text);
+        button.onclick = act;
+        return button;
+      });
       this.flag = make(this.handle, "span", { class: "flag" });
       this.events = make(this.plot, "div", { class: "events", role: "group" });
     }
@@ -47,7 +55,7 @@ const BeamvizChart = (() => {
     set(data) {
       const before = this.data;
       this.data = { ...before, ...data };
-      this.lines = this.data.lines.map((line) => ({ ...line, at: line.at ?? this.data.at }));
+      this.lines = this.data.lines.map((line) => /** @type {Curve} */ ({ ...line, at: line.at ?? this.data.at }));
       if (JSON.stringify(this.data.x) !== JSON.stringify(before.x)) {
         const same = this.data.x.label === before.x?.label;
         this.view = this.drag && same ? this.view ?? before.x.range : null; // a drag keeps the axis
@@ -58,6 +66,7 @@ const BeamvizChart = (() => {
 
     // The part of the x axis that is shown
 
+    /** @param {[number, number] | null} view null for the whole range */
     show(view) {
       const [low, high] = this.data.x.range, whole = high - low;
       if (view) {
@@ -69,13 +78,17 @@ const BeamvizChart = (() => {
       this.render();
     }
 
+    /** @param {number} factor */
     zoomBy(factor, [centre] = this.place) {
       const [low, high] = this.range;
       if (!(centre >= low && centre <= high)) centre = (low + high) / 2;
       this.show([centre - (centre - low) * factor, centre + (high - centre) * factor]);
     }
 
-    /* Bring a mark into view, and zoom in where it is too close to the left end to be readable. */
+    /**
+     * Bring a mark into view, and zoom in where it is too close to the left end to be readable.
+     * @param {string} key
+     */
     reveal(key) {
       const mark = this.data.marks.find((one) => one.key === key), [start, end] = this.data.x.range;
       if (!mark) return;
@@ -83,7 +96,7 @@ const BeamvizChart = (() => {
       if (mark.x < this.range[0] || mark.x > this.range[1]) this.view = null;
       const distance = mark.x - start;
       if (distance > 0 && distance < 0.12 * (this.range[1] - start))
-        this.view = [start, Math.min(start + 2.2 * distance, end)];
+        this.view = /** @type {[number, number]} */ ([start, Math.min(start + 2.2 * distance, end)]);
     }
 
     /* Keep the line of the beam in view, except during a drag. */
@@ -93,7 +106,7 @@ const BeamvizChart = (() => {
       if (low < start || high > end || (low === start && 2 * high <= end && this.dragged)) this.view = null;
       else if (value < low || value > high) {
         const first = clamp(value - width / 2, start, end - width);
-        this.view = [first, first + width];
+        this.view = /** @type {[number, number]} */ ([first, first + width]);
       }
     }
 
@@ -104,7 +117,7 @@ const BeamvizChart = (() => {
       if (!this.drawFigure()) return;
       const { x, y, cursor, name } = this.data;
       this.zoom.hidden = x.log || y.log || !cursor;
-      this.zoom.children[0].disabled = this.zoom.children[2].hidden = !this.view;
+      this.zooms[0].disabled = this.zooms[2].hidden = !this.view;
       this.drawKeys();
       this.drawMarks();
       this.drawHandle(`${x.label}: line of this beam in the ${name}`);
@@ -131,7 +144,7 @@ const BeamvizChart = (() => {
         button.style.translate = `${px(x)}px ${px(y)}px`;
         if (!mark.action) continue;
         button.setAttribute("aria-label", `Go to ${mark.text}`);
-        button.setAttribute("aria-pressed", mark.key === chosen);
+        button.ariaPressed = String(mark.key === chosen);
       }
       for (const [key, button] of old) {
         button.remove();
@@ -139,9 +152,10 @@ const BeamvizChart = (() => {
       }
     }
 
+    /** @param {Mark} mark */
     addMark({ key, action }) {
       const button = make(this.events, action ? "button" : "i", action ? { type: "button" } : {});
-      const place = () => this.places.find((one) => one.mark.key === key);
+      const place = () => /** @type {PlacedMark} */ (this.places.find((one) => one.mark.key === key));
       button.onfocus = () => this.tell(place());
       button.onblur = () => this.hideReadout();
       button.onclick = (event) => { if (event.detail === 0) this.go(place().mark); }; // by keyboard
@@ -151,18 +165,29 @@ const BeamvizChart = (() => {
 
     // Pointer and keys
 
+    /** @param {Pixel} pixel */
     nearest([x, y], reach = REACH) {
+      /** @param {PlacedMark} one */
       const distance = (one) => Math.hypot(one.x - x, one.y - y);
       return this.places.filter((one) => distance(one) <= reach).sort((a, b) => distance(a) - distance(b))[0];
     }
 
+    /**
+     * @param {Pixel} pixel
+     * @param {string} pointer
+     */
     markAt(pixel, pointer) {
       const near = this.nearest(pixel, pointer === "touch" ? FINGER : REACH)?.mark;
-      return near?.action && near;
+      return near?.action ? near : null;
     }
 
+    /** @param {Pixel} pixel */
     reaches([x]) { return x >= LEFT - REACH && x <= this.right + 3 * REACH; }
 
+    /**
+     * @param {boolean} fine
+     * @returns {Record<string, number[]>}
+     */
     moves(fine) {
       const step = fine ? 1 : 5;
       return {
@@ -171,15 +196,19 @@ const BeamvizChart = (() => {
       };
     }
 
+    /** @param {Mark} mark */
     go(mark) {
       this.hold([mark.x]);
       this.render();
-      beamviz.send(mark.action, mark.value);
+      beamviz.sendAs(mark.action, mark.value ?? null);
     }
 
-    /* Ctrl+wheel, or a pinch, zooms; a horizontal wheel moves the part that is shown. */
+    /**
+     * Ctrl+wheel, or a pinch, zooms; a horizontal wheel moves the part that is shown.
+     * @param {WheelEvent} event
+     */
     wheel(event) {
-      if (this.zoom.hidden || !this.px) return;
+      if (this.zoom.hidden || !this.isDrawn) return;
       const [low, high] = this.range;
       const shift = (event.deltaX * (high - low)) / (this.right - LEFT);
       if (event.ctrlKey) this.zoomBy(1.002 ** event.deltaY, [this.px.invert(this.pixel(event)[0])]);
@@ -190,9 +219,10 @@ const BeamvizChart = (() => {
 
     // Reading values
 
+    /** @param {Pixel} pixel */
     hover(pixel) {
       if (this.drag) return this.hideReadout();
-      if (!this.px) return;
+      if (!this.isDrawn) return;
       const near = this.nearest(pixel), [x] = pixel;
       const onLine = this.data.cursor && Math.abs(this.px(this.place[0]) - x) < 8;
       this.plot.style.cursor = near?.mark.action ? "pointer" : onLine ? "ew-resize" : "";
@@ -201,31 +231,45 @@ const BeamvizChart = (() => {
       else this.hideReadout();
     }
 
-    /* Show the values of all lines at the pointer, the nearest in bold, with the gap to the next. */
+    /**
+     * Show the values of all lines at the pointer, the nearest in bold, with the gap to the next.
+     * @param {Pixel} pixel
+     */
     read(pixel) {
       const x = this.px.invert(pixel[0]), { unit } = this.data.y;
+      /** @param {number} value */
       const number = (value) => `${significant(value)}${unit ? ` ${unit}` : ""}`;
       const rows = this.lines.filter((line) => line.label && !line.second && !line.dots).map((line) => {
         const [y, run] = valueAt(line, x);
         return { y, name: run?.[3] || line.label };
       }).filter((row) => !Number.isNaN(row.y)).sort((a, b) => b.y - a.y);
       if (!rows.length) return this.hideReadout();
+      /** @typedef {typeof rows[0]} Row */
+      /** @type {(others: Row[], distance: (row: Row) => number) => Row} */
       const closest = (others, distance) => others.reduce((a, b) => (distance(b) < distance(a) ? b : a));
-      const near = closest(rows, (row) => Math.abs(this.py(row.y) - pixel[1])), gap = [];
+      const near = closest(rows, (row) => Math.abs(this.py(row.y) - pixel[1]));
+      /** @type {Styled[]} */
+      const gap = [];
       if (rows.length > 1) {
         const next = closest(rows.filter((row) => row !== near), (row) => Math.abs(row.y - near.y));
         gap.push(["em", `gap ${near.name}–${next.name}\u2002${number(Math.abs(next.y - near.y))}`]);
       }
+      /** @type {Styled[]} */
       const lines = rows.map((row) => ["span", `${row.name}\u2002${number(row.y)}`, row === near ? "near" : ""]);
       this.write(pixel, [["b", this.describe([x])], ...lines, ...gap]);
       this.hair.hidden = false;
       this.hair.style.translate = `${px(pixel[0])}px 0`;
     }
 
-    /* Show the text of a mark beside it. */
+    /**
+     * Show the text of a mark beside it.
+     * @param {PlacedMark} place
+     */
     tell({ mark, x, y }) {
+      /** @type {Styled[]} */
+      const action = mark.action ? [["em", "click to go there"]] : [];
       this.hair.hidden = true;
-      this.write([x, y], [["b", mark.text], ...(mark.action ? [["em", "click to go there"]] : [])]);
+      this.write([x, y], [["b", mark.text], ...action]);
     }
   };
 })();

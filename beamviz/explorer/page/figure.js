@@ -9,58 +9,98 @@ const beamvizFigure = (() => {
   const LETTER = 9; // [px] width of a letter or digit
   const HOLD = 600; // [ms] during which a place set here is shown instead of the server's
   const CLICK = 4; // [px] a touch that moves less, or up or down, is a tap or a scroll
-  const POINTER = {
-    pointerdown: "press", pointermove: "move", pointerup: "release",
-    pointercancel: "letGo", pointerleave: "leave", wheel: "wheel",
-  };
+  /** @type {Record<string, string>} */
   const SIGNS = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
-  const escape = (text) => String(text).replace(/[&<>"]/g, (sign) => SIGNS[sign]);
+  /** @param {string} text */
+  const escape = (text) => text.replace(/[&<>"]/g, (sign) => SIGNS[sign]);
+  /** @type {(value: number, low: number, high: number) => number} */
   const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
+  /** @param {number} value */
   const px = (value) => value.toFixed(1);
 
+  /**
+   * @param {Element} element
+   * @param {Record<string, string | number>} attributes
+   */
   function set(element, attributes) {
-    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-    return element;
+    for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, String(value));
   }
 
+  /**
+   * A new element at the end of another.
+   * @template {keyof HTMLElementTagNameMap} Tag
+   * @param {Element} parent
+   * @param {Tag} tag
+   * @param {Record<string, string | number>} attributes
+   */
   function make(parent, tag, attributes = {}, text = "") {
-    const made = set(document.createElement(tag), attributes);
+    const made = document.createElement(tag);
+    set(made, attributes);
     made.textContent = text;
     return parent.appendChild(made);
   }
 
-  /** @param {number[]} range */
+  /**
+   * @param {[number, number]} range
+   * @param {boolean} log
+   * @param {number} start
+   * @param {number} end
+   * @returns {Scale}
+   */
   function scale(range, log, start, end) {
-    const [to, back] = log ? [Math.log10, (v) => 10 ** v] : [(v) => v, (v) => v];
+    /** @type {(value: number) => number} */
+    const to = log ? Math.log10 : (v) => v;
+    /** @type {(value: number) => number} */
+    const back = log ? (v) => 10 ** v : (v) => v;
     const low = to(range[0]), rate = (end - start) / (to(range[1]) - low);
+    /** @param {number} value */
     const position = (value) => start + (to(value) - low) * rate;
+    /** @param {number} pixel */
     position.invert = (pixel) => back(low + (pixel - start) / rate);
     return position;
   }
 
-  /* The largest of 1, 2 or 5 times a power of ten up to `value`. */
+  /**
+   * The largest of 1, 2 or 5 times a power of ten up to `value`.
+   * @param {number} value
+   */
   function neat(value) {
     const power = 10 ** Math.floor(Math.log10(value));
-    return power * [5, 2, 1].find((digit) => digit * power <= value * (1 + 1e-9));
+    return power * ([5, 2].find((digit) => digit * power <= value * (1 + 1e-9)) ?? 1);
   }
 
-  /* The text of a number with a true minus sign, and none before zero. */
-  const minus = (text) => String(text).replace(/^-(0\.?0*)$/, "$1").replace(/^-/, "\u2212");
+  /**
+   * The text of a number with a true minus sign, and none before zero.
+   * @param {number | string} number
+   */
+  const minus = (number) => String(number).replace(/^-(0\.?0*)$/, "$1").replace(/^-/, "\u2212");
 
-  /* A number with the decimals of a step. */
+  /**
+   * A number with the decimals of a step.
+   * @param {number} value
+   * @param {number} step
+   */
   function fixed(value, step) {
     return minus(value.toFixed(clamp(Math.ceil(-Math.log10(step) - 1e-9), 0, 9)));
   }
 
+  /** @type {(axis: Axis, text: string) => string} */
   const withUnit = (axis, text) => (axis.unit ? `${text} ${axis.unit}` : `${axis.symbol} = ${text}`);
+  /** @param {number} k */
   const superscript = (k) => [...String(k)].map((c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)]).join("");
+  /** @param {number} k */
   const power = (k) => `10${superscript(k)}`;
+  /** @param {number} k */
   const plain = (k) => String(Number((10 ** k).toPrecision(1)));
 
-  /* Numbers and texts of about `count` ticks. */
-  /** @param {number[]} range */
-  function ticks(range, log, count) {
-    const [low, high] = range;
+  /**
+   * Numbers and texts of about `count` ticks.
+   * @param {[number, number]} range
+   * @param {boolean} log
+   * @param {number} count
+   */
+  function ticks([low, high], log, count) {
+    /** @type {[number, string][]} */
     const made = [];
     if (log) {
       const first = Math.ceil(Math.log10(low) - 1e-9), last = Math.floor(Math.log10(high) + 1e-9);
@@ -70,25 +110,38 @@ const beamvizFigure = (() => {
       return made;
     }
     const least = (high - low) / Math.max(count, 1), below = neat(least);
-    const step = [below, neat(2 * below), neat(2.5 * below), neat(5 * below)].find((s) => s >= least * 0.99);
+    const larger = neat(5 * below);
+    const step = [below, neat(2 * below), neat(2.5 * below)].find((s) => s >= least * 0.99) ?? larger;
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9); k++)
       made.push([k * step, fixed(k * step, step)]);
     return made;
   }
 
-  /* The y of a line at x, NaN where it has none, and the run it is in there. */
+  /**
+   * The y of a line at x, NaN where it has none, and the run it is in there.
+   * @param {Pick<Curve, "at" | "y" | "runs">} line
+   * @param {number} x
+   * @returns {[number, Line["runs"][0] | undefined]}
+   */
   function valueAt({ at, y, runs }, x) {
-    if (!(x >= at[0] && x <= at.at(-1))) return [NaN, null];
+    if (!(x >= at[0] && x <= at[at.length - 1])) return [NaN, undefined];
     const after = clamp(at.findIndex((one) => one >= x), 1, at.length - 1), before = after - 1;
     const share = (x - at[before]) / (at[after] - at[before] || 1);
     const run = runs.find(([first, last]) => before >= first && after <= last) ?? runs.at(-1);
     if (share === 0 || share === 1) return [y[share ? after : before] ?? NaN, run];
-    if (y[before] === null || y[after] === null) return [NaN, run];
-    return [y[before] + share * (y[after] - y[before]), run];
+    const [left, right] = [y[before], y[after]];
+    if (left === null || right === null) return [NaN, run];
+    return [left + share * (right - left), run];
   }
 
-  /* Ascending positions, moved as little as needed to be `least` apart, up to `end`. */
+  /**
+   * Ascending positions, moved as little as needed to be `least` apart, up to `end`.
+   * @param {number[]} places
+   * @param {number} least
+   * @param {number} end
+   */
   function spread(places, least, end) {
+    /** @type {number[]} */
     const moved = [];
     for (const place of places) moved.push(Math.max(place, (moved.at(-1) ?? -Infinity) + least));
     for (let k = moved.length - 1, limit = end; k >= 0; limit = moved[k--] - least)
@@ -99,30 +152,45 @@ const beamvizFigure = (() => {
   class Figure {
     /**
      * @param {HTMLElement} host
-     * @param {Chart} data
+     * @param {Chart} data of which the rest comes by `set`, before the first drawing
      * @param {number} dimensions of the place
      * @param {string} style of its handle
      */
     constructor(host, data, dimensions, style) {
       this.host = host;
-      this.data = data;
+      this.data = /** @type {Required<Chart>} */ (data);
       this.dimensions = dimensions;
-      /** @type {any[]} */
+      // of the drawing: its scales, the lower right corner of its frame, the width of a label
+      this.px = this.py = scale([0, 1], false, 0, 1);
+      this.right = this.bottom = this.letters = this.columns = 0;
+      this.isDrawn = this.low = false;
+      // of the pointer
+      /** @type {{ pixel: Pixel, mark: Mark | null } | null} */
+      this.pressed = null;
+      /** @type {Pixel | null} */
+      this.pointer = null;
+      this.drag = this.dragged = false;
+      /** @type {Curve[]} */
       this.lines = []; // those of the data, each with an x of its own
-      /** @type {number[] | null} */
+      /** @type {[number, number] | null} */
       this.view = null; // the part of the x axis that is shown, null for all of it
       /** @type {HTMLElement | null} */
       this.flag = null;
-      this.own = null; // {place, until}: a place set here
+      /** @type {{ place: number[], until: number } | null} */
+      this.own = null; // a place set here
       this.plot = make(host, "div", { class: "plot" });
-      this.plot.innerHTML = '<svg></svg>';
-      this.svg = this.plot.firstChild;
+      this.plot.innerHTML = "<svg></svg>";
+      this.svg = this.plot.children[0];
       this.readout = make(this.plot, "div", { class: "readout", "aria-hidden": "true", hidden: "" });
       this.hair = make(this.plot, "div", { class: "hair", hidden: "" });
       this.handle = make(this.plot, "div", { class: style, role: "slider", tabindex: 0, hidden: "" });
       this.handle.addEventListener("keydown", (event) => this.key(event));
-      for (const [kind, method] of Object.entries(POINTER))
-        this.plot.addEventListener(kind, (event) => this[method]?.(event), { passive: false });
+      this.plot.onpointerdown = (event) => this.press(event);
+      this.plot.onpointermove = (event) => this.move(event);
+      this.plot.onpointerup = (event) => this.release(event);
+      this.plot.onpointercancel = () => this.letGo();
+      this.plot.onpointerleave = () => this.leave();
+      this.plot.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
       new ResizeObserver(() => this.render()).observe(this.plot);
     }
 
@@ -131,20 +199,34 @@ const beamvizFigure = (() => {
     render() {}
     /** @param {number[]} pixel */
     hover(pixel) {}
-    /** @returns {Record<string, number[]>} the steps of the place, by key */
+    /**
+     * @param {boolean} larger
+     * @returns {Record<string, number[]>} the steps of the place, by key
+     */
     moves(larger) { return {}; }
     /** @param {Mark} mark */
     go(mark) {}
+    /** @param {WheelEvent} event */
+    wheel(event) {}
 
-    /* The pixel of a pointer event. */
+    /**
+     * The pixel of a pointer event.
+     * @param {MouseEvent} event
+     * @returns {Pixel}
+     */
     pixel(event) {
       const { left, top } = this.plot.getBoundingClientRect();
       return [event.clientX - left, event.clientY - top];
     }
 
+    /** @param {Pixel} pixel */
     inside([x, y]) { return x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom; }
 
-    /* Shows lines of text, [tag, text, class], beside a pixel. */
+    /**
+     * Shows lines of text beside a pixel.
+     * @param {Pixel} pixel
+     * @param {Styled[]} lines
+     */
     write([x, y], lines) {
       this.readout.replaceChildren();
       for (const [tag, text, style = ""] of lines) make(this.readout, tag, { class: style }, text);
@@ -161,7 +243,7 @@ const beamvizFigure = (() => {
     // The place of the beam shown
 
     get place() {
-      const { x, y } = this.data.cursor ?? {};
+      const { x, y = NaN } = this.data.cursor ?? { x: NaN };
       return this.own?.place ?? [x, y].slice(0, this.dimensions);
     }
 
@@ -169,32 +251,40 @@ const beamvizFigure = (() => {
        the ends, and round steps of at most a pixel. */
     get coordinates() {
       const { x, y } = this.data;
-      return [
+      /** @type {Omit<Coordinate, "step">[]} */
+      const both = [
         { axis: x, range: this.range, scale: this.px, start: LEFT, end: this.right },
         { axis: y, range: this.yRange, scale: this.py, start: TOP, end: this.bottom },
-      ].slice(0, this.dimensions).map((one) => (
+      ];
+      return both.slice(0, this.dimensions).map((one) => (
         { ...one, step: neat((one.range[1] - one.range[0]) / Math.max(one.end - one.start, 100)) }));
     }
 
+    /** @param {number[]} place */
     describe(place) {
       return this.coordinates.map(({ axis, step }, k) => withUnit(axis, fixed(place[k], step))).join(", ");
     }
 
+    /** @param {number[]} place */
     hold(place) {
       this.own = { place, until: performance.now() + HOLD };
       setTimeout(() => this.render(), HOLD + 10);
     }
 
-    /* Shows the place nearest to this one immediately, and sends it. */
+    /**
+     * Shows the place nearest to this one immediately, and sends it.
+     * @param {number[]} wanted
+     */
     setPlace(wanted) {
       const place = this.coordinates.map(({ axis, step }, k) =>
         Number(clamp(Math.round(wanted[k] / step) * step, axis.range[0], axis.range[1]).toPrecision(9)));
-      if (String(place) === String(this.place)) return;
+      if (!this.data.cursor || String(place) === String(this.place)) return;
       this.hold(place);
       this.render();
       beamviz.sendOften(this.data.cursor.action, place.length > 1 ? place.join(" ") : place[0]);
     }
 
+    /** @param {string} label */
     drawHandle(label) {
       const [{ axis }] = this.coordinates, place = this.place;
       this.handle.hidden = !this.coordinates.every(({ range }, k) => place[k] >= range[0] && place[k] <= range[1]);
@@ -207,7 +297,10 @@ const beamvizFigure = (() => {
       });
     }
 
-    /* Moves the place by steps; viser does not get the key then, as it would move its camera. */
+    /**
+     * Moves the place by steps; viser does not get the key then, as it would move its camera.
+     * @param {KeyboardEvent} event
+     */
     key(event) {
       const move = this.moves(event.shiftKey)[event.key];
       if (!move || event.ctrlKey || event.metaKey || event.altKey) return;
@@ -218,14 +311,22 @@ const beamvizFigure = (() => {
 
     // The pointer: a click on a mark goes there, elsewhere it moves the place
 
-    /** @returns {any} */
+    /**
+     * @param {Pixel} pixel
+     * @param {string} pointer its type
+     * @returns {Mark | null}
+     */
     markAt(pixel, pointer) { return null; }
 
-    /* Whether a press at a pixel moves the place. */
+    /**
+     * Whether a press at a pixel moves the place.
+     * @param {Pixel} pixel
+     */
     reaches(pixel) { return this.inside(pixel); }
 
+    /** @param {PointerEvent} event */
     press(event) {
-      if (event.button !== 0 || !this.px) return;
+      if (event.button !== 0 || !this.isDrawn) return;
       const pixel = this.pixel(event);
       this.pressed = { pixel, mark: this.markAt(pixel, event.pointerType) };
       this.plot.setPointerCapture(event.pointerId);
@@ -234,6 +335,7 @@ const beamvizFigure = (() => {
       if (!this.pressed.mark) this.dragTo(pixel);
     }
 
+    /** @param {PointerEvent} event */
     move(event) {
       const pixel = this.pixel(event);
       this.pointer = event.pointerType === "mouse" && !this.pressed ? pixel : null;
@@ -242,6 +344,7 @@ const beamvizFigure = (() => {
       else this.hover(pixel);
     }
 
+    /** @param {PointerEvent} event */
     release(event) {
       if (this.pressed?.mark && !this.drag) this.go(this.pressed.mark);
       else if (this.pressed && !this.drag) this.dragTo(this.pixel(event));
@@ -250,7 +353,8 @@ const beamvizFigure = (() => {
 
     letGo() {
       this.dragged = this.drag;
-      this.pressed = this.drag = null;
+      this.pressed = null;
+      this.drag = false;
       this.plot.classList.remove("dragging");
       if (this.dragged) this.render();
       this.dragged = false;
@@ -261,6 +365,7 @@ const beamvizFigure = (() => {
       this.hideReadout();
     }
 
+    /** @param {Pixel} pixel */
     dragTo(pixel) {
       if (!this.data.cursor || !(this.drag || this.reaches(pixel))) return;
       this.drag = true;
@@ -272,8 +377,10 @@ const beamvizFigure = (() => {
 
     // The axes
 
+    /** @returns {[number, number]} */
     get range() { return this.view ?? this.data.x.range; }
 
+    /** @returns {[number, number]} */
     get yRange() {
       const { y, perRev } = this.data;
       if (!perRev) return y.range;
@@ -294,6 +401,7 @@ const beamvizFigure = (() => {
       this.low = height < LOW;
       this.bottom = height - (this.low ? 24 : 42);
       this.plot.style.setProperty("--bottom", `${height - this.bottom}px`);
+      this.isDrawn = true;
       this.py = scale(this.yRange, y.log, this.bottom, TOP);
       this.columns = 0;
       for (let needed = 1; needed > this.columns;) {
@@ -310,11 +418,17 @@ const beamvizFigure = (() => {
       return true;
     }
 
+    /** @type {(style: string, x: number, y: number, content: string) => string} */
     text(style, x, y, content) {
       return `<text class="${style}" x="${px(x)}" y="${px(y)}">${escape(content)}</text>`;
     }
 
-    /* A text in the middle between two pixels along x, if there is room. */
+    /**
+     * A text in the middle between two pixels along x, if there is room.
+     * @param {number} start
+     * @param {number} end
+     * @param {string} content
+     */
     message(start, end, content) {
       const fits = end - start > 7.5 * content.length;
       return fits ? this.text("message", (start + end) / 2, (TOP + this.bottom) / 2, content) : "";
@@ -353,10 +467,12 @@ const beamvizFigure = (() => {
       }).join("");
     }
 
-    /* Multiples of the speed, as lines. */
-    /** @returns {any[]} */
+    /**
+     * Multiples of the speed, as lines.
+     * @returns {Curve[]}
+     */
     get rays() {
-      const { slope, multiples } = this.data.perRev ?? { multiples: [] };
+      const { slope, multiples } = this.data.perRev ?? { slope: 0, multiples: [] };
       return multiples.map((k) => ({
         label: `${k} ×`, at: this.range, y: this.range.map((x) => k * slope * x),
         runs: [[0, 1, "per-rev", ""]],
@@ -367,8 +483,9 @@ const beamvizFigure = (() => {
       return [...this.rays, ...this.lines].map((line) => line.runs.map(([first, last, style]) => {
         let path = "", dots = "";
         for (let k = first, pen = "M"; k <= last; k++) {
-          if (line.y[k] === null) { pen = "M"; continue; }
-          const [x, y] = [px(this.px(line.at[k])), px(this.py(line.y[k]))];
+          const height = line.y[k];
+          if (height === null) { pen = "M"; continue; }
+          const [x, y] = [px(this.px(line.at[k])), px(this.py(height))];
           path += `${pen}${x} ${y}`;
           pen = "L";
           if (line.dots) dots += `<circle class="dot ${style}" r="3.5" cx="${x}" cy="${y}"/>`;
@@ -377,18 +494,25 @@ const beamvizFigure = (() => {
       }).join("")).join("");
     }
 
-    /* The last point of a line inside the frame, and whether it leaves through the top there. */
+    /**
+     * The last point of a line inside the frame, and whether it leaves through the top there.
+     * @param {Curve} line
+     * @returns {LineEnd | null}
+     */
     end({ at, y, runs, label, dots }) {
       const top = this.yRange[1], [low, high] = this.range;
-      if (dots) return { y: this.py(y.at(-1)), style: runs[0][2], label };
+      /** @param {number} k */
+      const heightOf = (k) => y[k] ?? NaN;
+      if (dots) return { x: this.right, y: this.py(heightOf(y.length - 1)), style: runs[0][2], label, above: false };
       let k = at.length - 1;
-      while (k >= 0 && (y[k] === null || y[k] > top || (at[k] > high && at[k - 1] > high))) k--;
+      while (k >= 0 && (!(heightOf(k) <= top) || (at[k] > high && at[k - 1] > high))) k--;
       if (k < 0 || at[k] < low) return null;
       const style = (runs.findLast(([first]) => first <= k) ?? runs[0])[2];
       let x = Math.min(at[k], high), height = valueAt({ at, y, runs }, x)[0];
-      const leaves = k + 1 < at.length && y[k + 1] > top && at[k] < high;
+      const leaves = k + 1 < at.length && heightOf(k + 1) > top && at[k] < high;
       if (leaves) {
-        x = at[k] + ((top - y[k]) / (y[k + 1] - y[k])) * (at[k + 1] - at[k]);
+        const share = (top - heightOf(k)) / (heightOf(k + 1) - heightOf(k));
+        x = at[k] + share * (at[k + 1] - at[k]);
         height = top;
       }
       if (height < this.yRange[0] || x > high) return null;
@@ -398,7 +522,7 @@ const beamvizFigure = (() => {
     /* The ends of the lines that have a label: beside the chart in their order, above it in theirs. */
     ends() {
       const found = [...this.rays, ...this.lines].filter((line) => line.label && !line.second)
-        .map((line) => this.end(line)).filter((one) => one);
+        .flatMap((line) => this.end(line) ?? []);
       return {
         beside: found.filter((one) => !one.above).sort((a, b) => a.y - b.y),
         above: found.filter((one) => one.above).sort((a, b) => a.x - b.x),
@@ -417,7 +541,7 @@ const beamvizFigure = (() => {
       return beside.map((one, k) => {
         const free = last.findIndex((y) => heights[k] - y >= LETTERS - 1e-6);
         last[free] = heights[k];
-        const x = (one.x ?? this.right) + 5 + free * wide;
+        const x = one.x + 5 + free * wide;
         return this.text(`label ${one.style}`, x, heights[k] + 4.5, one.label);
       }).join("") + above.map((one, k) => {
         const y = TOP - 5 + (k % rows) * LETTERS, away = Math.abs(places[k] - one.x) > wide / 2;
@@ -432,7 +556,8 @@ const beamvizFigure = (() => {
       if (!this.data.cursor || value < this.range[0] || value > this.range[1]) return "";
       const found = this.lines.filter((line) => !line.second && !line.dots && line.label).map((line) => {
         const [y, run] = valueAt(line, value);
-        return { y, style: run?.[2], name: run?.[3] === line.label ? "" : run?.[3] };
+        const [, , style = "", name = ""] = run ?? [];
+        return { y, style, name: name === line.label ? "" : name };
       }).filter(({ y }) => y <= this.yRange[1]).map((one) => ({ ...one, y: this.py(one.y) }));
       const named = found.filter(({ name }) => name).sort((a, b) => a.y - b.y);
       const heights = spread(named.map(({ y }) => y - 9), LETTERS, this.bottom);

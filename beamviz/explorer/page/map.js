@@ -16,12 +16,13 @@ const BeamvizMap = (() => {
   const { Figure, LEFT, TOP, clamp, make, minus, px } = beamvizFigure;
 
   return class MapFigure extends Figure {
+    /** @param {HTMLElement} host */
     constructor(host) {
       super(host, {}, 2, "place");
       this.plot.classList.add("map");
       this.field = make(this.plot, "div", { class: "field-of-map" });
       this.plot.prepend(this.field);
-      this.canvas = make(this.field, "canvas", { "aria-hidden": true });
+      this.canvas = make(this.field, "canvas", { "aria-hidden": "true" });
     }
 
     /** @param {Chart} data */
@@ -37,7 +38,7 @@ const BeamvizMap = (() => {
       const { columns, values, colours, range: [low, high] } = this.data;
       const rows = values.length / columns, last = colours.length - 1;
       Object.assign(this.canvas, { width: columns, height: rows });
-      const context = this.canvas.getContext("2d"), image = context.createImageData(columns, rows);
+      const context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext("2d")), image = context.createImageData(columns, rows);
       values.forEach((value, k) => {
         if (value === null) return; // transparent
         const share = clamp((value - low) / (high - low || 1), 0, 1) * last;
@@ -66,11 +67,12 @@ const BeamvizMap = (() => {
     /* Borders of regions. */
     paths() {
       const lines = this.data.borders.map(([xs, ys]) =>
-        `M${xs.map((x, k) => `${px(this.px(x))} ${px(this.py(ys[k]))}`).join("L")}`);
+        `M${xs.map((x, k) => `${px(this.px(x ?? 0))} ${px(this.py(ys[k] ?? 0))}`).join("L")}`);
       return `<path class="border" d="${lines.join("")}"/>`;
     }
 
     labels() {
+      /** @type {{ left: number, at: number, half: number, text: string }[]} */
       const placed = [];
       for (const { x, y, text } of this.data.regions) {
         const half = 4 * text.length, at = this.py(y);
@@ -81,14 +83,21 @@ const BeamvizMap = (() => {
       return placed.map(({ left, at, text }) => this.text("region", left, at + 5, text)).join("");
     }
 
+    /**
+     * @param {boolean} coarse
+     * @returns {Record<string, number[]>}
+     */
     moves(coarse) {
       const steps = coarse ? 50 : 5;
       return { ArrowRight: [steps, 0], ArrowLeft: [-steps, 0], ArrowUp: [0, steps], ArrowDown: [0, -steps] };
     }
 
-    /* Show the value at the pointer. */
+    /**
+     * Show the value at the pointer.
+     * @param {Pixel} pixel
+     */
     hover(pixel) {
-      if (!this.px || !this.inside(pixel)) return this.hideReadout();
+      if (!this.isDrawn || !this.inside(pixel)) return this.hideReadout();
       const { columns, values, value } = this.data, rows = values.length / columns;
       const column = Math.round(((pixel[0] - LEFT) / (this.right - LEFT)) * (columns - 1));
       const row = Math.round(((this.bottom - pixel[1]) / (this.bottom - TOP)) * (rows - 1));

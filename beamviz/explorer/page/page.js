@@ -9,36 +9,73 @@ const beamviz = (() => {
   const READ = 80; // [ms] for a character of a note over the page, which then goes
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
-  const values = {}, props = {}, drawn = {}, texts = {}, waiting = {}, used = {};
-  let bridge = null, count = 0, held = null, address = null, opening = 0;
+  /** @type {NonNullable<Update["values"]>} */
+  const values = {};
+  /** @type {NonNullable<Update["props"]>} */
+  const props = {};
+  /** @type {Record<string, Chart>} */
+  const drawn = {};
+  /** @type {Record<string, string>} */
+  const texts = {};
+  /** @type {Record<string, { value?: Scalar }>} */
+  const waiting = {};
+  /** @type {Record<string, number>} */
+  const used = {};
+  /** @type {string | null} */
+  let bridge = null;
+  /** @type {string | null} */
+  let address = null;
+  /** @type {Part | null} */
+  let held = null;
+  let count = 0, opening = 0;
 
-  /** @type {(selector: string, root?: ParentNode) => any[]} */
-  const all = (selector, root = document) => [...root.querySelectorAll(selector)];
-  /** @type {(id: string) => any} */
-  const byId = (id) => document.getElementById(id);
+  /** @type {(selector: string, root?: ParentNode) => Part[]} */
+  const all = (selector, root = document) => /** @type {Part[]} */ ([...root.querySelectorAll(selector)]);
+  /** @type {(id: string) => Part | null} */
+  const found = (id) => /** @type {Part | null} */ (document.getElementById(id));
+  /** @type {(id: string) => Part} one that is always there */
+  const byId = (id) => /** @type {Part} */ (found(id));
+  /** @type {(event: Event) => Part} */
+  const targetOf = (event) => /** @type {Part} */ (event.target);
+  /** @param {string} query */
   const media = (query) => matchMedia(`(${query})`);
+  const replaceAddress = beamvizViser.ownAddress();
+  /** @param {Part} e */
   const isTyped = (e) => e.matches?.("input[type=text], textarea, select");
 
   // To the server
 
   /**
    * Sends a value, in place of an earlier one that waits.
-   * @param {Action[1]} action
-   * @param {Action[2]} value
+   * @template {keyof Actions} Name
+   * @param {Name} action
+   * @param {Actions[Name]} value
    */
-  function send(action, value) {
+  const send = (action, value) => sendAs(action, value);
+
+  /**
+   * The same for an action that an element or a chart names; the server checks its value.
+   * @param {string | undefined} action
+   * @param {Scalar} value
+   */
+  function sendAs(action, value) {
+    if (action === undefined) return;
     if (!bridge) return;
     if (waiting[action]) waiting[action] = {};
     const text = JSON.stringify([++count, action, value]);
     if (text.length > 130000) return;
     const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
-    window.__viserMutable?.sendMessage(message);
+    beamvizViser.send(message);
   }
 
-  /* Sends immediately, and after that the latest value every PERIOD. */
+  /**
+   * Sends immediately, and after that the latest value every PERIOD.
+   * @param {string} action
+   * @param {Scalar} value
+   */
   function sendOften(action, value) {
     if (waiting[action]) return void (waiting[action] = { value });
-    send(action, value);
+    sendAs(action, value);
     waiting[action] = {};
     setTimeout(() => {
       const { value } = waiting[action];
@@ -48,8 +85,8 @@ const beamviz = (() => {
   }
 
   function sendPreferences() {
-    const names = Object.keys(PREFERENCES).filter((name) => media(PREFERENCES[name]).matches);
-    send("preferences", names.join(" "));
+    const names = Object.entries(PREFERENCES).filter(([, query]) => media(query).matches);
+    send("preferences", names.map(([name]) => name).join(" "));
   }
 
   // From the server
@@ -59,12 +96,14 @@ const beamviz = (() => {
     if (update.bridge) {
       bridge = update.bridge;
       for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
+      beamvizViser.check();
+      nameCanvas();
     }
-    const rows = rowPlaces(), step = lessonStep(), guessed = byId("try"), met = isMet();
+    const rows = rowPlaces(), step = lessonStep(), guessed = found("try"), met = isMet();
     Object.assign(values, update.values); // the new texts show them
     for (const [id, html] of Object.entries(update.html ?? {})) {
       texts[id] = html;
-      fill(byId(id), html);
+      fill(found(id), html);
     }
     if (update.html?.["mode-rows"]) moveRows(rows);
     for (const [key, value] of Object.entries(update.values ?? {})) {
@@ -89,7 +128,7 @@ const beamviz = (() => {
     }
     if (turned) byId("lesson").scrollTop = 0;
     else if (!met && isMet()) showVerdict();
-    else if (!guessed) byId("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
+    else if (!guessed) found("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) setAddress(update.address);
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
@@ -108,49 +147,60 @@ const beamviz = (() => {
     else if (bottom > innerHeight || top < byId("scene").getBoundingClientRect().bottom) say(verdict.innerText, true);
   }
 
-  /* What makes an address that of another scene: its lesson, or a real beam. */
+  /**
+   * What makes an address that of another scene: its lesson, or a real beam.
+   * @param {string} query
+   */
   function sceneOf(query) {
     const keys = new URLSearchParams(query);
     return `${keys.get("lesson") ?? ""} ${keys.has("length")}`;
   }
 
-  /* Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE. */
+  /**
+   * Browsers allow only some changes of the address in a time: sets the latest one, every PAUSE.
+   * @param {string} query
+   */
   function setAddress(query) {
     if (address !== null) return void (address = query);
     address = query;
     const url = location.pathname + (query && `?${query}`);
-    if (sceneOf(query) === sceneOf(location.search)) history.replaceState(null, "", url);
+    if (sceneOf(query) === sceneOf(location.search)) replaceAddress(url);
     else history.pushState(null, "", url); // Back returns to it
     setTimeout(() => {
       const latest = address;
       address = null;
-      if (latest !== location.search.slice(1)) setAddress(latest);
+      if (latest !== null && latest !== location.search.slice(1)) setAddress(latest);
     }, PAUSE);
   }
 
+  /** @param {string} key */
   function controls(key, named = false) {
-    const found = all(`[data-set="${CSS.escape(key)}"]`);
-    const one = named && byId(key);
-    return one ? [...found, one] : found;
+    const those = all(`[data-set="${CSS.escape(key)}"]`), one = named ? found(key) : null;
+    return one ? [...those, one] : those;
   }
 
-  /* A control in use keeps the visitor's value; it gets the server's when it is at rest, a field of a
-     number when its text has been sent. again: the value was shown before, and a text that is no
-     number stays. */
+  /**
+   * A control in use keeps the visitor's value; it gets the server's when it is at rest, a field of a
+   * number when its text has been sent. again: the value was shown before, and a text that is no
+   * number stays.
+   * @param {Part} e
+   * @param {(typeof values)[string]} value
+   */
   function showValue(e, value, again = false) {
+    const key = e.dataset.set ?? "";
     if (e === held) return;
-    if (e.matches("table")) return showCells(e, value);
+    if (e.matches("table")) return showCells(e, String(value ?? ""));
     if (e.typed && (again || e === document.activeElement)) return;
-    const left = (used[e.dataset.set] ?? 0) + REST - performance.now();
+    const left = (used[key] ?? 0) + REST - performance.now();
     if (left > 0 && e.matches("input") && e === document.activeElement) {
       clearTimeout(e.later);
-      e.later = setTimeout(() => showValue(e, values[e.dataset.set], true), left + 1);
+      e.later = setTimeout(() => showValue(e, values[key], true), left + 1);
       return;
     }
-    if (e.matches("button")) e.setAttribute("aria-pressed", e.dataset.value === undefined
+    if (e.matches("button")) e.ariaPressed = String(e.dataset.value === undefined
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
-    else if (e.value !== String(value ?? "")) e.value = value ?? "";
+    else if (e.value !== String(value ?? "")) e.value = String(value ?? "");
     if (e.typed) e.removeAttribute("aria-invalid");
     e.typed = false;
     if (e.type === "range") paint(e);
@@ -158,10 +208,16 @@ const beamviz = (() => {
 
   // Tables of fields: one text with all of their cells, tabs between them, a line for each row
 
+  /** @param {Part} table */
   const cellsOf = (table) => all("tbody tr", table).map((row) => all("input.cell", row));
+  /** @param {Part} table */
   const textOf = (table) => cellsOf(table).map((row) => row.map((e) => e.value.replace(/[\t\n]/g, " ")).join("\t")).join("\n");
 
-  /* The cell in use keeps what is typed in it. */
+  /**
+   * The cell in use keeps what is typed in it.
+   * @param {Part} table
+   * @param {string} text
+   */
   function showCells(table, text) {
     const rows = text ? text.split("\n").map((line) => line.split("\t")) : [];
     cellsOf(table).forEach((row, i) => row.forEach((e, k) => {
@@ -170,46 +226,65 @@ const beamviz = (() => {
     }));
   }
 
-  /* Several cells of a spreadsheet, pasted into one, replace the table. */
+  /**
+   * Several cells of a spreadsheet, pasted into one, replace the table.
+   * @param {ClipboardEvent} event
+   */
   function onPaste(event) {
-    const table = event.target.closest?.("[data-paste]"), text = event.clipboardData?.getData("text") ?? "";
-    if (!table || !event.target.matches(".cell") || !/[\t\n]/.test(text.trim())) return;
+    const e = targetOf(event), table = e.closest?.("[data-paste]");
+    const text = event.clipboardData?.getData("text") ?? "";
+    if (!table || !e.matches(".cell") || !/[\t\n]/.test(text.trim())) return;
     event.preventDefault();
-    event.target.blur();
-    send(table.dataset.paste, text);
+    e.blur();
+    sendAs(table.dataset.paste, text);
   }
 
+  /**
+   * @param {Part} e
+   * @param {Record<string, Scalar>} changes
+   */
   function setProps(e, changes) {
     for (const [name, value] of Object.entries(changes)) {
       if (value === null || value === false) e.removeAttribute(name);
-      else e.setAttribute(name, value === true ? "" : value);
+      else e.setAttribute(name, value === true ? "" : String(value));
     }
-    if ("min" in changes || "max" in changes || "step" in changes) {
-      if (e.dataset.set in values) showValue(e, values[e.dataset.set]);
-    }
+    const key = e.dataset.set ?? "";
+    if (["min", "max", "step"].some((name) => name in changes) && key in values) showValue(e, values[key]);
   }
 
-  /* Colours the track of a slider up to its thumb, and sets its text for screen readers. */
+  /**
+   * Colours the track of a slider up to its thumb, and sets its text for screen readers.
+   * @param {Part} e
+   */
   function paint(e) {
-    e.style.setProperty("--part", `${(100 * (e.value - e.min)) / (e.max - e.min || 1)}%`);
+    const min = Number(e.min), range = Number(e.max) - min || 1;
+    e.style.setProperty("--part", `${(100 * (Number(e.value) - min)) / range}%`);
     e.setAttribute("aria-valuetext", `${e.value} ${e.dataset.unit ?? ""}`.trim());
   }
 
+  /**
+   * @param {string} id
+   * @param {Chart} data
+   */
   function draw(id, data) {
     drawn[id] = { ...drawn[id], ...data };
-    const host = byId(id), Kind = "values" in drawn[id] ? BeamvizMap : BeamvizChart;
+    const host = found(id), Kind = "values" in drawn[id] ? BeamvizMap : BeamvizChart;
     if (host) (host.figure ??= new Kind(host)).set(drawn[id]);
   }
 
   // New content is merged into the present elements, which keep focus, scroll position and drags.
 
+  /**
+   * @param {Part | null} e
+   * @param {string} html
+   */
   function fill(e, html) {
     if (!e) return;
     const template = document.createElement("template");
     template.innerHTML = html;
     morph(e, template.content);
     for (const one of all(ALL, e)) {
-      const key = one.dataset.set;
+      const key = one.dataset.set ?? "";
       if (props[key]) setProps(one, props[key]);
       if (key in values) showValue(one, values[key], true);
     }
@@ -220,8 +295,13 @@ const beamviz = (() => {
     }
   }
 
+  /**
+   * @param {Element} old
+   * @param {Element | DocumentFragment} fresh
+   */
   function morph(old, fresh) {
-    const before = [...old.childNodes], after = [...fresh.childNodes];
+    const before = /** @type {Part[]} */ ([...old.childNodes]);
+    const after = /** @type {Part[]} */ ([...fresh.childNodes]);
     after.forEach((node, k) => {
       const there = before[k];
       if (!there) old.append(node);
@@ -242,7 +322,8 @@ const beamviz = (() => {
     before.slice(after.length).forEach((node) => node.remove());
   }
 
-  function say(text, error) {
+  /** @param {string} text */
+  function say(text, error = false) {
     const live = byId("live"), toast = byId("toast");
     live.textContent = text;
     if (!error) return;
@@ -254,12 +335,14 @@ const beamviz = (() => {
 
   // The table of modes: a row whose mode changes its place moves there, and is told
 
-  const rowPlaces = () => new Map(all("#mode-rows [data-row]").map((row) => [row.dataset.row, row.offsetTop]));
+  const rowPlaces = () => new Map(all("#mode-rows [data-row]").map((row) => [row.dataset.row ?? "", row.offsetTop]));
+  /** @param {number} k */
   const ordinal = (k) => `${k}${["st", "nd", "rd"][k - 1] ?? "th"}`;
 
+  /** @param {ReturnType<typeof rowPlaces>} before */
   function moveRows(before) {
     const rows = all("#mode-rows [data-row]"), names = [...before.keys()];
-    const same = rows.length === names.length && rows.every((row) => before.has(row.dataset.row));
+    const same = rows.length === names.length && rows.every((row) => before.has(row.dataset.row ?? ""));
     const moved = rows.filter((row, k) => same && row.dataset.row !== names[k]);
     if (!moved.length) return;
     const told = moved.map((row) => `${row.dataset.row} is now ${ordinal(rows.indexOf(row) + 1)}`).join(", ");
@@ -269,48 +352,61 @@ const beamviz = (() => {
     byId("told").timer = setTimeout(() => (byId("told").textContent = ""), 6000);
     if (media(PREFERENCES.still).matches) return;
     for (const row of moved) row.animate([
-      { transform: `translateY(${before.get(row.dataset.row) - row.offsetTop}px)`, background: "var(--tint)" },
+      { transform: `translateY(${Number(before.get(row.dataset.row ?? "")) - row.offsetTop}px)`, background: "var(--tint)" },
       { transform: "none" },
     ], { duration: 600, easing: "ease-in-out" });
   }
 
   // What the visitor does
 
-  const json = (text, fallback = null) => (text === undefined ? fallback : JSON.parse(text));
+  /** @type {(text: string | undefined) => Scalar} */
+  const json = (text) => (text === undefined ? null : JSON.parse(text));
+  /** @type {(tab: Part) => Part[]} */
+  const tabsBeside = (tab) => all(TAB, tab.closest("[role=tablist]") ?? document);
+  /** @type {(tab: Part) => Part} */
+  const panelOf = (tab) => byId(tab.getAttribute("aria-controls") ?? "");
 
+  /** @param {Part} e */
   function press(e) {
+    const value = json(e.dataset.value);
     if (e.dataset.set) {
-      const pressed = e.getAttribute("aria-pressed") === "true";
-      for (const host of all("[data-chart]")) host.figure?.reveal?.(json(e.dataset.value));
-      send(e.dataset.set, e.dataset.value === undefined ? !pressed : json(e.dataset.value));
-    } else send(e.dataset.do, json(e.dataset.value));
+      for (const host of all("[data-chart]")) host.figure?.reveal?.(String(value));
+      sendAs(e.dataset.set, e.dataset.value === undefined ? e.ariaPressed !== "true" : value);
+    } else sendAs(e.dataset.do, value);
   }
 
-  /* Opens the tab that the server says, once the visitor has left the tabs alone for a moment. */
+  /**
+   * Opens the tab that the server says, once the visitor has left the tabs alone for a moment.
+   * @param {string} name
+   */
   function showTab(name) {
     clearTimeout(opening);
-    const left = (used.tab ?? -Infinity) + REST - performance.now();
+    const left = (used.tab ?? -Infinity) + REST - performance.now(), panel = found(`tab-${name}`);
     if (left > 0) opening = setTimeout(() => showTab(name), left + 1);
-    else if (byId(`tab-${name}`)?.hidden) openTab(byId(`tab-${name}`), false);
+    else if (panel?.hidden) openTab(panel, false);
   }
 
+  /** @param {Part} panel */
   function openTab(panel, tell = true) {
-    const tab = panel && document.querySelector(`[aria-controls="${panel.id}"]`);
+    const [tab] = all(`[aria-controls="${panel.id}"]`);
     if (!tab) return;
-    for (const one of all(TAB, tab.closest("[role=tablist]"))) {
-      one.setAttribute("aria-selected", one === tab);
+    for (const one of tabsBeside(tab)) {
+      one.ariaSelected = String(one === tab);
       one.tabIndex = one === tab ? 0 : -1;
-      byId(one.getAttribute("aria-controls")).hidden = one !== tab;
+      panelOf(one).hidden = one !== tab;
     }
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
-    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").firstElementChild.scrollIntoView(); // below the fold
+    if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").firstElementChild?.scrollIntoView(); // below the fold
     if (!tell) return;
     used.tab = performance.now();
     send("tab", panel.id.slice(4));
   }
 
-  /* Opens the sections that contain a control, and highlights it. */
+  /**
+   * Opens the sections that contain a control, and highlights it.
+   * @param {string} key
+   */
   function point(key) {
     const e = [...controls(key, true), ...all(`[data-do="${CSS.escape(key)}"]`)][0];
     if (!e) return;
@@ -319,7 +415,7 @@ const beamviz = (() => {
       if (up.matches("details")) up.open = true;
       else if (up.matches("[role=tabpanel]")) openTab(up);
     }
-    for (const inside of e.children) if (inside.matches("details")) inside.open = true;
+    for (const inside of all(":scope > details", e)) inside.open = true;
     const pulsing = e.closest(".field, .row") ?? e;
     pulsing.scrollIntoView({ block: pulsing.clientHeight > 200 ? "start" : "nearest" });
     pulsing.classList.remove("pulse");
@@ -342,11 +438,12 @@ const beamviz = (() => {
     });
   }
 
+  /** @param {Event} event */
   function onInput(event) {
-    const e = event.target, key = e.dataset?.set;
+    const e = targetOf(event), key = e.dataset?.set;
     if (e.type === "file" && event.type === "change") load(e);
-    const table = e.matches?.(".cell") && e.closest("table");
-    if (table && event.type === "change") send(table.dataset.set, textOf(table));
+    const table = e.matches?.(".cell") ? e.closest("table") : null;
+    if (table && event.type === "change") sendAs(table.dataset.set, textOf(table));
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
@@ -355,19 +452,24 @@ const beamviz = (() => {
       e.removeAttribute("aria-invalid");
     }
     if (e.type === "range" && event.type === "input") sendOften(key, e.valueAsNumber);
-    else if (event.type === "change" && e.type === "checkbox") send(key, e.checked);
-    else if (event.type === "change" && isNumber(e)) enter(e);
-    else if (event.type === "change" && e.type !== "range") send(key, e.value);
+    else if (event.type === "change" && e.type === "checkbox") sendAs(key, e.checked);
+    else if (event.type === "change" && isNumber(e)) enter(e, key);
+    else if (event.type === "change" && e.type !== "range") sendAs(key, e.value);
   }
 
+  /** @param {Part} e */
   const isNumber = (e) => e.matches("input.number");
 
-  /* Sends the number of a field, with a decimal point or comma; what is none is said, and stays. An
-     emptied field gets the number of the beam. */
-  function enter(e) {
+  /**
+   * Sends the number of a field, with a decimal point or comma; what is none is said, and stays. An
+   * emptied field gets the number of the beam.
+   * @param {Part} e
+   * @param {string} key
+   */
+  function enter(e, key) {
     if (!e.value.trim()) {
       e.typed = false;
-      if (typeof values[e.dataset.set] === "number") showValue(e, values[e.dataset.set]);
+      if (typeof values[key] === "number") showValue(e, values[key]);
       return send("forget_refused", null); // which was the value of the field
     }
     const text = e.value.trim().replace(/^\u2212/, "-");
@@ -376,42 +478,55 @@ const beamviz = (() => {
     e.toggleAttribute("aria-invalid", !Number.isFinite(number));
     if (Number.isFinite(number)) {
       e.typed = false;
-      return send(e.dataset.set, number);
+      return sendAs(key, number);
     }
     const [whole] = text.split(",");
     const remedy = grouped ? `write ${text.replaceAll(",", "")}, or ${whole}.${text.split(",")[1]}` : "write a number, as 0.5";
     say(`${e.value}: ${remedy}`, true);
   }
 
-  /* Sends a scene file as its name and its text, up to just above the limit of the server. */
+  /**
+   * Sends a scene file as its name and its text, up to just above the limit of the server.
+   * @param {Part} e
+   */
   async function load(e) {
-    const [file] = e.files;
-    if (file) send(e.dataset.do ?? "load", `${file.name}\n${await file.slice(0, 64001).text()}`);
+    const [file] = e.files ?? [];
+    if (file) sendAs(e.dataset.do, `${file.name}\n${await file.slice(0, 64001).text()}`);
     e.value = "";
   }
 
   function release() {
     const e = held;
     held = null;
-    if (e && e.dataset.set in values) setTimeout(() => showValue(e, values[e.dataset.set], true), REST);
+    const key = e?.dataset.set ?? "";
+    if (e && key in values) setTimeout(() => showValue(e, values[key], true), REST);
   }
 
+  /**
+   * @param {KeyboardEvent} event
+   * @param {Part} tab
+   */
   function onTabKey(event, tab) {
-    const tabs = all(TAB, tab.closest("[role=tablist]")), k = tabs.indexOf(tab);
-    const next = { ArrowRight: k + 1, ArrowLeft: k - 1, Home: 0, End: tabs.length - 1 }[event.key];
+    const tabs = tabsBeside(tab), k = tabs.indexOf(tab);
+    /** @type {Record<string, number>} */
+    const places = { ArrowRight: k + 1, ArrowLeft: k - 1, Home: 0, End: tabs.length - 1 };
+    const next = places[event.key];
     if (next === undefined) return;
     event.preventDefault();
     const other = tabs[(next + tabs.length) % tabs.length];
-    openTab(byId(other.getAttribute("aria-controls")));
+    openTab(panelOf(other));
     other.focus();
   }
 
   const letters = () => localStorage.getItem("beamviz-letters") !== "off";
 
-  /* viser moves its camera by letters and arrows: it gets only arrows, with focus on the scene. */
+  /**
+   * viser moves its camera by letters and arrows: it gets only arrows, with focus on the scene.
+   * @param {KeyboardEvent} event
+   */
   function onKey(event) {
-    const e = event.target, key = event.key.toLowerCase();
-    const inViser = e.closest?.("#root [role=dialog], .mantine-Modal-root, .mantine-Spotlight-root");
+    const e = targetOf(event), key = event.key.toLowerCase();
+    const inViser = e.closest?.("[role=dialog]"); // ours are no dialogs by their role
     if (e.matches?.(TAB)) onTabKey(event, e);
     if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
     if ((event.ctrlKey || event.metaKey) && key === "z" && !isTyped(e)) {
@@ -420,7 +535,7 @@ const beamviz = (() => {
     }
     if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input, select") && !inViser) {
       event.preventDefault();
-      document.body.dispatchEvent(new KeyboardEvent("keydown", event));  // ignored by viser in inputs
+      beamvizViser.openPalette(event);
     }
     if (event.ctrlKey || event.metaKey || event.altKey || isTyped(e) || inViser) return;
     const letter = key.length === 1 && key !== " ";
@@ -430,16 +545,13 @@ const beamviz = (() => {
     all(`[data-key="${CSS.escape(key)}"]`)[0]?.click();
   }
 
-  /* Shows a message while viser is reconnecting; gives its canvas a name and a tab stop. */
-  function watchViser() {
-    const [canvas] = all("#root canvas[data-engine]");
-    if (canvas && !canvas.ariaLabel) {
-      canvas.setAttribute("role", "img");
-      canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
-      canvas.tabIndex = 0;
-    }
-    const offline = Boolean(bridge) && /not connected/.test(window.__viserMutable?.sendMessage);
-    if (offline !== byId("offline").open) byId("offline")[offline ? "show" : "close"]();
+  /* Gives the canvas of the scene a name and a tab stop. */
+  function nameCanvas() {
+    const canvas = beamvizViser.canvas();
+    if (!canvas) return;
+    canvas.setAttribute("role", "img");
+    canvas.ariaLabel = "The rotating beam in motion. Arrow keys turn the view.";
+    canvas.tabIndex = 0;
   }
 
   /* Shows the open text, if any, beside its question mark. */
@@ -453,53 +565,33 @@ const beamviz = (() => {
     text.style.top = `${below ? at.bottom + 6 : Math.max(8, at.top - 6 - height)}px`;
   }
 
-  /* Under a path: tells viser the address of its WebSocket, for which it would leave out the slash at the end, where
-     many a proxy passes nothing on; and keeps the address of the page, to which viser adds that of its WebSocket. */
-  function keepAddress() {
-    const replace = history.replaceState.bind(history);
-    const { origin, pathname, search } = location;
-    if (pathname !== "/") {
-      const query = new URLSearchParams(search);
-      query.set("websocket", origin.replace("http", "ws") + pathname);
-      replace(null, "", `?${query}`);
-    }
-    let own = pathname + search;
-    history.replaceState = (data, title, url) => {
-      if (title !== "Viser") replace(data, "", url);
-      else if (own) replace(null, "", own);
-      own = "";
-    };
-  }
-
   function start() {
-    keepAddress();
-    setInterval(watchViser, 1000);
+    beamvizViser.watchConnection((isConnected) => byId("offline")[isConnected ? "close" : "show"]());
+    beamvizViser.quietPointer();
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));
     byId("skip").onclick = (event) => {
       event.preventDefault();
       const first = byId("alpha-slider");
-      first.closest("details").open = true;
+      const section = first.closest("details");
+      if (section) section.open = true;
       first.focus();
     };
-    document.addEventListener("click", (/** @type {any} */ event) => {
-      const tab = event.target.closest(TAB), acting = event.target.closest(ACT);
-      const dialog = event.target.closest("[data-dialog]");
-      const pointing = event.target.closest("[data-point]");
-      if (tab) openTab(byId(tab.getAttribute("aria-controls")));
-      else if (pointing) point(pointing.dataset.point);
-      else if (event.target.closest("#copy-link")) copyLink();
-      else if (event.target.closest("#save-picture")) savePicture();
-      else if (event.target.closest("#enlarge")) byId("enlarge").setAttribute("aria-pressed", document.body.classList.toggle("enlarged"));
-      else if (dialog) byId(dialog.dataset.dialog).showModal();
-      else if (acting && !event.target.closest("input, select, label")) press(acting);
+    document.addEventListener("click", (event) => {
+      const e = targetOf(event), tab = e.closest(TAB), acting = e.closest(ACT);
+      const dialog = e.closest("[data-dialog]"), pointing = e.closest("[data-point]");
+      if (tab) openTab(panelOf(tab));
+      else if (pointing) point(pointing.dataset.point ?? "");
+      else if (e.closest("#copy-link")) copyLink();
+      else if (e.closest("#save-picture")) savePicture();
+      else if (e.closest("#enlarge")) byId("enlarge").ariaPressed = String(document.body.classList.toggle("enlarged"));
+      else if (dialog) byId(dialog.dataset.dialog ?? "").showModal();
+      else if (acting && !e.closest("input, select, label")) press(acting);
     });
     document.addEventListener("paste", onPaste);
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
     document.addEventListener("pointerdown", (event) => {
-      held = event.target.closest(ALL);
-      // viser calls it in a passive listener: without effect, but with an error in the console
-      if (event.target.matches("#root canvas")) event.preventDefault = () => {};
+      held = targetOf(event).closest(ALL);
     }, true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
@@ -510,5 +602,5 @@ const beamviz = (() => {
   }
 
   start();
-  return { apply, send, sendOften, drawn };
+  return { apply, send, sendAs, sendOften, drawn };
 })();

@@ -180,6 +180,8 @@ def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
     low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
     high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
     state, shift, last_shift, last_size = BentState(beam, q), 0.0, 1.0, math.inf
+    if not state.f.min() > 0:  # a stretch interpolated across a kink
+        return None
     for _ in range(DESCENT_TRIALS):
         step, size = _newton_step(state, shift)
         trial = BentState(beam, state.q + step, state.iterations + 1)
@@ -219,14 +221,22 @@ def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, floa
     return step, state.step_size(step)
 
 
+def _unsymmetric_step(state: BentState) -> tuple[np.ndarray, float]:
+    """Newton's step and its size where the stiffness is not symmetric or not positive definite."""
+    bent = state.beam
+    step = -bent.values(np.linalg.solve(state.stiffness, bent.on_unknowns(state.residual)))
+    return step, state.step_size(step)
+
+
 def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> BentState | None:
     """The equilibrium near a guess, a `stable` one on demand; None where Newton's method fails."""
     state = BentState(beam, q)
+    if not state.f.min() > 0:  # a stretch interpolated across a kink
+        return None
     for iteration in range(1, NEWTON_STEPS + 1):
-        step, size = _newton_step(state)
-        if size == math.inf or beam.beam.spin_up:  # not positive definite, or not symmetric
-            step = -beam.values(np.linalg.solve(state.stiffness, beam.on_unknowns(state.residual)))
-            size = state.step_size(step)
+        step, size = (_unsymmetric_step if beam.beam.spin_up else _newton_step)(state)
+        if size == math.inf:
+            step, size = _unsymmetric_step(state)
         state = BentState(beam, state.q + step, iteration)
         if not (size < 2 and state.f.min() > 0):
             return None

@@ -1,0 +1,130 @@
+"""The charts of a computed motion, the deflection of its tip over time and the spectrum, and what
+they show in words."""
+
+import numpy as np
+
+from beamviz.drawing.text import (
+    frequencies,
+    length_text,
+    lengths,
+    times,
+)
+from beamviz.explorer import page
+from beamviz.explorer.computed_motion import Computed
+from beamviz.explorer.film import time_text
+from beamviz.explorer.page import Data
+from beamviz.explorer.view import UNSTIFFENED
+
+WIDER = 1.1  # than to the highest frequency of a mode
+DECADES = 4  # of amplitude in the spectrum
+
+
+def strip_data(found: Computed) -> Data:
+    """The deflection of the tip over time."""
+    along, tip = times(found.units), found.motion.tip[:, 1]
+    across = lengths("deflection of the tip", "y", found.units)
+    low, high = min(float(tip.min()), 0.0), max(float(tip.max()), 0.0)
+    low, high = (low, high) if high > low else (-1e-3, 1e-3)
+    margin = (0.6 if not isinstance(found.second, str) else 0.08) * (high - low)
+    lines: list[Data] = [
+        {
+            "label": "tip",
+            "y": page.sent(across.factor * tip),
+            "runs": [[0, len(tip) - 1, "bending", "tip"]],
+        }
+    ]
+    gaps = []
+    if not isinstance(found.second, str):
+        other = found.second.tip[:, 1]
+        lines.append(
+            {
+                "label": "",
+                "second": True,
+                "at": page.sent(along.factor * found.second.t),
+                "y": page.sent(across.factor * other),
+                "runs": [[0, len(other) - 1, "stretching", UNSTIFFENED]],
+            }
+        )
+        if found.film.diverged is not None:
+            ends = along.factor * found.film.diverged, along.factor * found.film.until
+            gaps.append([*map(float, ends), f"{UNSTIFFENED}: diverged"])
+    return {
+        "name": "Deflection of the tip over time",
+        "x": page.axis_data(along, (0.0, found.film.until)),
+        "y": page.axis_data(across, (low - margin, high + margin)),
+        "at": page.sent(along.factor * found.motion.t),
+        "lines": lines,
+        "gaps": gaps,
+        "keys": [
+            {"style": "line bending", "text": "tip"},
+            *([{"style": "line second", "text": UNSTIFFENED}] if len(lines) > 1 else []),
+        ],
+    }
+
+
+def spectrum_data(found: Computed) -> Data:
+    """The spectrum of the deflection of the tip, with the frequencies of the modes as lines."""
+    along, across = frequencies(found.units), lengths("amplitude", "a", found.units)
+    frequency, amplitude = found.spectrum
+    highest = max((one for _, _, one in found.modes), default=float(frequency[-1]))
+    inside = (frequency > 0) & (frequency <= WIDER * highest)
+    frequency, amplitude = frequency[inside], amplitude[inside]
+    top = float(amplitude.max(initial=0.0)) or 1.0
+    ends = top / 10**DECADES, 3 * top
+    lines = [
+        {
+            "label": label,
+            "at": page.sent(along.factor * np.array([one, one * (1 + 1e-9)])),
+            "y": page.sent(across.factor * np.array([ends[0], 10 * ends[1]])),
+            "runs": [[0, 1, f"{family} dashed", label]],
+        }
+        for label, family, one in found.modes
+    ]
+    amplitude = np.maximum(amplitude, 0.1 * ends[0])
+    lines.append(
+        {
+            "label": "",
+            "y": page.sent(across.factor * amplitude),
+            "runs": [[0, len(amplitude) - 1, "resonance", "tip"]],
+        }
+    )
+    return {
+        "name": "Spectrum of the motion of the tip",
+        "x": page.frequency_axis(along, (0.0, WIDER * highest)),
+        "y": page.axis_data(across, ends, log=True),
+        "at": page.sent(along.factor * frequency),
+        "lines": lines,
+        "keys": [
+            {"style": "line resonance", "text": "spectrum"},
+            {"style": "line dashed", "text": "modes"},
+        ],
+    }
+
+
+def notes(found: Computed, before: bool) -> str:
+    """What the charts show, in words; before: the motion is that before the last change."""
+    units = found.units
+    far, error = (
+        length_text(float(length), units, digits)
+        for length, digits in ((abs(found.motion.tip[:, 1]).max(), 4), (found.motion.error, 1))
+    )
+    tip = "Before the last change the tip was" if before else "The tip is"
+    text = f"<p>{tip} at most {far} aside, known to {error}.</p>"
+    if isinstance(found.second, str):
+        text += page.note(found.second)
+    elif found.film.diverged is not None:
+        text += page.note(
+            f"The theory without stiffening diverges: at {time_text(found.film.diverged, units)}"
+            " its tip is displaced by the length of the beam. The beam itself goes on."
+        )
+    else:
+        text += "<p>The theory without stiffening does not diverge in this time.</p>"
+    own = found.experiment
+    if found.since:
+        text += f"<p>The spectrum is that of the motion after {time_text(found.since, units)}"
+        text += ", with the frequencies that the beam has then.</p>"
+    elif own.hub == "torque" and own.event:
+        text += "<p>The frequencies are those at the speed that is reached in the end.</p>"
+    elif own.event:
+        text += "<p>The frequencies are those at the end; make the motion longer to see them.</p>"
+    return text

@@ -1,0 +1,253 @@
+"""What a visitor sees, in a form to compare: after any edits it must equal what one sees whose page
+is opened fresh on the resulting address."""
+
+import asyncio
+import itertools
+import json
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, TypeVar
+from urllib.parse import parse_qsl
+
+import numpy as np
+from live.server import TIMEOUT, wait_until
+from live.visitor import Visitor, visitor
+
+from beamviz.explorer.feature import tabs
+from beamviz.explorer.frame_loop import FrameLoop
+from beamviz.explorer.session import Session
+from beamviz.scene import Scene
+
+T = TypeVar("T")
+# Parts of the page that only one tab shows, by the beginnings of their ids.
+INSIDE = {
+    "loci-": "frequencies",
+    "per-rev": "frequencies",
+    "map-": "map",
+    "veering-": "veering",
+    "comparison": "compare",
+    "loads-": "loads",
+    "run-up-": "run-up",
+    "motion-": "motion",
+    "motion.": "motion",
+    "moment": "motion",
+    "experiment": "motion",
+    "method": "methods",
+    "timing": "methods",
+    "export-": "export",
+}
+PARTS = ("open", "captions", "met", "dark")  # of an update, besides those by id
+INVITATION = "Start lesson 1"  # in the caption of the scene that a page opened with
+LONG = 60.0  # [s] for what is computed on a machine however busy
+
+
+class Guest:
+    """A visitor together with their session, which tells when the page is at rest."""
+
+    def __init__(self, socket: Visitor, loop: FrameLoop):
+        self.visitor, self.loop, self.tokens = socket, loop, itertools.count()
+        self.id = max(loop.sessions)  # the last one
+        self.session: Session = loop.sessions[self.id]
+
+    def on_loop(self, function: Callable[[], T]) -> T:
+        """The value of a function on the event loop, between two frames."""
+
+        async def value() -> T:
+            return function()
+
+        return asyncio.run_coroutine_threadsafe(value(), self.loop.loop).result(TIMEOUT)
+
+    def is_handled(self) -> bool:
+        """Whether the server has handled all actions, and a frame has shown them."""
+        text = self.session.visitor.page.bridge.value
+        last = json.loads(text)[0] if text else 0
+        return last == self.visitor.actions and self.id not in self.loop.woken
+
+    def is_solved(self) -> bool:
+        """Whether a frame has shown the modes of the beam as well."""
+        solver, snapshot = self.session.visitor.solver, self.session.snapshot
+        is_shown = solver.answer is snapshot.jobs[solver.name].answer
+        return self.is_handled() and is_shown and not solver.busy
+
+    def is_at_rest(self) -> bool:
+        """Whether nothing is computed or moves, and the last frame shows all answers."""
+        session = self.session
+        answers = {key: job.answer for key, job in session.visitor.jobs.items()}
+        seen = {key: status.answer for key, status in session.snapshot.jobs.items()}
+        busy = session.is_busy or session.is_moving or self.id in self.loop.later
+        return self.is_handled() and not busy and answers == seen
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Wait until a condition holds between two frames."""
+        wait_until(lambda: self.on_loop(condition), LONG, f": {condition}")
+
+    def settle(self) -> None:
+        """Wait until the page is at rest, and receive all that was sent to it. It is drawn once
+        more, as where a browser tells that its camera has been moved."""
+        self.wait(self.is_at_rest)
+        self.on_loop(self.session.visitor.wake)
+        self.wait(self.is_at_rest)
+        token = f"{id(self)} {next(self.tokens)}"
+        self.on_loop(lambda: self.session.visitor.page.say(token))
+        self.visitor.wait(lambda _: any(one["text"] == token for one in self.visitor.said))
+
+    def take_clock(self, other: "Guest") -> None:
+        """Take the moment of another visitor, which no address has; a motion in time keeps its
+        own."""
+        mine, theirs = self.session.visitor, other.session.visitor.clock
+        names = ("angle", "phases", "other_phases", "compared", "grown")
+        found = {name: getattr(theirs, name) for name in names}
+
+        def take() -> None:
+            mine.clock = replace(mine.clock, **found)
+            mine.wake()
+
+        self.on_loop(take)
+
+
+def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) -> list[str]:
+    """Where the page of a visitor differs from one that is opened on its address, by a server that
+    begins with another scene; start: that which an empty address means to the visitor."""
+    told = guest.session.visitor.state
+    if told.refused or told.replaced:  # which no address has, and any edit ends
+        guest.visitor.do("forget_refused")
+    guest.settle()
+    seen, scene = page_of(guest.visitor), scene_of(guest.visitor)
+    address = guest.visitor.parts["address"] or start.to_query(without=("dark", "playing"))
+    with visitor(url) as fresh:
+        other = Guest(fresh, loop)
+        fresh.do("preferences", "still dark" if guest.visitor.parts["dark"] else "still")
+        fresh.do("met", " ".join(guest.visitor.parts["met"]))
+        fresh.do("link", f"?{address}")
+        other.settle()
+        other.take_clock(guest)
+        other.settle()
+        expected, drawn = page_of(fresh), scene_of(fresh)
+    if not guest.visitor.parts["address"]:
+        expected["address"] = seen["address"]
+    if any(INVITATION in one["text scene-caption"] for one in (seen, expected)):
+        expected["text scene-caption"] = seen["text scene-caption"]
+    found = [*differences(seen, expected, "page"), *differences(scene, drawn, "scene")]
+    return found and [address, *found]
+
+
+def is_shown(id: str, tab: str) -> bool:
+    """Whether an element is outside of the tabs, or in the open one."""
+    return next((one == tab for start, one in INSIDE.items() if id.startswith(start)), True)
+
+
+def page_of(guest: Visitor) -> dict[str, Any]:
+    """What a visitor sees of the page: of parts that are on it, in the open tab or outside."""
+    tab = guest.parts["open"]
+    shown = [text for key, text in guest.texts.items() if is_shown(key, tab)]
+    there = {*re.findall(r'(?:id|data-set)="([^"]+)"', "".join([*shown, tabs()[tab].content]))}
+    props = {
+        f"{key}.{name}": one
+        for key, changes in guest.props.items()
+        for name, one in changes.items()
+        if key in there and key not in ("undo", "redo")
+    }
+    parts: dict[str, dict[str, Any]] = {
+        "text": {key: re.sub(TIME, "", text) for key, text in guest.texts.items()},
+        "value": {key: one for key, one in guest.values.items() if key != "following"},
+        "chart": {
+            key: untimed(one) if key == "timing-chart" else one
+            for key, one in guest.charts.items()
+            if not guest.props[key].get("hidden")
+        },
+        "props": props,
+    }
+    seen = {
+        f"{kind} {key}": one
+        for kind, content in parts.items()
+        for key, one in content.items()
+        if is_shown(key, tab) and (kind == "props" or key in there)
+    }
+    address = {key: numbers(one) for key, one in parse_qsl(guest.parts["address"])}
+    return seen | {"address": address, **{key: guest.parts[key] for key in PARTS}}
+
+
+TIME = r"[\d.]+(?:e[-+]\d+)? ms"  # of a solve, which differs each time
+
+
+def untimed(chart: dict[str, Any]) -> dict[str, Any]:
+    """The chart of methods without times: the errors of each."""
+    lines = [{key: one for key, one in line.items() if key != "at"} for line in chart["lines"]]
+    marks = [{"key": one["key"], "y": one["y"]} for one in chart["marks"]]
+    return {"lines": lines, "marks": marks, "y": chart["y"]}
+
+
+def numbers(text: str) -> float | str:
+    """A number, with what rounding leaves of it in SI units and back, or another text."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def scene_of(guest: Visitor) -> dict[str, Any]:
+    """The visible nodes of the scene with their properties and places; of the points of captions
+    those that have a text; and the place of the camera."""
+    texts = {caption["name"] for caption in guest.parts["captions"]}
+    hidden = {name for name, node in guest.nodes.items() if node.get("visible") is False}
+    nodes: dict[str, Any] = {"camera": list(guest.camera)}
+    for name, node in guest.nodes.items():
+        parents = [name[:k] for k, sign in enumerate(name) if sign == "/" and k] + [name]
+        is_caption = re.search(r"/(node \d+|body \d+|warning|title|speed)$", name)
+        if not hidden & {*parents} and (name in texts or not is_caption):
+            at_origin = {"position": (0.0, 0.0, 0.0), "wxyz": (1.0, 0.0, 0.0, 0.0)}
+            nodes[name] = at_origin | {key: one for key, one in node.items() if key != "visible"}
+    return nodes
+
+
+def is_records(content: Any) -> bool:
+    """Whether it is a list of objects."""
+    return isinstance(content, list) and all(isinstance(one, dict) for one in content)
+
+
+def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
+    """Where two contents differ, numbers by more than rounding."""
+    if isinstance(first, dict) and isinstance(second, dict):
+        for key in first.keys() | second.keys():
+            yield from differences(first.get(key), second.get(key), f"{path}/{key}")
+    elif is_records(first) and is_records(second) and len(first) == len(second):
+        for k, pair in enumerate(zip(first, second, strict=True)):
+            yield from differences(*pair, f"{path}/{k}")
+    elif isinstance(first, float | list | tuple) and isinstance(second, float | int | list | tuple):
+        try:
+            close = np.allclose(
+                np.array(first, float), np.array(second, float), 1e-5, 1e-6, equal_nan=True
+            )
+        except (ValueError, TypeError):  # not numbers, or not as many
+            close = list(first) == list(second)
+        if not close:
+            yield f"{path}: {str(first)[:200]} != {str(second)[:200]}"
+    elif isinstance(first, str) and isinstance(second, str):
+        texts, others = (re.split(NUMBER, re.sub(ERROR, "", one)) for one in (first, second))
+        if len(texts) != len(others) or texts[::2] != others[::2]:
+            yield f"{path}: {changed_part(first, second)}"
+        else:
+            pairs = zip(texts[1::2], others[1::2], strict=True)
+            if any(abs(float(a) - float(b)) > 1.01 * last_digit(a) for a, b in pairs):
+                yield f"{path}: {changed_part(first, second)}"
+    elif first != second:
+        yield f"{path}: {str(first)[:300]} != {str(second)[:300]}"
+
+
+NUMBER = r"(\d+\.?\d*(?:e[-+]?\d+)?)"
+ERROR = r"± [\d.e-]+"  # estimated, of the size of rounding
+
+
+def last_digit(text: str) -> float:
+    """One unit of the last digit of a number, at most the sixth: what rounding changes of a tie."""
+    mantissa, _, exponent = text.partition("e")
+    unit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    return max(unit, 1e-6 * abs(float(text)))
+
+
+def changed_part(first: str, second: str) -> str:
+    """Two texts from a little before the first character that differs."""
+    same = itertools.takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False))
+    start = max(len([*same]) - 60, 0)
+    return f"…{first[start : start + 300]} != …{second[start : start + 300]}"
