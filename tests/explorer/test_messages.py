@@ -10,6 +10,7 @@ from helpers import load_script
 from live.server import wait_until
 from live.visitor import PAGE, catch_up
 
+from beamviz.explorer import page
 from beamviz.explorer.feature import tabs
 from beamviz.explorer.page import SCRIPTS, messages
 from beamviz.files import package_text
@@ -54,6 +55,13 @@ def test_the_scripts_of_the_page_have_these_types():
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stdout == ""
     assert done.returncode == 0
+
+
+def test_negative_numbers_have_a_minus_sign_and_what_is_typed_and_named_a_hyphen():
+    """In HTML outside tags; an exponent and a range of whole numbers stay."""
+    html = '<a data-value="-1">-1.5</a> TP-500-38, 1e-06, 4-5, (-.2), δ = -1 .. 2'
+    expected = '<a data-value="-1">−1.5</a> TP-500-38, 1e-06, 4-5, (−.2), δ = −1 .. 2'
+    assert page.html("id", html) == {("html", "id"): expected}
 
 
 # What a visitor does, one after the other, so that all kinds of controls and charts are shown.
