@@ -131,15 +131,16 @@ def working(browser: str | None) -> str | None:
 def from_debian(python: Path) -> str | None:
     """Debian's Chromium, where this process may install it."""
     say("no Chrome, Chromium or Edge found: trying Debian's Chromium")
-    install_from_debian("chromium", "fonts-liberation")  # else only DejaVu is there
-    return working(find_browser())
+    packages = "chromium", "fonts-liberation"  # else only DejaVu is there
+    return working(find_browser()) if install_from_debian(*packages) else None
 
 
-def install_from_debian(*packages: str) -> None:
-    """Install packages of Debian, where this process may."""
-    if shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0:
-        succeeded(["apt-get", "update"])  # may fail for one source and still do for ours
-        succeeded(["apt-get", "install", "--yes", "--no-install-recommends", *packages])
+def install_from_debian(*packages: str) -> bool:
+    """Install packages of Debian, where this process may; whether that ended well."""
+    if not (shutil.which("apt-get") and hasattr(os, "geteuid") and os.geteuid() == 0):
+        return False
+    succeeded(["apt-get", "update"])  # may fail for one source and still do for ours
+    return succeeded(["apt-get", "install", "--yes", "--no-install-recommends", *packages])
 
 
 def fetch_node() -> None:

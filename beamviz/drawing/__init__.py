@@ -25,7 +25,8 @@ from beamviz.drawing.text import Measure, frequencies
 
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
-TITLE_PLACE = np.array([-0.2, 0.0, 0.12])  # of a title, from the clamp
+TITLE_PLACE = np.array([-0.2, 0.0, 0.12])  # of the title of a row, from the clamp
+BELOW = np.array([-0.4, 0.0, -0.12])  # the same of a beam with the text of its speed above
 OPPOSITE = np.array([0.5, 0.0, 0.12])  # the same, where a bent beam is there
 OVERLAY = "/scene/rotor/overlay"
 
@@ -93,7 +94,8 @@ class BeamView:
         else:
             clamp = points[0] if view.rotating_frame else np.zeros(3)
             folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
-            self.title.show(drawn.title, clamp + (OPPOSITE if folded else TITLE_PLACE))
+            beside = TITLE_PLACE if view.all_modes else BELOW
+            self.title.show(drawn.title, clamp + (OPPOSITE if folded else beside))
         self.frame.visible = True
 
     @property

@@ -24,9 +24,7 @@ ROOM = 0.2  # [beam lengths] half the width that the picture contains for the mo
 MARGIN = 0.1  # [beam lengths] width that the picture contains around the hub
 SCALES = (100.0, 1e5)  # [pixels per beam length] limits of the scale
 RIM = 0.3  # [beam lengths] largest part of the hub in the picture
-# Fractions of half the height of a page left free above, for labels: the beam in the rotating
-# frame, the circle that it sweeps in the stationary one.
-LIFT, TOP = 0.1, 0.2
+TOP = 0.2  # of half the height of a page: left free above, for labels
 MIN_SLOPE = 1e-3  # of a direction against the axis; of a smaller one, y is vertical in the picture
 TURN = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 CIRCLE = np.stack([np.cos(TURN), np.sin(TURN), 0 * TURN], 1)
@@ -86,40 +84,40 @@ def viewpoint(
     shapes: SampledModes,
     rotating_frame: bool,
     aspect: float,
-    lift: float = 0.0,
     heights: Sequence[float] = (0.0,),
     direction: tuple[float, float, float] | None = None,
 ) -> np.ndarray:
     """The nearest camera position (3,) whose picture contains the beam.
 
-    aspect: width / height of the picture; lift: fraction of half the height left free at the top;
-    heights: [beam lengths] of stacked beams; direction: to the camera, None for the default. The
-    camera looks at the origin, where the scene places `target`.
+    aspect: width / height of the picture; heights: [beam lengths] of stacked beams; direction: to
+    the camera, None for the default. The camera looks at the origin, where the scene places
+    `target`.
     """
     usual = ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION
     view = axes(direction or usual)
     right, down, forward = (corners(shapes, rotating_frame, heights) @ view).T
-    needed = np.maximum(np.abs(right) / (TALL * aspect), np.abs(down) / (TALL * (1 - lift)))
+    needed = np.maximum(np.abs(right) / (TALL * aspect), np.abs(down) / TALL)
     return -1.06 * (needed - forward).max() * view[:, 2]
 
 
 def fitted(
-    shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float] = (0.0,)
+    shapes: SampledModes,
+    rotating_frame: bool,
+    aspect: float,
+    heights: Sequence[float] = (0.0,),
+    covered: float = 0.0,
 ) -> Camera:
-    """The camera that fits the beam into a page.
+    """The camera that fits the beam into a page. covered: fraction of half the height left free
+    below.
 
-    In the rotating frame it looks just above the beam, for labels. In the stationary one it looks
-    at the point of the axis, below the hub, from which the circle that the beam sweeps is in the
-    middle of the picture: the nearer half of the circle is larger.
+    It looks at the point above or below the middle of the beam, in the stationary frame of the hub,
+    from which all, or the circle that the beam sweeps, is in the middle of what is free of the
+    picture: what is nearer is larger.
     """
-    if rotating_frame:
-        position = viewpoint(shapes, rotating_frame, aspect, LIFT, heights)
-        target = np.array([0.0, 0.0, LIFT * TALL * float(np.linalg.norm(position))])
-        return Camera((position + target).tolist(), target.tolist())
-    view = axes(FIXED_DIRECTION)
+    view = axes(ROTATING_DIRECTIONS[shapes.plane] if rotating_frame else FIXED_DIRECTION)
     right, down, forward = (corners(shapes, rotating_frame, heights) @ view).T
     _, fall, slope = -view[2]  # of the axis, in the picture and along the line of sight
-    bottom, top = TALL, TALL * (1 - TOP)
+    bottom, top = TALL * (1 - covered), TALL * (1 - TOP)
     below, above = (down / bottom - forward).max(), (-down / top - forward).max()
     low = (below - above) / (fall * (1 / bottom + 1 / top))  # both edges are equally near
     high = below - low * fall / bottom

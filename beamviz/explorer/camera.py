@@ -14,17 +14,29 @@ from beamviz.scene import Camera
 
 STEP = 1.15  # ratio of the distances from which the camera looks, so that it moves rarely
 ZOOM_STEP = 1.25  # ratio of the scales that the beam is subdivided for
+# On a page less than NARROW [px] wide the legend is a strip above the buttons (page.css), together
+# STRIP [px] high; the beam has at least 1 - MOST of half the height.
+NARROW, STRIP, MOST = 640, 102, 0.6
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
 DEFAULT = Camera((3.0, 3.0, 3.0))  # of viser's page before it has another one
 CHANGE_TIME = 0.9  # [s] of an eased change of view
 
 
+def covered_below(width: int, height: int) -> float:
+    """The fraction of half the height of a scene [px] that the page covers below."""
+    return min(2 * STRIP / max(height, 1), MOST) if width < NARROW else 0.0
+
+
 def viewpoint(
-    shapes: SampledModes, rotating_frame: bool, aspect: float, heights: Sequence[float]
+    shapes: SampledModes,
+    rotating_frame: bool,
+    aspect: float,
+    heights: Sequence[float],
+    covered: float = 0.0,
 ) -> Camera:
     """The viewpoint from which beams at `heights` fit into a page of this aspect ratio, at the next
-    larger distance of those in steps."""
-    fit = fitted(shapes, rotating_frame, aspect, heights)
+    larger distance of those in steps; covered: see `covered_below`."""
+    fit = fitted(shapes, rotating_frame, aspect, heights, covered)
     farther = stepped(distance := math.dist(fit.position, fit.look_at), STEP, up=True) / distance
     points = (tuple(round(farther * x, 9) for x in point) for point in (fit.position, fit.look_at))
     return Camera(*points)  # type: ignore[arg-type]

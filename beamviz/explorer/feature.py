@@ -6,9 +6,11 @@ shows. Nothing else keeps a list of features, of tabs or of charts.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
-from beamviz.explorer.jobs import SOLUTION
+from beamviz.explorer import page
+from beamviz.explorer.jobs import SOLUTION, JobStatus
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -76,7 +78,8 @@ class Feature:
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The requests whose answers the page needs for a snapshot, by the names of the jobs; None
-        withdraws one. A job that is not named goes on with its latest request."""
+        withdraws one, PENDING stands for one that follows from an answer to come. A job that is
+        not named goes on with its latest request."""
         return {}
 
     @property
@@ -89,6 +92,40 @@ def fading(jobs: Collection[str], *ids: str) -> Part:
     """The part that marks elements, by their ids, while they show what is not that of the numbers
     beside them: one of these jobs, or that of the modes, has not answered its latest request."""
     return Part(lambda s: (s.lateness(SOLUTION, *jobs),), lambda words: faded(words, *ids), ids)
+
+
+RETRY = page.button("Compute again", data_do="retry_jobs")
+
+
+def progress(jobs: Collection[JobStatus]) -> str:
+    """What is said (HTML) of jobs that are running: their names, the fraction computed, and after a
+    while the time and a button that cancels them; "" for none."""
+    if not jobs:
+        return ""
+    told = ", ".join(job.name for job in jobs)
+    done, seconds = max(job.done for job in jobs), max(job.seconds for job in jobs)
+    percent, time = f" {100 * done:.0f} %" if done else "", f" {seconds} s" if seconds else ""
+    text = f'computing: {told} <span aria-hidden="true">…{percent}{time}</span>'
+    cancel = page.button("Cancel", data_do="cancel_jobs")
+    return text + (cancel if any(job.slow for job in jobs) else "")
+
+
+def waiting(id: str, *jobs: str) -> Part:
+    """The part that says in an empty place of a tab, an element by its id, which of these jobs its
+    first result waits for, or offers to compute it again. They follow each other."""
+    return Part(lambda s: (lacking(s, jobs),), partial(waiting_content, id), (id,))
+
+
+def lacking(snapshot: Snapshot, jobs: Iterable[str]) -> JobStatus | None:
+    """The first of some jobs without a result; None where all have one."""
+    return next((job for name in jobs if (job := snapshot.jobs[name]).result is None), None)
+
+
+def waiting_content(id: str, job: JobStatus | None) -> Content:
+    """What is said of a job without a result, in an element by its id."""
+    if job is None or not (job.late or job.cancelled):
+        return page.html(id, "")
+    return page.html(id, progress([job]) if job.late else RETRY)
 
 
 PLAIN = (str, int, float, bool, tuple, frozenset, type(None))

@@ -39,6 +39,7 @@ LATE = 0.25  # [s] after which the page says of a result that it is that to an e
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
 SOLUTION = "solution"  # name of the job
+PENDING = object()  # a request that follows from an answer to come
 WAIT = 0.1  # [s] that a frame waits for it at most
 
 log = RateLimitedLog(__name__)
@@ -195,6 +196,14 @@ class Job(Generic[Q, R]):
         if self.busy:
             self.replaced = self.replaced or now
 
+    def expect(self) -> None:
+        """A request is to come that is not known yet: the last answer is that to an earlier one."""
+        with self.lock:
+            now, self.latest, self.delayed = time.monotonic(), None, True
+            self.since = self.since or now
+            if self.busy:
+                self.replaced = self.replaced or now
+
     def stop(self) -> None:
         """Do not go on with what is being computed."""
         self.number, self.busy, self.delayed = self.number + self.busy, False, False
@@ -240,7 +249,10 @@ class Job(Generic[Q, R]):
         """Compute the latest request, then the next one if there is one by then."""
         with self.lock:
             request, self.replaced = self.latest, None  # those before it are not computed any more
-            if self.closed or request is None or number != self.number:
+            if self.closed or number != self.number:
+                return
+            if request is None:  # it was replaced by one that is not known yet
+                self.busy = False
                 return
         interruption.set(partial(self.check, number, request))
         answer = self.answered(request)

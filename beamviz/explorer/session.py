@@ -23,6 +23,7 @@ from beamviz.explorer.computed_motion import film_of, film_reads, played_reads
 from beamviz.explorer.feature import Feature, Memo, Shown
 from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.run_up import response_drawn, response_reads
+from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.mass_drag import MassDrag
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, picture_reads, with_film
@@ -149,7 +150,9 @@ class Session:
         jobs = self.visitor.jobs.items()
         wanted = dict(one for own in self.features for one in own.wanted(snapshot).items())
         for name, job in jobs:
-            if wanted.get(name) is not None:
+            if wanted.get(name) is PENDING:
+                job.expect()
+            elif wanted.get(name) is not None:
                 job.request(wanted[name], later=self.postponed)
             elif name in wanted or (job.delayed and not self.postponed):
                 job.withdraw()  # what was not begun is begun no more
@@ -186,7 +189,7 @@ class Session:
         released, which the view follows. Returns the transition under way."""
         camera, state, picture = self.visitor.camera, snapshot.state, snapshot.picture
         frame = state.view.rotating_frame
-        shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights)
+        shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights), snapshot.covered
         wanted = state.camera or self.viewpoints(viewpoint, *shapes)
         if moved.any():
             transition = camera.followed(moved, float(frame))

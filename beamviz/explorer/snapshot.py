@@ -22,10 +22,11 @@ class Snapshot:
 
     answer: to the latest case solved, None before the first; second: to the case that it was
     compared with then, which is `comparison`; jobs: the status of each background job, by its name;
-    clock: the moment of the motion; aspect: width over height of the scene in the page; scale:
-    [pixels per beam length] of its picture; chosen: the viewpoint that the visitor turned the view
-    to, None while the beam is fitted into the page; undo, redo: whether there is a step; is_led: it
-    is that of a presenter; picture: what the scene shows of it, None while it is taken.
+    clock: the moment of the motion; aspect: width over height of the scene in the page; covered:
+    fraction of half its height that the page covers below; scale: [pixels per beam length] of its
+    picture; chosen: the viewpoint that the visitor turned the view to, None while the beam is
+    fitted into the page; undo, redo: whether there is a step; is_led: it is that of a presenter;
+    picture: what the scene shows of it, None while it is taken.
     """
 
     state: State
@@ -35,6 +36,7 @@ class Snapshot:
     jobs: Mapping[str, JobStatus]
     clock: Clock
     aspect: float
+    covered: float
     scale: float
     chosen: Camera | None
     undo: bool
@@ -87,7 +89,7 @@ class Snapshot:
         """Everything but the clock, of which only the moment of a computed motion is read."""
         return (
             *(self.state, self.answer, self.second, self.comparison, self.picture),
-            *(self.aspect, self.chosen, self.undo, self.redo, self.is_led),
+            *(self.aspect, self.covered, self.chosen, self.undo, self.redo, self.is_led),
             self.clock.moment if self.film else None,
             *self.jobs.values(),
         )

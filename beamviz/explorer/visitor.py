@@ -18,7 +18,7 @@ from viser import ClientHandle
 
 from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
-from beamviz.explorer.camera import PageCamera
+from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
@@ -189,6 +189,7 @@ class Visitor:
                 jobs=MappingProxyType({name: job.status for name, job in self.jobs.items()}),
                 clock=self.clock,
                 aspect=view.aspect,
+                covered=covered_below(view.image_width, view.image_height),
                 scale=self.camera.scale,
                 chosen=self.camera.chosen(state.camera, self.clock.transition),
                 undo=bool(self.history.past),

@@ -84,7 +84,7 @@ class SolvedScene:
             offset = np.subtract(given.position, given.look_at) / self.zoom
             return Camera((given.look_at + offset).tolist(), given.look_at)
         frame = self.scene.view.rotating_frame
-        position = camera.viewpoint(self.shapes, frame, aspect, 0.0, self.heights, self.direction)
+        position = camera.viewpoint(self.shapes, frame, aspect, self.heights, self.direction)
         axial_reach = float(self.drawn.amplitudes @ np.abs(self.shapes.modes[:, :, 0]).max(axis=1))
         return Camera((position * (1 + axial_reach) / self.zoom).tolist())
 

@@ -63,12 +63,17 @@ class Plan:
         hp = METHODS[self.problem.method].package == "hp"
         return hp and self.problem.state == "straight" and not spin_up
 
+    @property
+    def gains_by_stacks(self) -> bool:
+        """Whether a beam of a stack takes less time than one alone; a blade takes the same."""
+        return self.is_stacked and self.beam.blade is None
+
     @cached_property
     def chunk_shape(self) -> tuple[int, ...]:
         """Number of values of a chunk along each axis: whole lines along the longest axis where
         these are not too long, and neighbours. It follows from the arguments alone: what is solved
         together, hence every digit, must not depend on the machine."""
-        least, most = STACKED if self.is_stacked else ONE_BY_ONE
+        least, most = STACKED if self.gains_by_stacks else ONE_BY_ONE
         left = min(most, max(self.size // CHUNKS, least))
         chunk = [1] * len(self.shape)
         names = list(self.axes)  # beams with their mass at one place are solved together

@@ -48,17 +48,22 @@ def test_the_mass_has_the_density_of_the_beam_and_encloses_it(alpha):
 
 
 @given(
-    beams(alpha=(0, 100), delta=(0, 5)), st.booleans(), st.floats(0.5, 3.0), st.sampled_from([1, 5])
+    beams(alpha=(0, 100), delta=(0, 5)),
+    st.booleans(),
+    st.floats(0.5, 3.0),
+    st.sampled_from([1, 5]),
+    st.sampled_from([0.0, 0.3, 0.6]),
 )
-def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspect, rows):
+def test_the_beam_is_inside_the_picture_and_fills_it(beam, rotating_frame, aspect, rows, covered):
     """Every corner of all rows is inside, the farthest within 10 % of an edge; a page has room
-    above for labels."""
+    above for labels, and below for what covers the picture there."""
     shapes, heights = SampledModes.at_rest(beam, "chordwise"), stacked_heights(rows)
     picture = camera.viewpoint(shapes, rotating_frame, aspect, heights=heights)
-    page = camera.fitted(shapes, rotating_frame, aspect, heights)
-    for view, top in ((Camera(tuple(picture)), 1.0), (page, 0.8)):
+    page = camera.fitted(shapes, rotating_frame, aspect, heights, covered)
+    for view, top, below in ((Camera(tuple(picture)), 1.0, 1.0), (page, 0.8, 1 - covered)):
         across, down = projected(camera.corners(shapes, rotating_frame, heights), view).T
-        assert 0.9 < max(np.abs(across).max() / aspect, down.max(), -down.min() / top) <= 1
+        nearest = max(np.abs(across).max() / aspect, down.max() / below, -down.min() / top)
+        assert 0.9 < nearest <= 1
 
 
 @pytest.mark.parametrize("beam", [Beam(alpha=1), Beam(gamma=4, delta=-1)], ids=["straight", "bent"])

@@ -271,7 +271,7 @@ def test_stations_masses_and_the_root_are_added_and_removed(guest):
     guest.do("blade.root", "spring", until="stiffness [N m/rad]")
     guest.do("blade.spring", 500)
     guest.shows(Beam.from_si(**SI, **FLAP, **kept, masses=[body], root_stiffness=500))
-    guest.do("blade.spring", -1, until="stiffness of the root [N m/rad] = -1: must be 0 or more")
+    guest.do("blade.spring", -1, until="stiffness of the root [N m/rad] = −1: must be 0 or more")
     guest.do("blade.root", "hinged")
     guest.shows(Beam.from_si(**SI, **FLAP, **kept, masses=[body], root_stiffness=0))
     type_in(guest, 0, 1, "2", "masses")

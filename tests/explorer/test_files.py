@@ -119,7 +119,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("[beam]\nalpha = -1\n", "scene.toml: alpha = -1: must lie in 0 .. 100"),
+        ("[beam]\nalpha = -1\n", "scene.toml: alpha = −1: must lie in 0 .. 100"),
         ('"' * (MAX_TOML_BYTES + 1), "scene.toml: larger than 64000 bytes"),
         (SLOW, "elements = 1000: a page solves with at most 200"),
     ],

@@ -112,6 +112,30 @@ def test_back_at_the_numbers_of_the_answer_nothing_is_late(computer):
     assert (computer.job.status.result, computer.job.busy) == (1, False)
 
 
+def test_an_answer_is_late_while_its_next_request_is_not_known(computer):
+    """As it follows from an answer to come; and it is not late any more if nothing has changed."""
+    for request in (1, 2, 1):
+        computer.job.request(request)
+        computer.compute()
+        computer.job.expect()
+        assert computer.after(2 * LATE).late
+        computer.job.request(request)
+        assert not computer.job.status.late
+        computer.job.expect()
+        assert computer.after(2 * LATE).late
+        computer.job.request(3)
+        assert computer.job.status.late
+        computer.job.expect()
+        computer.compute()
+        assert (computer.job.status.result, computer.job.status.busy) == (request, False)
+        computer.job.request(3)
+        computer.compute()
+        assert (computer.job.status.result, computer.job.status.late) == (3, False)
+        computer.job.expect()
+        computer.job.withdraw()
+        assert not computer.after(2 * LATE).late
+
+
 def test_a_request_replaced_before_it_is_begun_leaves_nothing_late(computer):
     """Where all threads are at work, it is the latest request that is computed when one is free."""
     computer.job.request(1)

@@ -203,6 +203,17 @@ def test_back_to_a_lesson_and_out_of_it(guest, session):
     assert shown_state(session) == before
 
 
+def test_out_of_a_lesson_in_which_the_page_was_opened(guest):
+    """As after a reload: the scene before is in no address, and the page says so; not where the
+    lesson was begun on the page."""
+    guest.do("link", "?lesson=nodes", until=formatted(lesson("nodes").question))
+    guest.do("lesson", "", until="the scene before it is not known")
+    guest.shows(PAPER)
+    begin(guest, "nodes")
+    guest.do("gamma", 3.0, until=frequency_text(lesson("nodes").scene.beam.replace(gamma=3)))
+    guest.do("lesson", "", until="from before the lesson is back")
+
+
 RIGHT, SLENDER = "Right!", "Put the slenderness μ back to 70 first."
 # Controls to be set, by lesson, each with the words that the page shows then.
 CHALLENGES = {

@@ -94,6 +94,7 @@ STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.
         ("lesson=nodes&step=4&beta=0.3", "lesson=nodes&beta=0.3", ["step = 4: must be a whole"]),
         (f"mass=-1&{STEEL}&gamma=4", f"{STEEL}&gamma=4", ["mass = -1: must be 0 or more"]),
         (f"{STEEL.replace('7850', 'iron')}&mode=2", "mode=2", ["density = 'iron': must be"]),
+        ("position=near&look_at=[0,0,1]&gamma=3", "gamma=3", ["position = "]),
         ("look_at=[0,0,1]&gamma=3", "gamma=3", ["the camera has a look_at but no position"]),
         (
             "elements=1000&method=linear",
@@ -245,7 +246,7 @@ def test_a_link_with_a_wrong_value_opens_with_a_note_on_it(guest):
     shows(guest, "beta=0.5&gamma=4.0")
     (said,) = guest.said
     assert said["error"]
-    assert "alpha = -1: must lie in 0 .. 100" in said["text"]
+    assert "alpha = −1: must lie in 0 .. 100" in said["text"]
     assert "over = 'spin_up': must be one of alpha, beta" in said["text"]
 
 

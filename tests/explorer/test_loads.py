@@ -65,7 +65,7 @@ def test_the_root_of_a_beam_that_spins_up_holds_its_inertia():
     inertia = np.trapezoid((r**2).sum(1), fine) + beam.alpha * (tip**2).sum()
     torque = loads["moment"][0] + beam.delta * loads["shear"][0]
     assert -torque == pytest.approx(beam.spin_up * inertia, rel=1e-3)
-    rows = dict(re.findall(r"<td>([a-z ]+)</td><td>−?([\d.]+ \w*N(?: m)?)</td>", text(it, loads)))
+    rows = dict(re.findall(r"<td>([a-z ]+)</td><td>-?([\d.]+ \w*N(?: m)?)</td>", text(it, loads)))
     assert rows.keys() == {"axial force", "shear force", "bending moment"}
     in_si = abs(beam.units.newton_metres(equilibrium.root_moment))
     number, unit = rows["bending moment"].split(" ", 1)

@@ -11,6 +11,7 @@ from live.visitor import Visitor, pause
 
 from beamviz.beam import Beam
 from beamviz.explorer.features import map as map_tab
+from beamviz.presets import PRESETS
 from beamviz.scene import Scene
 from beamviz.solver import solve
 
@@ -131,6 +132,18 @@ def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
     guest.wait(lambda _: not guest.texts["work"])
     guest.do("tab", "map")
     guest.wait(lambda _: guest.props["map-chart"]["data-outdated"] is None)
+
+
+def test_an_empty_tab_says_what_is_computed_and_how_far_it_is(guest, session):
+    """In its place, with a button to cancel it: the first map of a blade takes long. Cancelled, it
+    can be computed again."""
+    session.visitor.open(Scene(PRESETS["nrel-5mw-blade"].beam))
+    guest.do("tab", "map")
+    told = r"computing: map .* [1-9]\d? %.*Cancel"
+    guest.wait(lambda _: re.search(told, guest.texts["map-chart-wait"]))
+    assert not guest.charts["map-chart"]
+    guest.do("cancel_jobs")
+    guest.wait(lambda _: "Compute again" in guest.texts["map-chart-wait"])
 
 
 # On the page

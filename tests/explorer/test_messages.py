@@ -7,8 +7,10 @@ import subprocess
 import msgspec
 import pytest
 from helpers import load_script
+from live.server import wait_until
 from live.visitor import PAGE, catch_up
 
+from beamviz.explorer import page
 from beamviz.explorer.feature import tabs
 from beamviz.explorer.page import SCRIPTS, messages
 from beamviz.files import package_text
@@ -55,6 +57,13 @@ def test_the_scripts_of_the_page_have_these_types():
     assert done.returncode == 0
 
 
+def test_negative_numbers_have_a_minus_sign_and_what_is_typed_and_named_a_hyphen():
+    """In HTML outside tags; an exponent and a range of whole numbers stay."""
+    html = '<a data-value="-1">-1.5</a> TP-500-38, 1e-06, 4-5, (-.2), δ = -1 .. 2'
+    expected = '<a data-value="-1">−1.5</a> TP-500-38, 1e-06, 4-5, (−.2), δ = −1 .. 2'
+    assert page.html("id", html) == {("html", "id"): expected}
+
+
 # What a visitor does, one after the other, so that all kinds of controls and charts are shown.
 VISIT = [
     *[("tab", key) for key in tabs()],
@@ -76,6 +85,8 @@ def test_each_control_has_a_handler_and_each_handler_a_control(guest, session):
     html |= {tag for tab in tabs().values() for tag in tab.content.split(">")}
     for action, value in VISIT:
         guest.do(action, value)
+        catch_up(guest)
+        wait_until(lambda: not (session.is_busy or session.postponed))  # with its charts
         catch_up(guest)
         html |= {tag for text in guest.texts.values() for tag in text.split(">")}
         for chart in guest.charts.values():

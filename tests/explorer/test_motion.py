@@ -357,7 +357,7 @@ def test_a_long_motion_is_cancelled(guest):
     guest.do("tab", "motion")
     guest.do("gamma", 20.0)
     guest.do("motion.until", 60.0)
-    guest.do("motion.pull", 30.0, until="computing: motion")
+    guest.do("motion.pull", 30.0, until=lambda _: "computing: motion" in guest.texts["work"])
     guest.do("cancel_jobs", until="cancelled: motion")
     guest.do("motion.pull", 0.5)
     guest.do("motion.until", 2.0)
@@ -458,7 +458,7 @@ def test_a_hub_is_turned_by_a_torque(guest, session):
     last = Beam(alpha=1, gamma=abs(float(found.gamma[-1])))
     assert lines[0] == pytest.approx(solve(last, coriolis=True).frequencies[0], rel=1e-3)
     assert parse_link(guest.parts["address"]).values["experiment"] == Experiment(**own, until=2.0)
-    assert "under a torque of M = -3" in guest.texts["motion-words"]
+    assert "under a torque of M = −3" in guest.texts["motion-words"]
 
 
 def test_a_motion_starts_in_modes(guest, session):
@@ -588,3 +588,10 @@ def test_the_keyboard_moves_through_the_motion(frame_loops):
         shown.key("ArrowRight", until="location.search.includes('pull')")
         assert shown.problems == []
         assert base64.b64decode(shown.call("Page.captureScreenshot")["data"])[:4] == b"\x89PNG"
+
+
+def test_the_equilibrium_beside_a_motion_has_the_speed_it_is_at(guest):
+    """The motion may have another one, as in a spin-up."""
+    guest.do("experiment", "spin-up", until="Stable equilibrium at γ = 3")
+    guest.do("only", 0)
+    guest.wait(lambda _: "Stable equilibrium</b>" in guest.texts["equilibrium"])

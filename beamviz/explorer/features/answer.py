@@ -20,10 +20,11 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import is_before
-from beamviz.explorer.feature import Feature, Part, fading
+from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress
 from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import NO_COMPARISON
 from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
@@ -43,7 +44,6 @@ EARLIER_MOTION = "The motion before the last change: the new one is being comput
 EARLIER_PICTURE = "The beam before the last change: the new one is being computed."
 HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
-RETRY = page.button("Compute again", data_do="retry_jobs")
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
@@ -70,7 +70,8 @@ class AnswerPanel(Feature):
         """What the picture shows or leaves out, what has replaced the visitor's scene, whether the
         first case is shown, and whether it has a mass."""
         state = snapshot.state
-        first = state.case == self.first and state.run_speed is None
+        chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
+        first = state.case == self.first and not chosen
         picture, alpha = snapshot.picture, state.case.numbers["alpha"]
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
         if picture.film and is_before(snapshot):
@@ -87,7 +88,7 @@ def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
     if solved and solved.solution:
         rows = mode_table(solved.solution, solved, picture.shown)
     stopped = page.props("playing", disabled=solved is None)
-    text = status(answer) if answer else ""
+    text = status(answer, in_motion=picture.film is not None) if answer else ""
     return stopped | page.html("mode-rows", rows) | page.html("equilibrium", text)
 
 
@@ -125,14 +126,9 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
 def work(jobs: Mapping[str, JobStatus]) -> str:
     """The jobs that have been running for long, with a button that cancels them; or else those
     cancelled, with one that restarts them."""
-    slow = [job for job in jobs.values() if job.slow]
-    names = ", ".join(one.name for one in slow or [job for job in jobs.values() if job.cancelled])
-    if slow:
-        done = max(job.done for job in slow)
-        percent = f" {100 * done:.0f} %" if done else ""
-        seconds = max(job.seconds for job in slow)
-        state = f'computing: {names} <span aria-hidden="true">…{percent} {seconds} s</span>'
-        return state + page.button("Cancel", data_do="cancel_jobs")
+    if slow := [job for job in jobs.values() if job.slow]:
+        return progress(slow)
+    names = ", ".join(job.name for job in jobs.values() if job.cancelled)
     return f"cancelled: {names}{RETRY}" if names else ""
 
 
@@ -180,7 +176,7 @@ def legend(colouring: str, largest: float, units: Units | None) -> str:
     """The colours of the beam, up to the strain or displacement `largest`."""
     if colouring == "axial strain":
         most = significant(largest, 2)
-        ends = (f"\u2212{most} shorter", "0", f"longer +{most}")
+        ends = (f"-{most} shorter", "0", f"longer +{most}")
         return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
     far = length_text(largest, units, 2)
     ends = ("0 at rest", "", far if largest > NOTHING else "")
@@ -201,10 +197,15 @@ def pace(rate: float, units: Units | None) -> str:
 # The equilibrium
 
 
-def status(answer: SolverAnswer) -> str:
-    """The state of the equilibrium: stable, with any caution, or the warning; up to three lines."""
+def status(answer: SolverAnswer, in_motion: bool) -> str:
+    """The state of the equilibrium: stable, with any caution, or the warning; up to three lines.
+    in_motion: the scene shows a motion in time, which may have another speed, so the title names
+    that of the equilibrium."""
+    speed = ""
+    if answer.beam and answer.beam.gamma:
+        speed = measure("gamma", answer.beam.units).text(answer.beam.gamma, 4)
     if answer.result and not answer.warning:
-        text = answer.caution or stretch_text(answer.result)
+        text = answer.caution or stretch_text(answer.result, "" if in_motion else speed)
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
         if answer.solution and answer.solution.equilibrium.buckled_chordwise:
             title, kind, text = "Stable out of plane only", "bad", BUCKLED
@@ -212,6 +213,8 @@ def status(answer: SolverAnswer) -> str:
         title, _, text = answer.warning.partition("\n")
         text = text if answer.message == answer.warning else answer.message
         kind = "bad"
+    if in_motion and speed:
+        title += f" at {speed}"
     line = f"<br>{escape(text)}" if text else ""
     return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
 
@@ -228,8 +231,9 @@ def state_switch(answer: SolverAnswer) -> str:
     return ""
 
 
-def stretch_text(shapes: SampledModes) -> str:
-    """The elongation of the beam by rotation; for a bent beam the position of its tip."""
+def stretch_text(shapes: SampledModes, speed: str) -> str:
+    """The elongation of the beam by rotation, of a real beam with its speed, if that is given; for
+    a bent beam the position of its tip."""
     beam, (x, y) = shapes.beam, shapes.centreline[-1]
     if shapes.centreline[:, 1].any():
         if beam.units is None:
@@ -241,10 +245,10 @@ def stretch_text(shapes: SampledModes) -> str:
         return "at rest: no rotation"
     if abs(change) < STRETCH_ROUNDING:
         return "in this model the rotation does not stretch the beam"
-    speed = f"{measure('gamma', beam.units).text(beam.gamma, 4)}; " if beam.units else ""
+    at_speed = f"{speed}; " if beam.units and speed else ""
     longer = "longer" if change > 0 else "shorter"
     length = f" ({length_text(abs(change) / 100, beam.units, 2)})" if beam.units else ""
-    return f"{speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
+    return f"{at_speed}the rotation makes the beam {significant(abs(change), 2)} % {longer}{length}"
 
 
 # The table of modes: a click on a row shows one mode alone, its slider mixes it with others

@@ -5,12 +5,13 @@ Modes of both beams are matched by the correlation of their shapes, not by their
 
 import math
 from collections.abc import Iterable
+from functools import partial
 from html import escape
 
 from beamviz.drawing.text import frequencies, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab
-from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.feature import Feature, Part, Tab, waiting_content
+from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.second_beam import LABELS
 from beamviz.explorer.snapshot import Snapshot
@@ -36,11 +37,13 @@ TOOLS += page.group(
     page.button("Keep this beam, then change it", data_do="keep"),
 )
 
+WAIT = "comparison-wait"  # id of the place for what is computed
+
 
 class ComparisonTab(Feature):
     """The choice of the second beam, and a table of the frequencies of both beams."""
 
-    tab = Tab("Compare", 4, f'{TOOLS}<div id="comparison"></div>')
+    tab = Tab("Compare", 4, f'{TOOLS}{page.waiting_place(WAIT)}<div id="comparison"></div>')
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -48,7 +51,16 @@ class ComparisonTab(Feature):
 
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(reads, table_content, ("comparison",)),)
+        return (
+            Part(reads, table_content, ("comparison",)),
+            Part(lambda s: (missing(s),), partial(waiting_content, WAIT), (WAIT,)),
+        )
+
+
+def missing(snapshot: Snapshot) -> JobStatus | None:
+    """The job that solves the second beam, while there is none yet."""
+    lacks = snapshot.comparison.case is not None and snapshot.second is None
+    return snapshot.jobs[SOLUTION] if lacks else None
 
 
 def reads(snapshot: Snapshot) -> tuple[object, ...]:

@@ -32,6 +32,10 @@ from beamviz.solver import solve
 
 JOB = "lesson"
 RETURNED = "The scene from before the lesson is back."
+STARTED = (
+    "This page was opened within the lesson, so the scene before it is not known: this is the scene"
+    " that every page starts with."
+)
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
@@ -72,7 +76,17 @@ class Lessons(Feature):
             said = "" if self.visitor.state.lesson else f"Lesson {number} has replaced your scene."
             self.visitor.change(lambda state: begun(state, lesson(name)), loads=True, replaced=said)
         elif name == "":
-            self.visitor.change(left, loads=True, replaced=RETURNED)
+            self.leave()
+
+    def leave(self) -> None:
+        """Return to the scene before the lessons; the address of a page that was opened, or loaded
+        again, within one does not have it."""
+        visitor = self.visitor
+        with visitor.lock:
+            found = visitor.state.before_lesson
+            visitor.change(left, loads=True, replaced=RETURNED)
+            if found and found.reserved is None:  # that of a page before its own address
+                visitor.set_state(replace(visitor.state, replaced=STARTED))
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, lengths, si_measure, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -40,7 +40,7 @@ CHARTS = {name: f"loads-{name}" for name in LOADS}
 SHOWN = "loads-text", *CHARTS.values()  # ids of the text and of the charts
 TEXT = '<div id="loads-text" tabindex="0" role="group" aria-label="Loads"></div>'
 SKELETON = (
-    f'<div class="loads-tab">{TEXT}<div class="loads-charts">'
+    f'<div class="loads-tab">{page.waiting_place("loads-wait")}{TEXT}<div class="loads-charts">'
     + "".join(f'<div id="{id}" class="chart" data-chart hidden></div>' for id in CHARTS.values())
     + "</div></div>"
 )
@@ -69,6 +69,7 @@ class LoadsTab(Feature):
         return (
             Part(lambda s: (s.job_answer(JOB),), loads_content, SHOWN),
             fading([JOB], *SHOWN),
+            waiting("loads-wait", SOLUTION, JOB),
         )
 
 
@@ -190,8 +191,7 @@ def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
 
 
 def value_text(measure: Measure, value: float, unit: str) -> str:
-    number = significant(measure.factor * value, 4).replace("-", "\u2212")
-    return escape(f"{number} {unit}")
+    return escape(f"{significant(measure.factor * value, 4)} {unit}")
 
 
 def stretch_text(solution: Solution) -> str:

@@ -16,8 +16,8 @@ from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.jobs import Answer
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.jobs import SOLUTION, Answer
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, State
@@ -312,6 +312,7 @@ class LociTab(Feature):
             Part(chart_reads, chart_content, ("per-rev", "loci-chart", *LISTS)),
             Part(cursor_reads, cursor_content, ("loci-chart", "go_to_event")),
             fading([CHART], "loci-chart", *LISTS),
+            waiting("loci-chart-wait", SOLUTION, CHART),
         )
 
 

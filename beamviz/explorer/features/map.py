@@ -14,9 +14,9 @@ from beamviz.chart_ranges import chart_range
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.features.loci_chart import AXES
-from beamviz.explorer.jobs import Answer
+from beamviz.explorer.jobs import SOLUTION, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import FIELDS, Case, State
@@ -28,7 +28,7 @@ from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
 from beamviz.units import Units
 
 SIZE = (81, 41)  # columns and rows of beams in a map
-SMALL_SIZE = (41, 21)  # where beams are solved one by one
+SMALL_SIZE = (41, 21)  # where each beam takes as long as one alone
 TOLERANCE = 1e-4  # relative: below one step of colour
 QUANTITIES = {
     **{k: f"frequency of mode {k}" for k in FIELDS["mapped"]},
@@ -87,7 +87,7 @@ class MapRequest:
     def solve(self) -> "BeamMap":
         """Solve the beams. Raises the errors of `solve_many`."""
         plan = self.plan(*SIZE)
-        plan = plan if plan.is_stacked else self.plan(*SMALL_SIZE)
+        plan = plan if plan.gains_by_stacks else self.plan(*SMALL_SIZE)
         found = solve_in_memory(plan, interruption.get())
         arrays = (found[name].swapaxes(0, 1) for name in ("frequency", "family", "status"))
         return BeamMap(self, *plan.axes.values(), *arrays)
@@ -155,6 +155,7 @@ class MapTab(Feature):
             Part(lambda s: (s.job_answer(JOB), s.state.mapped), map_content, SHOWN),
             Part(lambda s: (s.job_answer(JOB), s.beam), place_content, ("map-chart",)),
             fading([JOB], *SHOWN),
+            waiting("map-chart-wait", SOLUTION, JOB),
         )
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
-from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case
@@ -121,18 +121,22 @@ class MethodTimingTab(Feature):
         return (
             Part(self.reads, timing_content, ("method", *SHOWN)),
             fading([JOB], *SHOWN),
+            waiting("timing-chart-wait", SOLUTION, JOB),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """The answer of the scene, None while the tab is closed, and the timings if they are
-        shown."""
+        """The answer of the scene, None while the tab is closed, whether the timings are asked for,
+        and the timings if they are shown."""
         state = snapshot.state
         timings = snapshot.job_answer(JOB) if state.time_methods else None
-        return (snapshot.answer if state.tab == self.tab.key else None), timings
+        answer = snapshot.answer if state.tab == self.tab.key else None
+        return answer, state.time_methods, timings
 
 
 def timing_content(
-    answer: SolverAnswer | None, timings: Answer[Case, tuple[Timing, ...]] | None
+    answer: SolverAnswer | None,
+    is_asked: bool,
+    timings: Answer[Case, tuple[Timing, ...]] | None,
 ) -> Content:
     """The method in use; the timings, the reason why there are none, or an invitation."""
     if answer is None:
@@ -146,7 +150,9 @@ def timing_content(
         return content | page.chart("timing-chart", timing_data(timings.result, solution))
     if timings and isinstance(timings.error, NoEquilibrium):
         return content | page.html("timings", page.note(error_summary(timings.error, answer.beam)))
-    return content | page.html("timings", page.note(timings.message) if timings else INVITATION)
+    if timings is None:
+        return content | page.html("timings", "" if is_asked else INVITATION)
+    return content | page.html("timings", page.note(timings.message))
 
 
 def summary(solution: Solution) -> str:

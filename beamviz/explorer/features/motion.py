@@ -31,7 +31,7 @@ from beamviz.explorer.computed_motion import (
     obstacle_of,
 )
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
-from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.film import time_text
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.motion_charts import notes, spectrum_data, strip_data
@@ -161,7 +161,7 @@ CONTENT = (
     f'<div class="tools">{TOOLS}</div>'
     f'<div class="tools lists"><div id="motion-settings" class="tools">{MORE}</div>'
     '<div id="motion-list"></div></div></div>'
-    f'<div class="charts">{FIGURES}</div></div>'
+    f'{page.waiting_place("motion-wait")}<div class="charts">{FIGURES}</div></div>'
 )
 
 
@@ -239,6 +239,7 @@ class MotionTab(Feature):
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
             Part(playing_reads, play_content, ("motion-play",)),
             fading([JOB], *CHARTS, "motion-list"),
+            waiting("motion-wait", JOB),
         )
 
 

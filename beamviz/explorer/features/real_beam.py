@@ -219,10 +219,16 @@ def built(values: dict[str, float]) -> Beam:
     """The beam of values in SI. Raises InvalidInput, in the units of the fields."""
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
-    if not low <= slenderness <= high:
-        kind = "thick" if slenderness < low else "slender"
+    number = f"L √(A / I) = {slenderness:.4g}"
+    if slenderness < low:
         raise InvalidInput(
-            f"too {kind} a beam: L √(A / I) = {slenderness:.4g}: must lie in {low:g} .. {high:g}"
+            f"the beam is too thick for its length ({number} must be at least {low:g}): make it"
+            " longer or thinner"
+        )
+    if slenderness > high:
+        raise InvalidInput(
+            f"the beam is too thin for its length ({number} must be at most {high:g}): make it"
+            " shorter or thicker"
         )
     si = {name: values[name] for name in SI_REQUIRED}
     units = PhysicalBeam.of(si).units
@@ -388,9 +394,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     assert units
     assert units.mass
     field = partial(number_field, beam=beam, refused=refused)
-    vibration = "Vibration along h" if kind == "rectangle" else "Vibration"
-    plane = page.button("in plane", data_set="plane", data_value="chordwise")
-    plane += page.button("out of plane", data_set="plane", data_value="flapwise")
+    along = "<p>It bends along h, in the plane that is chosen at the top.</p>"
     return (
         '<details class="real" open><summary>Real beam</summary>'
         f'<div class="choices">{BUTTONS}'
@@ -399,7 +403,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
         f"{''.join(map(field, OF_MATERIAL))}"
-        f"{page.group(vibration, f'<span>{vibration}</span>', plane)}"
+        f"{along if kind == 'rectangle' else ''}"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(units.time, 's', 4)},"

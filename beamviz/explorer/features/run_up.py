@@ -15,7 +15,7 @@ from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.features.loci_chart import cursor
 from beamviz.explorer.jobs import Answer, SolverAnswer
 from beamviz.explorer.page import Content
@@ -182,6 +182,7 @@ class RunUpTab(Feature):
             Part(lambda s: (answer_of(s),), chart_content, SHOWN),
             Part(lambda s: (run_of(s), s.beam), line_content, ("run-up-chart",)),
             fading([JOB], *SHOWN),
+            waiting("run-up-chart-wait", JOB),
         )
 
 

@@ -27,6 +27,7 @@ from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
+from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
@@ -224,6 +225,10 @@ def merged(keys: dict[str, Any], part: dict[str, Any]) -> dict[str, Any]:
 def mistakes(refused: dict[str, InvalidInput], keys: dict[str, Any]) -> Iterable[InvalidInput]:
     """The errors of the refused parts of a link; without a size of the beam, those of all its
     values in SI units, as none of them has a meaning alone."""
+    if "position" in refused and "look_at" in refused:  # of which that is no mistake of its own
+        with suppress(InvalidInput):
+            described({"position": list(DEFAULT.position), "look_at": keys["look_at"]})
+            refused = {name: error for name, error in refused.items() if name != "look_at"}
     if SIZE not in refused:
         return refused.values()
     si = {key: keys[key] for key in SI_KEYS if key in keys}

@@ -12,7 +12,7 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading
+from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.features.loci_chart import (
     CHART,
     Chart,
@@ -22,7 +22,7 @@ from beamviz.explorer.features.loci_chart import (
     event_buttons,
     loci_lines,
 )
-from beamviz.explorer.jobs import Answer
+from beamviz.explorer.jobs import PENDING, SOLUTION, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -170,7 +170,8 @@ KEY = (
     ' <b class="swatch stretching">━</b> axial (stretching).</p>'
 )
 SKELETON = (
-    '<div class="veering-tab"><div id="veering-chart" class="chart" data-chart></div>'
+    f'<div class="veering-tab">{page.waiting_place("veering-chart-wait")}'
+    '<div id="veering-chart" class="chart" data-chart></div>'
     '<div id="veering-shapes" tabindex="0" role="group" aria-label="Mode shapes"></div></div>'
 )
 
@@ -185,11 +186,14 @@ class VeeringTab(Feature):
         visitor.job(JOB, VeeringRequest.pairs)
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
-        """The loci around the event while the tab is open."""
+        """The loci around the event while the tab is open; they wait for the chart."""
+        if snapshot.state.tab != self.tab.key:
+            return {}
         charts = current_chart(snapshot)
         event = nearest_event(charts, snapshot)
-        is_open = snapshot.state.tab == self.tab.key
-        return {JOB: VeeringRequest(charts.request, event)} if charts and event and is_open else {}
+        if charts and event:
+            return {JOB: VeeringRequest(charts.request, event)}
+        return {JOB: PENDING if charts is None and snapshot.beam else None}
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -197,6 +201,7 @@ class VeeringTab(Feature):
             Part(self.reads, event_content, SHOWN),
             Part(lambda s: (*self.reads(s), s.beam), line_content, ("veering-chart",)),
             fading([CHART, JOB], *SHOWN),
+            waiting("veering-chart-wait", SOLUTION, CHART, JOB),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:

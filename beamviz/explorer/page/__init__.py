@@ -7,6 +7,7 @@ control of viser, the bridge; both are declared in messages.py.
 
 import json
 import math
+import re
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from html import escape
@@ -39,6 +40,7 @@ SCRIPTS = (
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
 
+HYPHEN = re.compile(r"(?<![\w.-])-(?=\.?\d)(?![^<>]*>)")  # before a number, outside tags
 SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
 
 REFUSED = "The server does not know this action: {}. It may be another version: reload the page."
@@ -92,8 +94,14 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
 
 
 def html(id: str, content: str) -> Content:
-    """HTML of the element with this id. Text in it must be escaped."""
-    return {("html", id): content}
+    """HTML of the element with this id, with true minus signs. Text in it must be escaped."""
+    return {("html", id): with_minus_signs(content)}
+
+
+def with_minus_signs(text: str) -> str:
+    """A text, or HTML, with a minus sign before each negative number, not a hyphen; attributes, the
+    values of fields among them, and names with digits stay."""
+    return HYPHEN.sub("\u2212", text)
 
 
 def value(key: str, shown: Any) -> Content:
@@ -165,7 +173,7 @@ class Page:
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
-        one = {"text": text, "error": error}
+        one = {"text": with_minus_signs(text), "error": error}
         with self.lock:
             waiting = self.waiting.get(("say",), [])
         if one not in waiting:
@@ -247,7 +255,12 @@ def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **
     """A mark of a chart at a point; action=, value=: what a click on it sends. The sign of a kind
     is the same in charts, keys and lists."""
     x, y = (float(measure.factor * place) for measure, place in zip(axes, at, strict=True))
-    shown = {"kind": kind, "style": mark_style(kind), "sign": sign(kind), "text": text}
+    shown = {
+        "kind": kind,
+        "style": mark_style(kind),
+        "sign": sign(kind),
+        "text": with_minus_signs(text),
+    }
     return {"key": key, **shown, "x": x, "y": y, **to}
 
 
@@ -363,7 +376,13 @@ def chart_tab(tools: str, chart: str, *lists: str, hidden: bool = True) -> str:
     parts = "".join(f'<div id="{id}"></div>' for id in lists)
     beside = f'<div class="tools">{tools}</div><div class="lists">{parts}</div>'
     figure = f'<div id="{chart}" class="chart" data-chart{" hidden" if hidden else ""}></div>'
-    return f'<div class="chart-tab"><div class="beside">{beside}</div>{figure}</div>'
+    wait = waiting_place(f"{chart}-wait")
+    return f'<div class="chart-tab"><div class="beside">{beside}</div>{wait}{figure}</div>'
+
+
+def waiting_place(id: str) -> str:
+    """The place for what is said of a first result that is being computed."""
+    return f'<div id="{id}" class="wait"></div>'
 
 
 def table(name: str, heads: Cells, rows: Iterable[Cells], caption: str = "", **values: str) -> str:

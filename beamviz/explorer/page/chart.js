@@ -17,12 +17,12 @@ of the page.
   chosen   key of the mark at the beam                                                 */
 const BeamvizChart = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, make, px, valueAt } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, make, minus, px, valueAt } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
   /** @param {number} value */
   const significant = (value) =>
-    Math.abs(value) >= 1e4 ? value.toFixed(0) : String(Number(value.toPrecision(4)));
+    minus(Math.abs(value) >= 1e4 ? value.toFixed(0) : Number(value.toPrecision(4)));
 
   return class ChartFigure extends Figure {
     /** @param {HTMLElement} host */

@@ -70,13 +70,18 @@ const beamvizFigure = (() => {
   }
 
   /**
+   * The text of a number with a true minus sign, and none before zero.
+   * @param {number | string} number
+   */
+  const minus = (number) => String(number).replace(/^-(0\.?0*)$/, "$1").replace(/^-/, "\u2212");
+
+  /**
    * A number with the decimals of a step.
    * @param {number} value
    * @param {number} step
    */
   function fixed(value, step) {
-    const decimals = clamp(Math.ceil(-Math.log10(step) - 1e-9), 0, 9);
-    return value.toFixed(decimals).replace(/^-(0\.?0*)$/, "$1");
+    return minus(value.toFixed(clamp(Math.ceil(-Math.log10(step) - 1e-9), 0, 9)));
   }
 
   /** @type {(axis: Axis, text: string) => string} */
@@ -562,5 +567,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, LEFT, TOP, clamp, make, px, valueAt };
+  return { Figure, LEFT, TOP, clamp, make, minus, px, valueAt };
 })();

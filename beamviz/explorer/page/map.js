@@ -13,7 +13,7 @@
   cursor   {action, x, y}: the beam shown, and the action that sets "x y"                           */
 const BeamvizMap = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, make, px } = beamvizFigure;
+  const { Figure, LEFT, TOP, clamp, make, minus, px } = beamvizFigure;
 
   return class MapFigure extends Figure {
     /** @param {HTMLElement} host */
@@ -102,7 +102,7 @@ const BeamvizMap = (() => {
       const column = Math.round(((pixel[0] - LEFT) / (this.right - LEFT)) * (columns - 1));
       const row = Math.round(((this.bottom - pixel[1]) / (this.bottom - TOP)) * (rows - 1));
       const one = values[row * columns + column];
-      const found = one === null ? "no frequency" : `${value.symbol} ${Number(one.toPrecision(3))} ${value.unit}`;
+      const found = one === null ? "no frequency" : `${value.symbol} ${minus(Number(one.toPrecision(3)))} ${value.unit}`;
       const place = this.coordinates.map(({ scale }, k) => scale.invert(pixel[k]));
       this.write(pixel, [["b", this.describe(place)], ["span", found]]);
     }
