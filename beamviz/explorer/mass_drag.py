@@ -13,7 +13,6 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Grip, Ray, State
 from beamviz.explorer.visitor import Visitor
 
-BETA_DIGITS = 3  # of beta: finer than a pointer
 COORDINATES = np.linspace(0.0, 1.0, 2001)  # of points of the beam that may be under the pointer
 SETTLED = 0.002  # change of beta below which the mass is under the pointer
 PARALLEL = 0.03  # sine of the angle between view and beam below which no position is defined
@@ -57,15 +56,15 @@ class MassDrag:
 
     def react(self, snapshot: Snapshot) -> None:
         """Move the body under the pointer again if the shape of the beam has changed since; after
-        the drag, let go of it."""
+        the drag once more, and let go of it."""
         visitor, grip = self.visitor, snapshot.state.grip
         if grip is None or not snapshot.settled or visitor.state is not snapshot.state:
             return
         x = nearest_coordinate(snapshot.picture.modes, grip.sight)
         beta = grip.beta(snapshot.state.case)
-        if x is not None and beta is not None and abs(x - grip.offset - beta) > SETTLED:
+        if x is not None and beta is not None and abs(grip.position(x) - beta) > SETTLED:
             visitor.change(lambda state: moved(state, x))
-        elif not grip.held:
+        if not grip.held:
             visitor.set_state(replace(visitor.state, grip=None))
 
     def line_of_sight(self, point: np.ndarray) -> Ray:
@@ -80,10 +79,9 @@ def moved(state: State, x: float) -> State:
     grip = state.grip
     if grip is None or grip.beta(state.case) is None:
         return state
-    beta = min(max(round(x - grip.offset, BETA_DIGITS), 0.0), 1.0)
     if grip.body is None:
-        return state.changed("beta", beta)
-    return state.with_body_at(grip.body, beta)
+        return state.changed("beta", grip.position(x))
+    return state.with_body_at(grip.body, grip.position(x))
 
 
 def nearest_coordinate(shapes: SampledModes, sight: Ray) -> float | None:

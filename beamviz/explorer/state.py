@@ -41,6 +41,7 @@ UNDER_WAY: dict[str, Any] = {
     "replaced": "",
 }
 STEPS = 200  # that can be undone
+BETA_DIGITS = 3  # of a position in the hand: finer than a pointer
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 AXES = ("over", "across")  # of the map; no number is on both
@@ -151,6 +152,10 @@ class Grip:
     offset: float
     body: int | None = None
     held: bool = True
+
+    def position(self, x: float) -> float:
+        """The position, on the beam, of a body whose point in the hand is at the coordinate x."""
+        return min(max(round(x - self.offset, BETA_DIGITS), 0.0), 1.0)
 
     def beta(self, case: Case) -> float | None:
         """The position of the body; None where the case does not have it any more."""
