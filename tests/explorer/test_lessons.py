@@ -12,6 +12,7 @@ from beamviz.beam import Beam
 from beamviz.explorer import explorer, jobs
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
+from beamviz.explorer.page import with_minus_signs
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
 from beamviz.solver import solve
@@ -44,9 +45,9 @@ def test_next_and_back_go_through_the_steps_and_lessons(guest):
     challenge; then the next lesson, after the last none."""
     for one in LESSONS:
         for words in (one.question, one.proof, one.task):
-            guest.do("lesson_turn", 1, until=formatted(words))
+            guest.do("lesson_turn", 1, until=with_minus_signs(formatted(words)))
         guest.shows(one.scene.beam, **one.scene.options)
-    guest.do("lesson_turn", -1, until=formatted(LESSONS[-1].proof))
+    guest.do("lesson_turn", -1, until=with_minus_signs(formatted(LESSONS[-1].proof)))
     for _ in range(2):
         guest.do("lesson_turn", 1)
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)

@@ -148,7 +148,8 @@ def test_a_number_out_of_range_is_named(guest):
     """With value and range; the next valid one is solved. What is no number is refused with a
     message, and a number without bounds is out of range."""
     for k, bad in enumerate((1e9, -1.0, 1e300)):
-        guest.choose("alpha", bad, until=f"mass α = {bad:.10g}: must lie in 0 .. 100")
+        shown = page.with_minus_signs(f"mass α = {bad:.10g}: must lie in 0 .. 100")
+        guest.choose("alpha", bad, until=shown)
         guest.said.clear()
         guest.do("export", ".csv", until=lambda _: guest.said)  # which is refused in the same words
         assert "mass α" in guest.said[0]["text"]

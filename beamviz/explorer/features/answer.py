@@ -160,12 +160,13 @@ def caption_content(note: str, replaced: str, first: bool, has_mass: bool) -> Co
 
 def invitation(*, has_mass: bool) -> str:
     """What this is, for a visitor who comes for the first time, and what to do."""
-    mass = ", with a mass on it" if has_mass else ""
+    mass = '<span class="wide">, with a mass on it</span>' if has_mass else ""
     dragged = "the mass along the beam, or " if has_mass else ""
     lesson = page.button("Start lesson 1", data_do="lesson", data_value=NAMES[0], class_="main")
     return (
         f"A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
-        f"<span><br>Drag {dragged}the line of the speed in the chart below.</span> {lesson}"
+        f'<span class="more"><br>Drag {dragged}the line of the speed in the chart below.</span>'
+        f" {lesson}"
     )
 
 
