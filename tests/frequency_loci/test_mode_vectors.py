@@ -44,6 +44,17 @@ def test_the_finest_of_all_shapes_are_told_apart():
     assert abs(products) == pytest.approx(np.eye(7), abs=1e-2)
 
 
+def test_modes_of_a_blade_with_stations_close_to_its_tip_are_orthonormal():
+    """One long part and forty short ones, which need few points of a quadrature."""
+    x = np.append(0.0, np.linspace(0.9, 1.0, 41))
+    taper = 1 - 0.5 * x
+    blade = Blade(*map(tuple, (x.tolist(), taper.tolist(), (taper**3).tolist(), taper.tolist())))
+    solution = solve(Beam(blade=blade, gamma=3), 9)
+    vectors = mode_vectors(np.array([3.0]), [solution], gauss_points([solution]))
+    products = vectors.shapes[0] @ vectors.duals[0].T
+    assert products == pytest.approx(np.eye(9), abs=1e-6)
+
+
 def test_modes_of_another_blade_or_with_other_bodies_are_matched():
     """A body that moves a little, one more that is light, and a blade that hardly tapers leave
     every mode what it is; the correlation is the same both ways."""
