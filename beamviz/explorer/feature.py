@@ -162,6 +162,6 @@ class Shown:
         self.reading: tuple[Any, ...] | None = None
 
     def differs_from(self, *reading: Any) -> bool:
-        """Whether it was another one than this, which is kept instead."""
+        """Whether the last reading differs from this one, which becomes the last."""
         before, self.reading = self.reading, reading
         return not same(before, reading)

@@ -66,9 +66,10 @@ def gradients(state: BentState, V: NDArray) -> NDArray:
     return np.stack((c * df - s * turn, s * df + c * turn))
 
 
-def fields(profile: Profile, gradients: NDArray, x: NDArray) -> NDArray:
-    """Displacements (len(x), 2, modes) along and across the deflected beam."""
+def fields(profile: Profile, moved: NDArray, x: NDArray) -> NDArray:
+    """Displacements (len(x), 2, modes) along and across the deflected beam, of their derivatives
+    `moved` (2, n, modes) in x and in y (`gradients`)."""
     from_clamp = profile.grid.from_clamp(x)
     angle = from_clamp @ profile.kappa + profile.root_angle
-    dx, dy = from_clamp @ gradients
+    dx, dy = from_clamp @ moved
     return corotational_components(dx, dy, angle)
