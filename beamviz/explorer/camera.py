@@ -13,6 +13,7 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.scene import Camera
 
 STEP = 1.15  # ratio of the distances from which the camera looks, so that it moves rarely
+TARGET_DIGITS = 2  # of its target over that distance, for the same reason: 2 % of half the picture
 ZOOM_STEP = 1.25  # ratio of the scales that the beam is subdivided for
 # On a page less than NARROW [px] wide the legend is a strip above the buttons (page.css), together
 # STRIP [px] high; the beam has at least 1 - MOST of half the height.
@@ -35,11 +36,13 @@ def viewpoint(
     covered: float = 0.0,
 ) -> Camera:
     """The viewpoint from which beams at `heights` fit into a page of this aspect ratio, at the next
-    larger distance of those in steps; covered: see `covered_below`."""
+    larger distance of those in steps, and with a target in steps; covered: see `covered_below`."""
     fit = fitted(shapes, rotating_frame, aspect, heights, covered)
-    farther = stepped(distance := math.dist(fit.position, fit.look_at), STEP, up=True) / distance
-    points = (tuple(round(farther * x, 9) for x in point) for point in (fit.position, fit.look_at))
-    return Camera(*points)  # type: ignore[arg-type]
+    distance = math.dist(fit.position, fit.look_at)
+    farther = stepped(distance, STEP, up=True)
+    target = farther * np.round(np.divide(fit.look_at, distance), TARGET_DIGITS)
+    position = target + farther * np.subtract(fit.position, fit.look_at) / distance
+    return Camera(*(tuple(np.round(one, 9).tolist()) for one in (position, target)))
 
 
 def stepped(value: float, step: float, *, up: bool = False) -> float:

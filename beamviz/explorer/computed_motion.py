@@ -51,7 +51,7 @@ class MotionRequest(NamedTuple):
     def of(cls, case: Case, experiment: Experiment) -> Self:
         """That of a case. Raises InvalidInput for a number out of range."""
         names = (*MODEL, "plane", "stiffening", "softening")
-        return cls(case.beam(), tuple((name, case.options[name]) for name in names), experiment)
+        return cls(case.beam, tuple((name, case.options[name]) for name in names), experiment)
 
     @property
     def units(self) -> Units | None:
@@ -206,7 +206,7 @@ class PullRequest(NamedTuple):
         range."""
         assert state.hold
         options = tuple((name, state.case.options[name]) for name in MODEL)
-        return cls(state.case.beam(), options, state.hold.at, state.hold.deflection)
+        return cls(state.case.beam, options, state.hold.at, state.hold.deflection)
 
     @property
     def units(self) -> Units | None:

@@ -5,7 +5,6 @@ A `Job` computes one kind of result for one visitor, always for the latest reque
 that compete with the frame loop for the interpreter lock would take more time than the work itself.
 """
 
-import contextlib
 import math
 import threading
 import time
@@ -25,7 +24,7 @@ from beamviz.drawing.text import (
     stability_warning,
     stretch_caution,
 )
-from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
+from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
 from beamviz.server.log import RateLimitedLog
@@ -300,12 +299,10 @@ class SolverAnswer(Answer[Case, SampledModes]):
     def solution(self) -> Solution | None:
         return self.result.solution if self.result else None
 
-    @cached_property
+    @property
     def beam(self) -> Beam | None:
         """The beam of the case; None where one of its numbers is out of range."""
-        with contextlib.suppress(InvalidInput):
-            return self.request.beam()
-        return None
+        return self.request.beam if self.request.in_range else None
 
     @cached_property
     def shapes(self) -> SampledModes:
@@ -433,6 +430,6 @@ class SolveJob(Job[Cases, Solved]):
 def solver_answer(case: Case) -> SolverAnswer:
     """The answer to a case. Raises Cancelled."""
     try:
-        return SolverAnswer(case, SampledModes.sampled(solve(case.beam(), **case.options)))
+        return SolverAnswer(case, SampledModes.sampled(solve(case.beam, **case.options)))
     except BeamvizError as error:
         return SolverAnswer(case, error=error)

@@ -9,7 +9,7 @@ import math
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -80,15 +80,23 @@ class Case:
         """What is no number of the beam, by name."""
         return {name: getattr(self, name) for name in ("units", "blade", "masses", "root")}
 
+    @cached_property
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
         return Beam(**self.numbers, **self.structure)
 
+    @property
+    def in_range(self) -> bool:
+        """Whether all numbers of the beam are in range."""
+        with contextlib.suppress(InvalidInput):
+            return isinstance(self.beam, Beam)
+        return False
+
     def nearest_beam(self) -> Beam:
         """The beam with each number that is out of range replaced by the nearest one allowed, by
         the default where it is no number."""
-        with contextlib.suppress(InvalidInput):
-            return self.beam()
+        if self.in_range:
+            return self.beam
         numbers: dict[str, Any] = {}
         for name, parameter in NUMBERS.items():
             value = self.numbers[name]
@@ -292,7 +300,7 @@ class State:
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""
         options = {name: self.case.options[name] for name in LINKED["model"]}
-        return Scene(self.case.beam(), options, self.view, self.camera, self.over, self.per_rev)
+        return Scene(self.case.beam, options, self.view, self.camera, self.over, self.per_rev)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -383,11 +391,7 @@ class State:
 
     def keep(self) -> Self:
         """Keep the case, to compare later ones with, unless it has a number out of range."""
-        try:
-            self.case.beam()
-        except InvalidInput:
-            return self
-        return replace(self, kept=self.case, comparison=EARLIER)
+        return replace(self, kept=self.case, comparison=EARLIER) if self.case.in_range else self
 
     def keep_for_comparison(self) -> Self:
         """Keep the case unless it is compared with something else."""

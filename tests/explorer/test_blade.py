@@ -201,7 +201,7 @@ def test_cells_are_edited_and_a_wrong_one_is_kept_as_typed(guest, session, url):
     masses[2] = 900.0
     heavier = Beam.of_physical(replace(physical, mass_per_length=tuple(masses)))
     guest.shows(heavier)
-    found = session.visitor.state.case.beam().physical
+    found = session.visitor.state.case.beam.physical
     assert found.mass_per_length == pytest.approx(masses, rel=1e-13)
     assert found.bending_stiffness == pytest.approx(physical.bending_stiffness, rel=1e-13)
     assert found.rotation_speed == pytest.approx(physical.rotation_speed)
@@ -209,7 +209,7 @@ def test_cells_are_edited_and_a_wrong_one_is_kept_as_typed(guest, session, url):
     assert guest.says("station 5, EI [N m²] = stiff: must be a number, as 320 or 1.8e10")
     guest.wait(lambda _: rows(guest)[4][2] == "stiff")
     assert guest.texts["blade"].count('aria-invalid="true"') == 1
-    assert session.visitor.state.case.beam().physical == found
+    assert session.visitor.state.case.beam.physical == found
     guest.wait(lambda _: "draft=" in guest.parts["address"])
     with visitor(url) as new:
         new.do("link", f"?{guest.parts['address']}", until="EI [N m²] = stiff")
@@ -218,7 +218,7 @@ def test_cells_are_edited_and_a_wrong_one_is_kept_as_typed(guest, session, url):
     guest.wait(lambda _: "= stiff" not in guest.texts["blade-reasons"])
     guest.wait(lambda _: "draft=" not in guest.parts["address"])
     stiffness = [*physical.bending_stiffness[:4], 1.9e10, *physical.bending_stiffness[5:]]
-    now = session.visitor.state.case.beam().physical
+    now = session.visitor.state.case.beam.physical
     assert now.bending_stiffness == pytest.approx(stiffness, rel=1e-13)
     guest.do("undo")
     guest.wait(lambda _: rows(guest)[4][2] == "stiff")
@@ -298,15 +298,15 @@ def test_a_mistyped_position_stays_in_its_row(guest, session):
     guest.wait(lambda _: [row[1] for row in rows(guest, "masses")] == ["0.5", "1"])
     type_in(guest, 1, 1, "0.2", "masses")
     guest.wait(lambda _: [row[1] for row in rows(guest, "masses")] == ["0.5", "0.2"])
-    physical = session.visitor.state.case.beam().physical
+    physical = session.visitor.state.case.beam.physical
     type_in(guest, 1, 0, "4")
     told = "station 3, position [m] = 1: below that of station 2, 4: correct it, or sort"
     assert guest.says(told)
     guest.wait(lambda _: [row[0] for row in rows(guest)] == ["0", "4", "1"])
-    assert session.visitor.state.case.beam().physical == physical
+    assert session.visitor.state.case.beam.physical == physical
     type_in(guest, 1, 0, "0.4")
     guest.wait(lambda _: told not in guest.texts["blade-reasons"])
-    assert session.visitor.state.case.beam().physical == physical
+    assert session.visitor.state.case.beam.physical == physical
     type_in(guest, 1, 0, "4")
     guest.wait(lambda _: "blade.stations.sort" in guest.texts["blade-reasons"])
     guest.do("blade.stations.sort")

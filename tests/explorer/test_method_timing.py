@@ -111,7 +111,7 @@ def test_methods_are_timed_on_request_while_their_tab_is_open(
     guest.do("tab", "methods", until=lambda _: "<table" in guest.texts["timings"])
     guest.wait(lambda _: guest.props["timing-chart"]["data-outdated"] is None)
     before, timing = guest.texts["timings"], session.visitor.jobs[method_timing.JOB]
-    assert timing.answer.request.beam() == PAPER.replace(gamma=3)
+    assert timing.answer.request.beam == PAPER.replace(gamma=3)
     guest.choose("method", "foac", until="foac</b>: ")
     wait_until(lambda: not session.is_busy)
     assert guest.texts["timings"] == before  # with the times measured

@@ -81,7 +81,7 @@ def test_a_kept_case_belongs_to_its_scene():
     case = START.changed("gamma", 3.0).keep().kept
     assert case == Case.of(Scene(PAPER.replace(gamma=3), {"strain": "green"}))
     assert case.changed("unknown", 1.0) is case
-    assert case.beam() == PAPER.replace(gamma=3)
+    assert case.beam == PAPER.replace(gamma=3)
 
 
 def test_undo_and_redo_go_by_steps():

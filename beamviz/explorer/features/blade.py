@@ -218,7 +218,7 @@ def uniform(beam: Beam) -> Beam:
 def physical_of(state: State) -> PhysicalBeam | None:
     """The beam in SI; None where a number is out of range or its size is not known."""
     try:
-        return state.case.beam().physical
+        return state.case.beam.physical
     except InvalidInput:
         return None
 
@@ -366,7 +366,7 @@ def reasons_of(draft: Draft, case: Case) -> list[str]:
     """What is wrong in each cell, or with the beam as a whole."""
     reasons = [one.reason for one in wrong_entries(draft)]
     try:
-        physical = case.beam().physical
+        physical = case.beam.physical
         if physical and not reasons:
             beam_of(draft, physical)
     except InvalidInput as error:

@@ -196,7 +196,7 @@ def at_step(state: State, step: int) -> State:
     if step == CHALLENGE != state.step:
         with contextlib.suppress(InvalidInput):
             pull_at = state.experiment.pull_at
-            if open_lesson.check(state.case.beam(), state.case.options, pull_at).met:
+            if open_lesson.check(state.case.beam, state.case.options, pull_at).met:
                 scene = open_lesson.scene.changed(dark=state.view.dark)
                 loaded = after.loaded(scene)
                 kept = {name: getattr(state, name) for name in ("tab", "rate", "guess")}

@@ -59,14 +59,14 @@ class ChartRequest:
     @classmethod
     def around(cls, case: Case, over: str, per_rev: int = 0) -> Self:
         """The chart around a case. Raises InvalidInput where a number is out of range."""
-        beam = case.beam()
+        beam = case.beam
         start, stop = chart_range(beam, over)
         beam = beam.replace(**{over: start})
         return cls(beam, over, start, stop, case.options, per_rev if over == "gamma" else 0)
 
     def same_axis(self, case: Case) -> Self:
         """The chart of another case over the same range."""
-        beam = case.beam().replace(**{self.over: self.start})
+        beam = case.beam.replace(**{self.over: self.start})
         return replace(self, beam=beam, options=case.options, per_rev=0)
 
     @property

@@ -61,7 +61,7 @@ class MapRequest:
     ) -> Self:
         """The map around a case, with some upper ends of the axes if it contains the beam then.
         Raises InvalidInput for a number out of range."""
-        beam = case.beam()
+        beam = case.beam
         ends = {name: chart_range(beam, name) for name in over}
         for name, end in zip(over, upper_ends or (), strict=False):
             low, _ = ends[name]

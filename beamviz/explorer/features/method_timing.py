@@ -42,7 +42,7 @@ class Timing(NamedTuple):
 def time_methods(case: Case) -> tuple[Timing, ...]:
     """Time every method at its resolutions on a case. Raises the errors of `solve`."""
     options = {**case.options, "method": "auto", "tolerance": REFERENCE_TOLERANCE}
-    reference = solve(case.beam(), **options)
+    reference = solve(case.beam, **options)
     timings = []
     for method, row in METHODS.items():
         option = row.resolution.option if row.resolution else "tolerance"

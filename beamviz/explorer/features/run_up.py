@@ -1,7 +1,6 @@
 """The tab Run-up: the speed rises from rest under a force that repeats k times per revolution, and
 the scene shows the steady forced response at each speed."""
 
-import contextlib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -13,7 +12,6 @@ from beamviz.beam import Beam
 from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
-from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.features.loci_chart import cursor
@@ -54,7 +52,7 @@ class RunUpRequest(NamedTuple):
 
     def run_up(self) -> RunUp:
         """The run-up to its end. Raises the errors of `forced_response.run_up`."""
-        beam = self.case.beam()
+        beam = self.case.beam
         return run_up(beam, self.per_rev, self.damping, self.stop, **self.case.options)
 
 
@@ -191,10 +189,7 @@ def started_or_stopped(state: State) -> State:
     of which there is none."""
     if state.run_speed is not None:
         return replace(state, run_speed=None)
-    with contextlib.suppress(InvalidInput):
-        state.case.beam()
-        return started(state)
-    return state
+    return started(state) if state.case.in_range else state
 
 
 def button_content(running: bool) -> Content:
