@@ -474,7 +474,7 @@ def properties_data(blade: Blade, length: float) -> page.Data:
     return {
         "name": "Properties along the span, over those at the root",
         "x": page.axis_data(Measure("position [m]", "x", "m"), (0.0, length)),
-        "y": page.axis_data(Measure("over the root", ""), (0.0, 1.08 * top)),
+        "y": page.axis_data(Measure("relative to the root", ""), (0.0, 1.08 * top)),
         "at": at,
         "lines": lines,
         "marks": [],
