@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 from beamviz.explorer import page
-from beamviz.explorer.jobs import JobStatus
+from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION
@@ -104,9 +104,9 @@ def progress(jobs: Collection[JobStatus]) -> str:
     if not jobs:
         return ""
     told = ", ".join(job.name for job in jobs)
-    done, seconds = max(job.done for job in jobs), max(job.seconds for job in jobs)
-    percent, time = f" {100 * done:.0f} %" if done else "", f" {seconds} s" if seconds else ""
-    text = f'computing: {told} <span aria-hidden="true">…{percent}{time}</span>'
+    seconds = max(job.seconds for job in jobs)
+    time = f" {seconds} s" if seconds else ""
+    text = f'computing: {told} <span aria-hidden="true">…{percentage(jobs)}{time}</span>'
     cancel = page.button("Cancel", data_do="cancel_jobs")
     return text + (cancel if any(job.slow for job in jobs) else "")
 

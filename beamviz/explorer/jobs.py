@@ -6,12 +6,12 @@ A `Job` computes one kind of result for one visitor, always for the latest reque
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextvars import copy_context
 from dataclasses import dataclass
 from functools import partial
 from queue import SimpleQueue
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from beamviz.drawing.text import in_words
 from beamviz.errors import BeamvizError, Cancelled
@@ -124,6 +124,12 @@ class JobStatus(NamedTuple, Generic[Q, R]):
     @property
     def cancelled(self) -> bool:
         return self.answer is not None and self.answer.cancelled
+
+
+def percentage(jobs: Iterable[JobStatus[Any, Any]]) -> str:
+    """The largest fraction that running jobs have computed, below 100 %; "" where unknown."""
+    done = max((job.done for job in jobs), default=0.0)
+    return f" {min(100 * done, 99):.0f} %" if done else ""
 
 
 @dataclass(eq=False)

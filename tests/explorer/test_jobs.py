@@ -18,7 +18,7 @@ from beamviz.explorer import solutions
 from beamviz.explorer.features.loci_chart import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
-from beamviz.explorer.jobs import Job, WorkerPool, Workers
+from beamviz.explorer.jobs import Job, JobStatus, WorkerPool, Workers, percentage
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.solutions import Cases, SolveJob
 from beamviz.explorer.state import Case
@@ -138,6 +138,14 @@ def test_a_job_computes_the_latest_request():
     waiting.pop()()
     job.request(101)
     assert (computed, waiting) == ([0, 99], [])
+
+
+@pytest.mark.parametrize(
+    ("parts", "text"), [((), ""), ((0.0, 0.0), ""), ((0.2, 0.42), " 42 %"), ((0.9999,), " 99 %")]
+)
+def test_what_is_being_computed_is_never_complete(parts, text):
+    status = JobStatus("motion", None, True, True, True, 3, 0.0, "")
+    assert percentage([status._replace(done=part) for part in parts]) == text
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer import explorer, solutions
 from beamviz.explorer.experiment import PULLED, Experiment
-from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
+from beamviz.explorer.features.lessons import CONTROLS, Facts, controls, formatted, lesson_html
 from beamviz.explorer.page import with_minus_signs
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
@@ -37,6 +37,22 @@ def test_every_lesson_has_a_card(guest):
         texts = " ".join((one.do, one.see, one.meaning, one.task))
         assert {*re.findall(r"\*\*(.+?)\*\*", texts)} <= {*CONTROLS}
         assert controls(one.do)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_a_lesson_says_that_its_number_is_being_computed(step):
+    """Beside its meaning, and in the challenge, which has no verdict until then."""
+    shown = lesson("nodes")
+    assert "being computed" in lesson_html(shown, step, None, None)
+    assert "being computed" not in lesson_html(shown, step, None, Facts.of("nodes"))
+
+
+def test_a_number_that_rounds_to_zero_has_no_sign():
+    """The mass at the node found by a visitor changes B2 by less than can be read."""
+    shown = lesson("nodes")
+    found = solve(Beam(alpha=1, beta=round(shown.answer, 4)), state="straight")
+    assert shown.gauge(found) < 0
+    assert shown.measured(found, 1.0) == "the mass changes B2 by +0.00 %"
 
 
 @pytest.mark.slow

@@ -39,6 +39,7 @@ STARTED = (
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
+AWAITED = '<p class="soft">The answer is being computed …</p>'
 CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a tab
     **{parameter.slider_label: name for name, parameter in NUMBERS.items()},
     **{name: name for name in ("method", "plane", "strain", "state", "curvature")},
@@ -270,7 +271,8 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     for k, one in enumerate(LESSONS, 1):
         own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
         own += page.attributes(aria_current=True if one.name == open_lesson else None)
-        title = f"<b>{k}. {escape(one.title)}{' ✓' if one.name in met else ''}</b>"
+        tick = "\u00a0✓" if one.name in met else ""
+        title = f"<b>{k}. {escape(one.title)}{tick}</b>"
         cards += f'<button type="button"{own}>{sketch(one.name)}{title}</button>'
     return f'<div class="row"><span>{text}</span>{begin}</div><div class="cards">{cards}</div>'
 
@@ -290,8 +292,9 @@ def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | Non
         prediction(lesson, guess),
         f"<p>{formatted(lesson.meaning)}</p>{judged(lesson, guess)}"
         '<p class="proof"><span class="soft">The number that proves it:</span>'
-        f" {escape(facts.proof if facts else '…')}</p>",
-        f'<p class="question">{formatted(lesson.task)}</p><p class="soft fine">{FINE_STEPS}</p>',
+        f" {escape(facts.proof) if facts else 'being computed …'}</p>",
+        f'<p class="question">{formatted(lesson.task)}</p><p class="soft fine">{FINE_STEPS}</p>'
+        f"{'' if facts else AWAITED}",
     )[step]
     number = NAMES.index(lesson.name) + 1
     title = f"<h3>{number}. {escape(lesson.title)}</h3>"
