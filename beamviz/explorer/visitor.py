@@ -47,9 +47,9 @@ class Visitor:
 
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
     by each edit; wake: tells the frame loop that something changed; presenter: returns the
-    presenter's last snapshot, None while there is none; may_follow: it is a lecture; solver: the
-    job that solves the case of the state; clock: of the scene; controls: what those of each key
-    show.
+    presenter's last snapshot, None while there is none; may_follow, presents: it is a lecture, by
+    another visitor or by this one; solver: the job that solves the case of the state; clock: of the
+    scene; controls: what those of each key show.
     """
 
     def __init__(
@@ -59,10 +59,11 @@ class Visitor:
         workers: Workers,
         schedule: Callback,
         presenter: Callable[[], Snapshot | None] | None = None,
+        presents: bool = False,
     ):
         self.client, self.page = client, Page(client)
         self.wake, self.presenter = schedule, presenter or (lambda: None)
-        self.may_follow = presenter is not None
+        self.may_follow, self.presents = presenter is not None, presents
         self.state, self.history, self.clock = state, History(), Clock()
         self.workers = workers
         self.lock = threading.RLock()

@@ -171,7 +171,8 @@ class Controls(Feature):
         """What Python's tables of choices and limits determine."""
         follow = page.checkbox("following", "follow the presenter", FOLLOW_HINT)
         content = {("html", id): text for id, text in CONTENT.items()}
-        return content | page.html("presenter", follow if self.visitor.may_follow else "")
+        shown = follow if self.visitor.may_follow else ""
+        return content | page.html("presenter", PRESENTING if self.visitor.presents else shown)
 
     def bound_content(self, state: State) -> Content:
         """The values of all bound controls, the tab and the theme."""
@@ -208,6 +209,7 @@ class Controls(Feature):
             self.visitor.set_state(replace(self.visitor.state, tab=tab_named(tab)))
 
 
+PRESENTING = '<span class="soft">You present: the others see this page.</span>'
 FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
