@@ -121,7 +121,7 @@ def test_sliders_of_a_real_beam_take_rpm_grams_and_millimetres(guest):
 
 def test_the_help_says_what_the_letters_in_its_formulas_are():
     """Those of the table of symbols, in the text below it."""
-    letters = set(re.findall("[^\\W\\d_]", " ".join(one.formula for one in PARAMETERS.values())))
+    letters = {sign for one in PARAMETERS.values() for sign in one.formula if sign.isalpha()}
     paragraphs = " ".join(re.findall("<p>(.*?)</p>", package_text("explorer/page/page.html")))
     assert letters - {"T"} <= {*re.findall(r"\w+", paragraphs.split("number the")[0])}
     assert "T* = " in paragraphs
