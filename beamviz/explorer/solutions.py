@@ -88,7 +88,8 @@ class Solved(NamedTuple):
 class SolveJob(Job[Cases, Solved]):
     """Solves the latest case of one visitor, and the one that it is compared with.
 
-    seconds: the processor time of the last solve; finished: set when nothing is being solved.
+    seconds: the processor time of the last solve, infinite where that took longer than a frame
+    waits; finished: set when nothing is being solved.
     """
 
     def __init__(self, workers: Workers, ready: Callback):
@@ -108,9 +109,9 @@ class SolveJob(Job[Cases, Solved]):
     def finish(self) -> None:
         """Wait for the answer if it is likely to be quick, as the last one was: worker threads that
         compete with the frame loop for the interpreter lock take more time than the work itself. A
-        solve that takes longer than WAIT goes on in the background."""
-        if self.seconds < QUICK:
-            self.finished.wait(WAIT)
+        solve that takes longer than WAIT goes on in the background, and no frame waits for it."""
+        if self.seconds < QUICK and not self.finished.wait(WAIT):
+            self.seconds = math.inf
 
     def solved(self, cases: Cases) -> Solved:
         """The answers, of which the last ones are used again: many cases are compared with one, and

@@ -96,7 +96,10 @@ def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release
     job.finish()
     assert job.busy
     assert job.answer.result.answer.beam.gamma == 2.0
-    release.set()
+    monkeypatch.setattr(solutions, "WAIT", TIMEOUT)
+    threading.Timer(0.5, release.set).start()
+    job.finish()
+    assert job.busy  # the next frame did not wait for it
     wait_until(lambda: job.answer.result.answer.beam.gamma == 3.0)
 
 
