@@ -120,8 +120,8 @@ OWN_BEAM = Beam(alpha=2, beta=0.3, gamma=4)
 def shown_state(session: Session) -> tuple[Any, ...]:
     """What belongs to the scene and the experiment of a visitor."""
     state = session.visitor.state
-    motion = state.experiment, state.in_motion, state.damping
-    return state.case, state.view.shares, state.rate, motion, state.lesson, state.step
+    motion = state.experiment, state.in_motion, state[DAMPED]
+    return state.case, state.view.shares, state.rate, motion, state.lesson, state[lessons.STEP]
 
 
 def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(guest, session):
