@@ -11,7 +11,8 @@ from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer import explorer, jobs
 from beamviz.explorer.experiment import PULLED, Experiment
-from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
+from beamviz.explorer.features.lessons import CONTROLS, STEP, controls, formatted
+from beamviz.explorer.features.run_up import DAMPED
 from beamviz.explorer.page import with_minus_signs
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
@@ -121,7 +122,7 @@ def shown_state(session: Session) -> tuple[Any, ...]:
     """What belongs to the scene and the experiment of a visitor."""
     state = session.visitor.state
     motion = state.experiment, state.in_motion, state[DAMPED]
-    return state.case, state.view.shares, state.rate, motion, state.lesson, state[lessons.STEP]
+    return state.case, state.view.shares, state.rate, motion, state.lesson, state[STEP]
 
 
 def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(guest, session):

@@ -1,0 +1,108 @@
+"""Choices of the visitor: each is declared once, and controls, undo and links know it."""
+
+import gc
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+from live.visitor import PAPER, visitor
+
+from beamviz.explorer import explorer, page, session
+from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.sharing import linked, linked_choices, parse_link
+from beamviz.explorer.page import Content
+from beamviz.explorer.state import SHARED, State
+from beamviz.scene import KEYS, Scene
+
+GRIDS = ("none", "coarse", "fine")
+
+
+def new_feature() -> type[Feature]:
+    """A feature as its file would declare it: a tab with one control, and what it shows."""
+    grid = Choice("grid_of_marks", "none", GRIDS, name_key("grid", GRIDS), until=("scene",))
+
+    def content(name: str) -> Content:
+        return page.html("grid-text", f"The grid is {name}.")
+
+    class Marks(Feature):
+        tab = Tab("Marks", 20, page.select(grid.name, "grid", GRIDS) + '<p id="grid-text"></p>')
+        choices = (grid,)
+
+        @property
+        def parts(self) -> tuple[Part, ...]:
+            return (Part(lambda s: (s.state[grid],), content, ("grid-text",)),)
+
+    return Marks
+
+
+@pytest.fixture
+def marks_url(monkeypatch) -> Iterator[str]:
+    """A running explorer with one more feature."""
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "FEATURES", (*session.FEATURES, new_feature()))
+        with explorer(Scene(PAPER)) as url:
+            yield url
+    gc.collect()
+    assert "marks" not in tabs()
+
+
+def test_a_new_feature_is_one_class(marks_url):
+    """Its control is bound; undo, redo and links know its choice, which ends as it declares; what
+    is none of its values is refused."""
+    with visitor(marks_url) as guest, visitor(marks_url) as later:
+        guest.do("link", "")
+        guest.do("tab", "marks", until="The grid is none.")
+        guest.choose("grid_of_marks", "fine", until="The grid is fine.")
+        guest.wait(lambda _: guest.values["grid_of_marks"] == "fine")
+        guest.wait(lambda _: "grid=fine" in guest.parts["address"])
+        guest.do("grid_of_marks", "huge")
+        guest.do("undo", until="The grid is none.")
+        guest.wait(lambda _: "grid=" not in guest.parts["address"])
+        guest.do("redo", until="The grid is fine.")
+        guest.wait(lambda _: "grid=fine" in guest.parts["address"])
+        later.do("link", f"?{guest.parts['address']}", until="The grid is fine.")
+        later.wait(lambda _: later.values["grid_of_marks"] == "fine")
+        later.wait(lambda _: later.parts["open"] == "marks")
+        later.do("link", "?grid=huge", until=lambda _: later.said)
+        assert "grid = 'huge': must be one of none, coarse, fine" in later.said[-1]["text"]
+        later.do("link", "?gamma=3", until="The grid is none.")
+        guest.do("real.preset", "steel beam", until="The grid is none.")
+
+
+def test_names_and_keys_of_choices_are_unique():
+    """Those of all features, of the state and of a scene."""
+    own = [choice.name for kind in features() for choice in kind.choices]
+    keys = [
+        choice.key.name
+        for choice in (*SHARED.values(), *(one for kind in features() for one in kind.choices))
+        if choice.key
+    ]
+    assert max(Counter([*own, *State.of(Scene()).values]).values()) == 1
+    assert max(Counter([*keys, *KEYS]).values()) == 1
+    assert {*keys} == {*linked_choices()}
+
+
+@pytest.mark.parametrize(
+    "before", ["over=alpha", "over=beta", "across=beta", "over=beta&across=mu"]
+)
+@pytest.mark.parametrize(
+    ("query", "axes"),
+    [
+        ("gamma=2", ("gamma", "alpha")),
+        ("over=alpha", ("alpha", "gamma")),
+        ("over=alpha&across=gamma", ("alpha", "gamma")),
+        ("over=alpha&across=alpha", ("gamma", "alpha")),
+        ("over=beta", ("beta", "alpha")),
+        ("across=mu", ("gamma", "mu")),
+    ],
+)
+def test_the_axes_of_a_link_do_not_depend_on_those_before(before, query, axes):
+    """Also where only one is named, which takes the place of the other one."""
+    state = State.of(Scene(PAPER))
+    for text in (before, query):
+        link = parse_link(text)
+        assert link
+        assert link.scene
+        state = linked(state, link.scene, link.values)
+    assert (state.over, state.across) == axes
