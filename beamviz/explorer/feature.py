@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Declared
-from beamviz.explorer.jobs import SOLUTION, JobStatus
+from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.visitor import Visitor
 
 

@@ -23,10 +23,11 @@ from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.declarations import Choice
 from beamviz.explorer.experiment import PULLED, motion_of
-from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
+from beamviz.explorer.jobs import Callback, Job, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import Cases, SolveJob, case_error
 from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene, ViewOptions
@@ -100,17 +101,10 @@ class Visitor:
             self.set_state(state)
 
     def set_state(self, state: State) -> None:
-        """Set the state, without a step in the history, and solve its case."""
+        """Set the state, without a step in the history."""
         with self.lock:
             self.state = state
-            self.solve()
         self.wake()
-
-    def solve(self) -> None:
-        """Solve the case of the state, unless a presenter does."""
-        if not (self.state.following and self.presenter()):
-            case = self.state.shown_case
-            self.solver.request(Cases(case, comparison_case(self.state, case)))
 
     def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
         """Show another scene, with other values of the state by field name; replaced: see
@@ -167,8 +161,10 @@ class Visitor:
             if led:
                 self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
-            self.solve()
-            self.solver.finish()
+            else:
+                case = self.state.shown_case
+                self.solver.request(Cases(case, comparison_case(self.state, case)))
+                self.solver.finish()
             own = self.snapshot()
         if led is None:
             return own

@@ -19,9 +19,9 @@ from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.loci_chart import loci_lines
-from beamviz.explorer.jobs import SolverAnswer, solver_answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SolverAnswer, solver_answer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor

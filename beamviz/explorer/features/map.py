@@ -20,9 +20,10 @@ from beamviz.explorer import page
 from beamviz.explorer.declarations import Choice, Key, Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import AXES
-from beamviz.explorer.jobs import SOLUTION, Answer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import MODES

@@ -12,9 +12,10 @@ from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.declarations import SWITCH, Choice, Tab, switch_key
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import match_modes
