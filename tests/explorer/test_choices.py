@@ -12,7 +12,7 @@ from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.sharing import linked, linked_choices, parse_link
 from beamviz.explorer.page import Content
-from beamviz.explorer.state import SHARED, State
+from beamviz.explorer.state import SHARED, History, State
 from beamviz.scene import KEYS, Scene
 
 GRIDS = ("none", "coarse", "fine")
@@ -68,6 +68,23 @@ def test_a_new_feature_is_one_class(marks_url):
         assert "grid = 'huge': must be one of none, coarse, fine" in later.said[-1]["text"]
         later.do("link", "?gamma=3", until="The grid is none.")
         guest.do("real.preset", "steel beam", until="The grid is none.")
+
+
+@pytest.mark.parametrize(
+    ("undo", "undone", "redone"), [("changes", 1, 2), ("keeps", 3, 4), ("ends", 0, 0)]
+)
+def test_undo_does_with_a_choice_what_it_declares(undo, undone, redone):
+    """It changes it back, or leaves it as it is now, or ends it; only a change is a step."""
+    one, history = Choice[int]("number_of_test", 0, undo=undo), History()
+    before = State.of(Scene(PAPER)).with_choice(one, 1)
+    after = before.changed("gamma", 3.0).with_choice(one, 2)
+    assert after.differences(before) == {"gamma"} | ({one.name} if undo == "changes" else set())
+    history.record(before, after, 0.0)
+    now = after if undo == "changes" else after.with_choice(one, 3)
+    back = history.undo(now)
+    assert (back[one], back.case) == (undone, before.case)
+    now = back if undo == "changes" else back.with_choice(one, 4)
+    assert history.redo(now)[one] == redone
 
 
 def test_names_and_keys_of_choices_are_unique():

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -323,10 +323,8 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
     scene = replace(nearest.to_scene(), camera=chosen)
     own = {name: getattr(state.view, name) for name in LASTING}
     first = replace(start, view=replace(start.view, **own))
-    pairs = extra_pairs(state, scene)
-    if state.following or (
-        scene == first.to_scene() and pairs == extra_pairs(first, first.to_scene())
-    ):
+    pairs = extra_pairs(state)
+    if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
     base = lesson(state.lesson).scene if state.lesson else Scene()
     of_scene = scene.to_query(base, without=LASTING)
@@ -339,10 +337,18 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
     return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
-def extra_pairs(state: State, scene: Scene) -> dict[str, Any]:
+@cache
+def with_usual_choices(name: str, over: str) -> State:
+    """A state with the choices that a link describes by the name of a lesson, or "", and the
+    abscissa of its scene. It takes as long as all else of an address, which each edit changes."""
+    scene = (lesson(name).scene if name else Scene()).changed(over=over)
+    return usual(State.of(scene), scene, name)
+
+
+def extra_pairs(state: State) -> dict[str, Any]:
     """The keys and values of a link to a state that are not those of its scene: where a link
     without them describes another one."""
-    without = usual(state, scene, state.lesson)
+    without = with_usual_choices(state.lesson, state.over)
     values: dict[str, Any] = {"lesson": state.lesson} if state.lesson else {}
     for key, choice in linked_choices().items():
         if choice.key and state[choice] != without[choice]:
