@@ -10,6 +10,7 @@ from live.visitor import PAPER, visitor
 from beamviz.explorer import explorer, page, session
 from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
 from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.map import ENDS
 from beamviz.explorer.features.sharing import linked, linked_choices, parse_link
 from beamviz.explorer.page import Content
 from beamviz.explorer.state import SHARED, History, State
@@ -85,6 +86,15 @@ def test_undo_does_with_a_choice_what_it_declares(undo, undone, redone):
     assert (back[one], back.case) == (undone, before.case)
     now = back if undo == "changes" else back.with_choice(one, 4)
     assert history.redo(now)[one] == redone
+
+
+def test_the_ends_of_a_map_last_as_long_as_its_axes():
+    """And its scene; not only as long as its beam."""
+    state = State.of(Scene(PAPER)).with_choice(ENDS, (19.0, 1.0))
+    assert state.changed("gamma", 3.0)[ENDS] == (19.0, 1.0)
+    assert state.changed("over", "delta")[ENDS] is None
+    assert state.changed("across", "mu")[ENDS] is None
+    assert state.loaded(Scene())[ENDS] is None
 
 
 def test_names_and_keys_of_choices_are_unique():
