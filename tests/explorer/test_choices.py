@@ -8,14 +8,25 @@ import pytest
 from live.visitor import PAPER, visitor
 
 from beamviz.explorer import explorer, page, session
+from beamviz.explorer.blade_table import Draft
 from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
 from beamviz.explorer.feature import Feature, Part
-from beamviz.explorer.features.map import ENDS
-from beamviz.explorer.features.sharing import linked, linked_choices, parse_link
+from beamviz.explorer.features.blade import DRAFT
+from beamviz.explorer.features.lessons import STEP
+from beamviz.explorer.features.map import ENDS, MAPPED
+from beamviz.explorer.features.method_timing import TIMED
+from beamviz.explorer.features.sharing import (
+    FILM,
+    linked,
+    linked_choices,
+    parse_link,
+    query_of,
+)
 from beamviz.explorer.page import Content
 from beamviz.explorer.state import SHARED, History, State
 from beamviz.scene import KEYS, Scene
 
+START = State.of(Scene(PAPER))
 GRIDS = ("none", "coarse", "fine")
 
 
@@ -77,7 +88,7 @@ def test_a_new_feature_is_one_class(marks_url):
 def test_undo_does_with_a_choice_what_it_declares(undo, undone, redone):
     """It changes it back, or leaves it as it is now, or ends it; only a change is a step."""
     one, history = Choice[int]("number_of_test", 0, undo=undo), History()
-    before = State.of(Scene(PAPER)).with_choice(one, 1)
+    before = START.with_choice(one, 1)
     after = before.changed("gamma", 3.0).with_choice(one, 2)
     assert after.differences(before) == {"gamma"} | ({one.name} if undo == "changes" else set())
     history.record(before, after, 0.0)
@@ -90,11 +101,41 @@ def test_undo_does_with_a_choice_what_it_declares(undo, undone, redone):
 
 def test_the_ends_of_a_map_last_as_long_as_its_axes():
     """And its scene; not only as long as its beam."""
-    state = State.of(Scene(PAPER)).with_choice(ENDS, (19.0, 1.0))
+    state = START.with_choice(ENDS, (19.0, 1.0))
     assert state.changed("gamma", 3.0)[ENDS] == (19.0, 1.0)
     assert state.changed("over", "delta")[ENDS] is None
     assert state.changed("across", "mu")[ENDS] is None
     assert state.loaded(Scene())[ENDS] is None
+
+
+def state_of_link(query: str, before: State = START) -> State:
+    """The state that a page shows on a link."""
+    link = parse_link(query)
+    assert link
+    assert link.scene
+    return linked(before, link.scene, link.values)
+
+
+def test_a_link_without_a_choice_has_the_usual_one():
+    """Whatever the page has shown before."""
+    state = state_of_link("methods=true&map=3&lesson=nodes&step=2&film=1+period")
+    choices = TIMED, MAPPED, STEP, FILM
+    assert [state[one] for one in choices] == [True, 3, 1, "1 period"]
+    later = state_of_link("gamma=3", state)
+    assert [later[one] for one in choices] == [one.usual for one in choices]
+
+
+def test_tables_as_typed_are_left_out_of_a_link_without_room_for_them():
+    """Which keeps all else."""
+    short = Draft((("0", "1", "2", "3", ""), ("x", "1", "2", "3", "")))
+    long = short._replace(stations=tuple(("1" * 40, "2", "3", "4", "") for _ in range(200)))
+    state = state_of_link("gamma=3&film=1+period")
+    with_room, without = (
+        query_of(state.with_choice(DRAFT, draft), None, START) for draft in (short, long)
+    )
+    assert state_of_link(with_room)[DRAFT] == short
+    assert without == query_of(state, None, START)
+    assert "film=" in without
 
 
 def test_names_and_keys_of_choices_are_unique():
@@ -105,7 +146,7 @@ def test_names_and_keys_of_choices_are_unique():
         for choice in (*SHARED.values(), *(one for kind in features() for one in kind.choices))
         if choice.key
     ]
-    assert max(Counter([*own, *State.of(Scene()).values]).values()) == 1
+    assert max(Counter([*own, *START.values]).values()) == 1
     assert max(Counter([*keys, *KEYS]).values()) == 1
     assert {*keys} == {*linked_choices()}
 
@@ -126,10 +167,5 @@ def test_names_and_keys_of_choices_are_unique():
 )
 def test_the_axes_of_a_link_do_not_depend_on_those_before(before, query, axes):
     """Also where only one is named, which takes the place of the other one."""
-    state = State.of(Scene(PAPER))
-    for text in (before, query):
-        link = parse_link(text)
-        assert link
-        assert link.scene
-        state = linked(state, link.scene, link.values)
+    state = state_of_link(query, state_of_link(before))
     assert (state.over, state.across) == axes
