@@ -10,9 +10,10 @@ from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 from beamviz.explorer import page
-from beamviz.explorer.jobs import SOLUTION, JobStatus
+from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.visitor import Visitor
 
 

@@ -9,8 +9,9 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.film import Film
-from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
+from beamviz.explorer.jobs import Answer, JobStatus
 from beamviz.explorer.second_beam import ComparisonCase, comparison_case
+from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import Picture
 from beamviz.scene import Camera

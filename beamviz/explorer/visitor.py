@@ -21,10 +21,11 @@ from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.experiment import PULLED, motion_of
-from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
+from beamviz.explorer.jobs import Callback, Job, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import Cases, SolveJob, case_error
 from beamviz.explorer.state import CHOICES, FIELDS, LASTING, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene, ViewOptions
@@ -104,17 +105,10 @@ class Visitor:
             self.set_state(state)
 
     def set_state(self, state: State) -> None:
-        """Set the state, without a step in the history, and solve its case."""
+        """Set the state, without a step in the history."""
         with self.lock:
             self.state = state
-            self.solve()
         self.wake()
-
-    def solve(self) -> None:
-        """Solve the case of the state, unless a presenter does."""
-        if not (self.state.following and self.presenter()):
-            case = self.state.shown_case
-            self.solver.request(Cases(case, comparison_case(self.state, case)))
 
     def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
         """Show another scene, with other values of the state by field name; replaced: see
@@ -168,8 +162,10 @@ class Visitor:
             if led:
                 self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
-            self.solve()
-            self.solver.finish()
+            else:
+                case = self.state.shown_case
+                self.solver.request(Cases(case, comparison_case(self.state, case)))
+                self.solver.finish()
             own = self.snapshot()
         if led is None:
             return own

@@ -9,7 +9,7 @@ import pytest
 from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 
 from beamviz.beam import Beam
-from beamviz.explorer import explorer, jobs
+from beamviz.explorer import explorer, solutions
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
 from beamviz.explorer.page import with_minus_signs
@@ -71,7 +71,7 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     with explorer(scene) as address, visitor(address) as other:
         other.says(lesson("buckling").question)
         wanted = other.camera  # of the loaded beam: before its answer that of the unloaded one
-    monkeypatch.setattr(jobs, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])
+    monkeypatch.setattr(solutions, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])
     begin(guest, "buckling")
     guest.says(frequency_text(scene.beam))
     guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))

@@ -18,9 +18,9 @@ from beamviz.explorer import page
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, Tab, tab_named
 from beamviz.explorer.features.loci_chart import loci_lines
-from beamviz.explorer.jobs import SolverAnswer, solver_answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SolverAnswer, solver_answer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor

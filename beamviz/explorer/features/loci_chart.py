@@ -17,9 +17,10 @@ from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
-from beamviz.explorer.jobs import SOLUTION, Answer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci

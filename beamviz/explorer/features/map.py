@@ -16,9 +16,10 @@ from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.features.loci_chart import AXES
-from beamviz.explorer.jobs import SOLUTION, Answer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.state import FIELDS, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.solver import interruption

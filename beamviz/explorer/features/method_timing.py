@@ -11,9 +11,10 @@ from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
-from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import match_modes

@@ -15,9 +15,10 @@ from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
 from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
 from beamviz.explorer.features.loci_chart import cursor
-from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up

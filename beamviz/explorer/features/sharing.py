@@ -540,8 +540,8 @@ class Files(Feature):
     def report(self, progress: str, done: float = 0.0) -> None:
         """Report the progress of a file. Raises Cancelled."""
         interruption.get()(done)
-        if progress != self.job.note:
-            self.job.note = progress
+        if (run := self.job.run) and run.note != progress:
+            run.note = progress
             self.visitor.wake()
 
     def finish(self) -> None:

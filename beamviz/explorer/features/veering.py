@@ -22,9 +22,10 @@ from beamviz.explorer.features.loci_chart import (
     event_buttons,
     loci_lines,
 )
-from beamviz.explorer.jobs import PENDING, SOLUTION, Answer
+from beamviz.explorer.jobs import PENDING, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
