@@ -15,7 +15,7 @@ from typing import Any
 
 from beamviz.drawing.camera import initial, place
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
 from beamviz.scene import Scene

@@ -7,7 +7,7 @@ from live.browser import READY, Page, by_id, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))

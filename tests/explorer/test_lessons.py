@@ -11,7 +11,8 @@ from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 from beamviz.beam import Beam
 from beamviz.explorer import explorer, solutions
 from beamviz.explorer.experiment import PULLED, Experiment
-from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
+from beamviz.explorer.features.lessons import CONTROLS, STEP, controls, formatted
+from beamviz.explorer.features.run_up import DAMPED
 from beamviz.explorer.page import with_minus_signs
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
@@ -120,8 +121,8 @@ OWN_BEAM = Beam(alpha=2, beta=0.3, gamma=4)
 def shown_state(session: Session) -> tuple[Any, ...]:
     """What belongs to the scene and the experiment of a visitor."""
     state = session.visitor.state
-    motion = state.experiment, state.in_motion, state.damping
-    return state.case, state.view.shares, state.rate, motion, state.lesson, state.step
+    motion = state.experiment, state.in_motion, state[DAMPED]
+    return state.case, state.view.shares, state.rate, motion, state.lesson, state[STEP]
 
 
 def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(guest, session):
@@ -182,12 +183,17 @@ def test_the_motion_of_a_lesson_is_played_at_a_rate_that_suits_it(guest, session
 
 
 def test_a_file_ends_the_lesson(guest, session):
-    """Which is about another scene: a reset returns to that of the file."""
+    """Which is about another scene: a reset returns to that of the file, and the address does not
+    name a step."""
+    guest.do("link", "")
     begin(guest, "spin-up")
+    guest.do("lesson_step", 1, until=formatted(lesson("spin-up").meaning))
     guest.do("load", "beam.toml\n[beam]\ngamma = 4.0", until=frequency_text(Beam(gamma=4)))
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
     assert shown_state(session)[3][:2] == (PULLED, False)
     guest.do("gamma", 6.0, until=frequency_text(Beam(gamma=6)))
+    guest.wait(lambda _: "gamma=6.0" in guest.parts["address"])
+    assert "step=" not in guest.parts["address"]
     guest.press("R")
     guest.shows(Beam(gamma=4))
 

@@ -16,9 +16,10 @@ from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
 from beamviz.explorer import computed_motion, explorer
 from beamviz.explorer.computed_motion import can_move
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
 from beamviz.explorer.experiment import RANGES
-from beamviz.explorer.feature import Feature, Part, same, tabs
+from beamviz.explorer.feature import Feature, Part, same
 from beamviz.explorer.features import answer, lessons, loci_chart, method_timing, run_up, veering
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.features import motion as motion_tab
@@ -26,9 +27,10 @@ from beamviz.explorer.features.answer import AnswerPanel
 from beamviz.explorer.features.lessons import Lessons
 from beamviz.explorer.features.loci_chart import LociTab
 from beamviz.explorer.features.real_beam import PRESETS
+from beamviz.explorer.features.sharing import FILM_LENGTHS
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import COMPARISONS, FILM_LENGTHS
+from beamviz.explorer.state import COMPARISONS
 from beamviz.lessons import NAMES
 from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import START, Scene

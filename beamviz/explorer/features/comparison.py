@@ -10,7 +10,8 @@ from html import escape
 
 from beamviz.drawing.text import frequencies, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, waiting_content
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.feature import Feature, Part, waiting_content
 from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.second_beam import LABELS

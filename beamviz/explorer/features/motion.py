@@ -30,8 +30,9 @@ from beamviz.explorer.computed_motion import (
     is_before,
     obstacle_of,
 )
+from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.film import time_text
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.motion_charts import notes, spectrum_data, strip_data

@@ -12,7 +12,8 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import (
     CHART,
     Chart,
