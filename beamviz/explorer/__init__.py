@@ -28,7 +28,7 @@ from beamviz.solver import solve
 
 KEY_BYTES = 16
 M_ARENA_MAX = -8  # parameter of glibc's mallopt
-TRIM = 20.0  # [s] between two returns of freed memory
+TRIM = 5.0  # [s] between two returns of freed memory
 SLEEP = 0.5  # [s] between two checks for a signal
 
 
@@ -87,7 +87,7 @@ def share_arena() -> None:
 
 def return_memory() -> None:
     """Return freed memory within the arena to the system, which glibc only does at its end: charts
-    of a long blade leave hundreds of megabytes. It takes 3 to 30 ms."""
+    of a long blade leave a hundred megabytes. It takes 3 to 30 ms."""
     call_glibc("malloc_trim", 0)
 
 
