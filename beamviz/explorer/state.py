@@ -451,8 +451,9 @@ SHARED = choices_of(State)  # that are fields of the state, by name
 
 
 class History:
-    """The states for undo and redo. Edits of the same values in quick succession, as by a drag, are
-    one step; loading a scene always is a step. undo, redo: return the state to show instead."""
+    """The states for undo and redo. Edits of the same values in quick succession, as by a slider,
+    are one step, and so are all of a body while it is in the hand; loading a scene always is a
+    step. undo, redo: return the state to show instead."""
 
     def __init__(self) -> None:
         self.past: deque[State] = deque(maxlen=STEPS)
@@ -464,11 +465,15 @@ class History:
 
     def record(self, before: State, after: State, time: float, *, loaded: bool = False) -> None:
         """Record an edit at a time [s]; loaded: another scene, which is a step of its own."""
+        if after.grip and not before.grip:
+            self.time = -math.inf  # what is done with the body in the hand is another step
         names = after.differences(before)
         if not names:
             return
         goes_on = names <= self.edited or self.edited <= {"comparison", "kept"}
-        if not goes_on or loaded or time - self.time > PAUSE:
+        in_hand = before.grip is not None and self.time > -math.inf
+        paused = time - self.time > PAUSE and not in_hand
+        if not goes_on or loaded or paused:
             self.past.append(before)
         self.edited = {"another scene"} if loaded else names
         self.future.clear()

@@ -4,12 +4,13 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
 from beamviz.explorer.declarations import tabs
-from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
+from beamviz.explorer.state import EARLIER, PAUSE, Case, Grip, History, State
 from beamviz.scene import Camera, Scene
 
 START = State.of(Scene(PAPER))
@@ -110,6 +111,22 @@ def test_undo_and_redo_go_by_steps():
     loud = faster.changed("dark", False)
     history.record(faster, loud, 2.0)
     assert history.undo(loud) == still.changed("dark", False)
+
+
+def test_what_is_done_with_a_body_in_the_hand_is_one_step():
+    """However long it is held still, and however soon after another one."""
+    history, ray = History(), (np.zeros(3), np.ones(3))
+    held = replace(START, grip=Grip(ray, 0.0))
+    moved = held.changed("beta", 0.6)
+    rested = moved.changed("beta", 0.7)
+    free = replace(rested, grip=None)
+    again = replace(free, grip=Grip(ray, 0.0))
+    last = again.changed("beta", 0.8)
+    states, times = (START, held, moved, rested, free, again, last), (0, 1, 9, 9.1, 9.2, 9.3)
+    for (before, after), time in zip(pairwise(states), times, strict=True):
+        history.record(before, after, float(time))
+    betas = [(last := history.undo(last)).case.numbers["beta"] for _ in range(3)]
+    assert betas == [0.7, START.case.numbers["beta"], START.case.numbers["beta"]]
 
 
 def test_each_tab_has_a_place_of_its_own():
