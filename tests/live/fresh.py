@@ -17,6 +17,7 @@ from live.visitor import Visitor, visitor
 from beamviz.explorer.feature import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.session import Session
+from beamviz.explorer.state import State
 from beamviz.scene import Scene
 
 T = TypeVar("T")
@@ -49,6 +50,11 @@ class Guest:
         self.visitor, self.loop, self.tokens = socket, loop, itertools.count()
         self.id = max(loop.sessions)  # the last one
         self.session: Session = loop.sessions[self.id]
+
+    @property
+    def state(self) -> State:
+        """The choices of the visitor."""
+        return self.session.visitor.state
 
     def on_loop(self, function: Callable[[], T]) -> T:
         """The value of a function on the event loop, between two frames."""
@@ -109,7 +115,7 @@ class Guest:
 def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) -> list[str]:
     """Where the page of a visitor differs from one that is opened on its address, by a server that
     begins with another scene; start: that which an empty address means to the visitor."""
-    told = guest.session.visitor.state
+    told = guest.state
     if told.refused or told.replaced:  # which no address has, and any edit ends
         guest.visitor.do("forget_refused")
     guest.settle()
@@ -128,8 +134,20 @@ def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) ->
         expected["address"] = seen["address"]
     if any(INVITATION in one["text scene-caption"] for one in (seen, expected)):
         expected["text scene-caption"] = seen["text scene-caption"]
+    seen, expected = seen | history_shown(guest), expected | history_of(guest)
     found = [*differences(seen, expected, "page"), *differences(scene, drawn, "scene")]
     return found and [address, *found]
+
+
+def history_shown(guest: Guest) -> dict[str, Any]:
+    """Whether a visitor can undo and redo, as the page shows it."""
+    return {f"can {key}": not guest.visitor.props[key]["disabled"] for key in ("undo", "redo")}
+
+
+def history_of(guest: Guest) -> dict[str, Any]:
+    """Whether there is something to undo and to redo, which no address has."""
+    history = guest.session.visitor.history
+    return {"can undo": bool(history.past), "can redo": bool(history.future)}
 
 
 def is_shown(id: str, tab: str) -> bool:
@@ -142,6 +160,7 @@ def page_of(guest: Visitor) -> dict[str, Any]:
     tab = guest.parts["open"]
     shown = [text for key, text in guest.texts.items() if is_shown(key, tab)]
     there = {*re.findall(r'(?:id|data-set)="([^"]+)"', "".join([*shown, tabs()[tab].content]))}
+    there |= {f"tab-{tab}"}
     props = {
         f"{key}.{name}": one
         for key, changes in guest.props.items()
