@@ -38,6 +38,7 @@ INSIDE = {
     "timing": "methods",
     "export-": "export",
 }
+HISTORY = "undo", "redo"  # keys of the buttons
 PARTS = ("open", "captions", "met", "dark")  # of an update, besides those by id
 INVITATION = "Start lesson 1"  # in the caption of the scene that a page opened with
 LONG = 60.0  # [s] for what is computed on a machine however busy
@@ -115,6 +116,7 @@ class Guest:
 def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) -> list[str]:
     """Where the page of a visitor differs from one that is opened on its address, by a server that
     begins with another scene; start: that which an empty address means to the visitor."""
+    guest.wait(guest.is_handled)
     told = guest.state
     if told.refused or told.replaced:  # which no address has, and any edit ends
         guest.visitor.do("forget_refused")
@@ -140,14 +142,15 @@ def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) ->
 
 
 def history_shown(guest: Guest) -> dict[str, Any]:
-    """Whether a visitor can undo and redo, as the page shows it."""
-    return {f"can {key}": not guest.visitor.props[key]["disabled"] for key in ("undo", "redo")}
+    """Whether a visitor cannot undo or redo, as the page shows it."""
+    return {f"props {key}.disabled": guest.visitor.props[key]["disabled"] for key in HISTORY}
 
 
 def history_of(guest: Guest) -> dict[str, Any]:
-    """Whether there is something to undo and to redo, which no address has."""
+    """Whether there is nothing to undo or to redo, which no address has."""
     history = guest.session.visitor.history
-    return {"can undo": bool(history.past), "can redo": bool(history.future)}
+    steps = zip(HISTORY, (history.past, history.future), strict=True)
+    return {f"props {key}.disabled": not past for key, past in steps}
 
 
 def is_shown(id: str, tab: str) -> bool:
@@ -165,7 +168,7 @@ def page_of(guest: Visitor) -> dict[str, Any]:
         f"{key}.{name}": one
         for key, changes in guest.props.items()
         for name, one in changes.items()
-        if key in there and key not in ("undo", "redo")
+        if key in there and key not in HISTORY
     }
     parts: dict[str, dict[str, Any]] = {
         "text": {key: re.sub(TIME, "", text) for key, text in guest.texts.items()},
