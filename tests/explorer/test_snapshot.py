@@ -140,7 +140,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
         "compare": [
             *[("comparison", chance.choice(COMPARISONS))] * 2,
             ("stacked", chance.random() < 0.5),
-            ("keep", None),
+            *[("keep", None)] * 2,
             ("all_modes", chance.random() < 0.5),
             *several[:3],
         ],
@@ -157,7 +157,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[(f"motion.{of_motion}", round(chance.uniform(first, last), 3))] * 2,
             (f"motion.{chosen}", chance.choice([*MOTION_CHOICES[chosen], "flies"])),
             ("motion.unstiffened", chance.random() < 0.5),
-            ("moment", chance.choice((0.0, 0.3, 1.0, 5.0))),
+            *[("moment", chance.choice((0.0, 0.1, 0.2, 5.0)))] * 2,
             ("drag", (SLEEVE, chance.uniform(-0.5, 0.5))),
             ("only", 0),
             ("gamma", round(chance.uniform(0, 9), 2)),
@@ -172,6 +172,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("lesson", chance.choice(("", *NAMES))),
             ("lesson_turn", 1),
             ("tab", "lessons"),
+            ("met", chance.choice(NAMES)),
             *[("lesson_step", chance.choice((0, 1, 2, 2)))] * 2,
             *[("lesson_guess", chance.randrange(3))] * 2,
             *several[:3],
@@ -366,8 +367,10 @@ class Edits:
     def shown(self, about: str) -> Iterator[Action]:
         """The edit after which a panel, or a lesson, is there."""
         state, chance = self.guest.state, self.chance
-        if about == "lessons" and not state.lesson:
-            yield "lesson", chance.choice(NAMES)
+        if about == "lessons":
+            if not state.lesson or chance.random() < LEFT:
+                yield "lesson", chance.choice(NAMES)
+            yield chance.choice((("lesson_step", 2), ("lesson_step", 2), ("tab", "lessons")))
         if about == "real" and not state.case.units:
             yield "real.preset", chance.choice(list(PRESETS))
         if about == "blade" and state.case.nearest_beam().is_uniform:
@@ -427,6 +430,11 @@ def test_a_page_equals_a_fresh_one_on_its_address(servers, seed):
         assert not found, "\n".join([*map(str, done), *found])
 
 
+def name_of(part: Part) -> str:
+    """The name of a part of a page: of its module and its function."""
+    return f"{part.shows.__module__.rpartition('.')[2]}.{part.shows.__name__}"
+
+
 class Lie:
     """A part of a page that is not shown again where only one of its readings has changed.
 
@@ -435,8 +443,7 @@ class Lie:
     """
 
     def __init__(self, part: Part, ignored: int):
-        self.part, self.ignored = part, ignored
-        self.name = f"{part.shows.__module__.rpartition('.')[2]}.{part.shows.__name__}"
+        self.part, self.ignored, self.name = part, ignored, name_of(part)
         self.read: tuple[Any, ...] = ()
         self.shown: tuple[Any, ...] | None = None
 
@@ -469,6 +476,21 @@ def place(path: Path) -> str:
     return f"props {'.'.join(names)}" if kind == "props" else f"{KINDS.get(kind, kind)} {names[0]}"
 
 
+# Readings, by their numbers, without which a page at rest is the same.
+OF_NO_EFFECT = {
+    ("answer.scene_content", 1),  # changes together with the picture
+    ("answer.pace_content", 1),  # changes together with its product with the visitor's own factor
+    ("answer.caption_content", 2),  # an invitation that only the page has that was opened first
+    ("answer.caption_content", 3),  # of that invitation too
+    ("controls.numbers_content", 1),  # a run-up is over
+    *(("sharing.progress_content", k) for k in range(3)),  # no file is being written
+    ("method_timing.timing_content", 1),  # there are timings as soon as they are asked for
+    ("motion.notes_content", 1),  # no motion is being computed
+    ("real_beam.panel_content", 2),  # a refused entry is forgotten before pages are compared
+    ("blade.reasons_content", 3),
+}
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("ignored", range(6))
 def test_a_part_that_ignores_a_reading_is_found(servers, monkeypatch, ignored):
@@ -481,20 +503,26 @@ def test_a_part_that_ignores_a_reading_is_found(servers, monkeypatch, ignored):
         make(own, visitor)
         lies[own] = []
         for k, (part, shown) in enumerate(own.parts):
-            if 1 < len(part.reads(own.snapshot)) > ignored and "address" not in part.shows.__name__:
+            if is_to_lie(part, own.snapshot, ignored):
                 lies[own].append(Lie(part, ignored))
                 own.parts[k] = part._replace(reads=lies[own][-1].reads), shown
 
     monkeypatch.setattr(Session, "__init__", lying)
-    seen: set[str] = set()
-    planted: set[str] = set()
+    left: set[str] | None = None
     for seed, (rounds, blades) in RUNS.items():
-        for guest, done, found in comparisons(servers, seed, rounds, blades=blades):
-            own = {lie.name for lie in lies[guest.session] if lie.shown}
-            planted |= own
-            new = {lie.name for lie in lies[guest.session] if lie.is_seen(found)} - seen
-            seen |= new
-            print("SEED", seed, len(done), "NEW", new, "LEFT", planted - seen, flush=True)
-            if seen == planted: break
-    assert planted - seen == set()
+        for guest, _, found in comparisons(servers, seed, rounds, blades=blades):
+            own = lies[guest.session]
+            left = {lie.name for lie in own} if left is None else left
+            left -= {lie.name for lie in own if lie.is_seen(found)}
+            if not left:
+                return
+    assert not left
 
+
+def is_to_lie(part: Part, snapshot: Snapshot, ignored: int) -> bool:
+    """Whether a part has another reading besides one of this number, which has an effect. The
+    address is none: without it a page is compared with that of another scene."""
+    count = len(part.reads(snapshot))
+    if count < 2 or count <= ignored or part.shows.__name__ == "address":
+        return False
+    return (name_of(part), ignored) not in OF_NO_EFFECT
