@@ -379,4 +379,11 @@ def without_none(entry: Any) -> dict[str, Any]:
 
 
 # The scene of the explorer if no other one is given.
-START = Scene.of(alpha=1.0, beta=0.5, gamma=5.0, shares=[1.0, 1.0], rotating_frame=False)
+START = Scene.of(
+    alpha=1.0,
+    beta=0.5,
+    gamma=5.0,
+    shares=[1.0, 1.0],
+    rotating_frame=False,
+    pace=0.5,  # a turn in 5 s: the mass that is to be dragged can be taken as it passes
+)

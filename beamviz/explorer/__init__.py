@@ -15,7 +15,7 @@ from typing import Any
 
 from beamviz.drawing.camera import initial, place
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.page import choose_theme, insert_page
 from beamviz.scene import Scene
@@ -28,7 +28,7 @@ from beamviz.solver import solve
 
 KEY_BYTES = 16
 M_ARENA_MAX = -8  # parameter of glibc's mallopt
-TRIM = 20.0  # [s] between two returns of freed memory
+TRIM = 5.0  # [s] between two returns of freed memory
 SLEEP = 0.5  # [s] between two checks for a signal
 
 
@@ -87,7 +87,7 @@ def share_arena() -> None:
 
 def return_memory() -> None:
     """Return freed memory within the arena to the system, which glibc only does at its end: charts
-    of a long blade leave hundreds of megabytes. It takes 3 to 30 ms."""
+    of a long blade leave a hundred megabytes. It takes 3 to 30 ms."""
     call_glibc("malloc_trim", 0)
 
 

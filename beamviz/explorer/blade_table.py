@@ -127,8 +127,10 @@ def number_of(text: str) -> float:
     """The number in a cell, with a decimal point or comma. Raises InvalidInput, with the remedy."""
     plain = text.strip().replace("\u2212", "-")
     if GROUPED.fullmatch(plain):
-        point = plain.replace(",", ".", 1)
-        raise InvalidInput(f"write {plain.replace(',', '')}, or {point}")
+        remedy = f"write {plain.replace(',', '')}"
+        if plain.count(",") == 1:
+            remedy += f", or {plain.replace(',', '.')}"
+        raise InvalidInput(remedy)
     try:
         number = float(plain.replace(",", ".").replace("_", "?"))
     except ValueError:
@@ -178,10 +180,14 @@ def is_number(text: str) -> bool:
     return True
 
 
-NAMES = {  # of columns of stations, in small letters
+NAMES = {  # of columns of stations, in small letters; also those of blade files of FAST
     **{name.lower(): key for name, key in SI_SYNONYMS.items()},
     **{column.label.lower(): column.key for column in STATIONS},
-    "kg/m": "mass_per_length",
+    **dict.fromkeys(("r", "z", "radius"), "stations"),
+    **dict.fromkeys(("m", "kg/m", "mass per length", "bmassden"), "mass_per_length"),
+    **dict.fromkeys(("edgewise ei", "ei edge", "edgstff"), "bending_stiffness"),
+    **dict.fromkeys(("flapwise ei", "ei flap", "flpstff"), "flap_stiffness"),
+    "eastff": "axial_stiffness",
 }
 
 
@@ -192,12 +198,12 @@ def column_of(head: str, columns: Sequence[Column]) -> int:
     key = NAMES.get(name.lower(), name.lower())
     for k, column in enumerate(columns):
         if key == column.key:
-            unit = re.split(r"[\])\[]", unit)[0].strip().replace("^", "").replace("2", "²")
-            if bracket and unit and unit.replace(" ", "") != column.unit.replace(" ", ""):
+            unit = re.sub("[ ^*·]", "", re.split(r"[\])\[]", unit)[0]).replace("2", "²")
+            if bracket and unit and unit != column.unit.replace(" ", ""):
                 raise InvalidInput(f"{head}: must be in {column.unit}")
             return k
     known = ", ".join(column.head for column in columns)
-    raise InvalidInput(f"column {head!r}: must be one of {known}")
+    raise InvalidInput(f"column {head!r}: must be one of {known}; or leave out the line of names")
 
 
 def sorted_rows(rows: Rows) -> Rows:

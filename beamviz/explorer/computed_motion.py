@@ -17,8 +17,9 @@ from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import Experiment
 from beamviz.explorer.film import Film, HeldShapes, time_text
-from beamviz.explorer.jobs import Answer, case_error
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import case_error
 from beamviz.explorer.state import Case, State
 from beamviz.solver import interruption, solve
 from beamviz.units import Units

@@ -1,44 +1,21 @@
 """What a feature is: a part of the page that is a function of a snapshot.
 
-A feature is one file in `features`. It declares its tab, binds its controls and makes its jobs when
-a visitor comes; `wanted` says what it needs of them for a snapshot; its parts say what the page
-shows. Nothing else keeps a list of features, of tabs or of charts.
+A feature is one file in `features`. It declares its tab and its choices, binds its other controls
+and makes its jobs when a visitor comes; `wanted` says what it needs of them for a snapshot; its
+parts say what the page shows. Nothing else keeps a list of features, of tabs or of charts.
 """
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import partial
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 from beamviz.explorer import page
-from beamviz.explorer.jobs import SOLUTION, JobStatus
+from beamviz.explorer.declarations import Declared
+from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.visitor import Visitor
-
-
-class Tab(NamedTuple):
-    """A tab: its name, its place among the others, in ascending order, and its content (HTML),
-    which a feature may replace by `html("tab-<key>", ...)`."""
-
-    name: str
-    place: int
-    content: str = ""
-
-    @property
-    def key(self) -> str:
-        """The key of the tab in links and in the ids of its elements."""
-        return self.name.lower()
-
-
-def tabs() -> dict[str, Tab]:
-    """The tabs of all features by key, in their order."""
-    found = (kind.tab for kind in Feature.__subclasses__() if kind.tab)
-    return {tab.key: tab for tab in sorted(found, key=lambda tab: tab.place)}
-
-
-def tab_named(key: str) -> str:
-    """The tab of a key as the state has it: "" for the first."""
-    return "" if key == next(iter(tabs())) else key
 
 
 class Part(NamedTuple):
@@ -61,13 +38,14 @@ class Part(NamedTuple):
         return content
 
 
-class Feature:
-    """A part of the page and what belongs to it. `tab`: None for one around the scene."""
-
-    tab: ClassVar[Tab | None] = None
+class Feature(Declared):
+    """A part of the page and what belongs to it: see `Declared` for its tab and its choices."""
 
     def __init__(self, visitor: Visitor):
         self.visitor, self.page = visitor, visitor.page
+        for choice in self.choices:
+            if choice.values:
+                visitor.bind_choice(choice)
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Edit the state as an answer or time, `elapsed` [s] since the last frame, demands."""
@@ -103,9 +81,9 @@ def progress(jobs: Collection[JobStatus]) -> str:
     if not jobs:
         return ""
     told = ", ".join(job.name for job in jobs)
-    done, seconds = max(job.done for job in jobs), max(job.seconds for job in jobs)
-    percent, time = f" {100 * done:.0f} %" if done else "", f" {seconds} s" if seconds else ""
-    text = f'computing: {told} <span aria-hidden="true">…{percent}{time}</span>'
+    seconds = max(job.seconds for job in jobs)
+    time = f" {seconds} s" if seconds else ""
+    text = f'computing: {told} <span aria-hidden="true">…{percentage(jobs)}{time}</span>'
     cancel = page.button("Cancel", data_do="cancel_jobs")
     return text + (cancel if any(job.slow for job in jobs) else "")
 

@@ -74,7 +74,9 @@ class FrameLoop:
         follows = bool(self.access.presenter_key) and not presents
         opening = self.opening
         with suppress(RuntimeError):  # stopped meanwhile
-            building = self.loop.run_in_executor(self.opener, self.session, client, follows)
+            building = self.loop.run_in_executor(
+                self.opener, self.session, client, follows, presents
+            )
             self.sessions[visitor] = session = await building
             if self.opening is not opening:  # shown while the session was built
                 session.visitor.open(self.opening)
@@ -83,12 +85,12 @@ class FrameLoop:
                 self.leave(visitor)  # who has left while the session was built
             self.wake(visitor)
 
-    def session(self, client: ClientHandle, follows: bool) -> Session:
-        """A session for a new visitor, who may follow the presenter."""
+    def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
+        """A session for a new visitor, who may follow the presenter, or is that."""
         state = replace(State.of(self.first_scene()), following=follows)
         wake = partial(self.wake, client.client_id)
         presenter = self.presented if follows else None
-        return Session(Visitor(client, state, self.workers, wake, presenter))
+        return Session(Visitor(client, state, self.workers, wake, presenter, presents))
 
     def first_scene(self) -> Scene:
         """The scene of a new visitor; in a notebook, where they are one person, that of the last

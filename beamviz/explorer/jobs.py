@@ -1,45 +1,30 @@
 """Background jobs on worker threads shared by all visitors.
 
 A `Job` computes one kind of result for one visitor, always for the latest request, on a
-`WorkerPool`. Solves that were quick so far wait for the next frame, which waits for them: threads
-that compete with the frame loop for the interpreter lock would take more time than the work itself.
+`WorkerPool`.
 """
 
-import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextvars import copy_context
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from queue import SimpleQueue
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, TypeVar
 
-from beamviz.beam import Beam
-from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.text import (
-    error_summary,
-    in_words,
-    out_of_range,
-    stability_warning,
-    stretch_caution,
-)
-from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
-from beamviz.explorer.second_beam import ComparisonCase
-from beamviz.explorer.state import Case
+from beamviz.drawing.text import in_words
+from beamviz.errors import BeamvizError, Cancelled
 from beamviz.server.log import RateLimitedLog
-from beamviz.solver import Solution, interruption, solve
+from beamviz.solver import interruption
 from beamviz.units import Units
 
 SOLVERS = 16  # threads: more only start while others solve for long
 CHARTS = 3  # threads for charts and maps
-QUICK = 0.02  # [s] processor time of a solve that a frame waits for
 LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
-SOLUTION = "solution"  # name of the job
 PENDING = object()  # a request that follows from an answer to come
-WAIT = 0.1  # [s] that a frame waits for it at most
 
 log = RateLimitedLog(__name__)
 
@@ -141,16 +126,33 @@ class JobStatus(NamedTuple, Generic[Q, R]):
         return self.answer is not None and self.answer.cancelled
 
 
+def percentage(jobs: Iterable[JobStatus[Any, Any]]) -> str:
+    """The largest fraction that running jobs have computed, below 100 %; "" where unknown."""
+    done = max((job.done for job in jobs), default=0.0)
+    return f" {min(100 * done, 99):.0f} %" if done else ""
+
+
+@dataclass(eq=False)
+class Run(Generic[Q]):
+    """A computation. request: what is computed, the latest one when it begins; started: when it
+    was submitted [s]; replaced: when another request became the latest, None before that; done:
+    the fraction computed, 0 where unknown; note: its progress in words."""
+
+    request: Q
+    started: float
+    replaced: float | None = None
+    done: float = 0.0
+    note: str = ""
+
+
 class Job(Generic[Q, R]):
     """Computes the latest request of one visitor and skips those before it.
 
     name: of the result, for messages; compute: returns the result of a request, on a worker thread;
     ready: called after each answer. answer: the last one, None before the first; latest: the last
-    request; delayed: it is not to be computed yet; busy: a request is being computed; started: the
-    time [s] when that began; replaced: when another one replaced it, None while it is the latest;
-    since: when the last answer ceased to be that to the latest request, None while it is; done: the
-    fraction computed, 0 where unknown; note: its progress in words; number: of the run whose result
-    counts.
+    request, None before the first and while one is expected; run: the computation under way, None
+    without one; since: when the last answer ceased to be that to the latest request, None while it
+    is.
     """
 
     def __init__(self, name: str, compute: Callable[[Q], R], submit: Submit, ready: Callback):
@@ -158,121 +160,117 @@ class Job(Generic[Q, R]):
         self.lock = threading.RLock()
         self.latest: Q | None = None
         self.answer: Answer[Q, R] | None = None
-        self.busy = self.closed = self.delayed = False
+        self.run: Run[Q] | None = None
         self.since: float | None = None
-        self.replaced: float | None = None
-        self.started, self.done, self.note, self.number = 0.0, 0.0, "", 0
+        self.closed = False
+
+    @property
+    def busy(self) -> bool:
+        return self.run is not None
 
     @property
     def status(self) -> JobStatus[Q, R]:
         """The job at this moment."""
         with self.lock:
-            seconds = time.monotonic() - self.since if self.since else 0.0
+            seconds = 0.0 if self.since is None else time.monotonic() - self.since
             late, slow = seconds > LATE, seconds > PATIENCE
             shown = int(seconds) if slow else 0
-            done, note = (self.done, self.note) if self.busy else (0.0, "")
+            done, note = (self.run.done, self.run.note) if self.run else (0.0, "")
             return JobStatus(self.name, self.answer, self.busy, late, slow, shown, done, note)
 
-    def request(self, request: Q, *, later: bool = False) -> None:
-        """Compute `request` instead of earlier ones, unless it is the latest already, or the last
-        answer is that to it. later: do not begin it, as it will be requested again."""
+    def knows(self, request: Q) -> bool:
+        """Whether a request is the latest, or the one that was answered last."""
         with self.lock:
-            if request != self.latest:
-                self.replace(request)
-            elif not self.delayed:
-                return
-            self.delayed = later and self.since is not None
-            if self.since is not None and not (self.busy or later):
-                self.start()
+            answered = self.answer is not None and self.answer.request == request
+            return answered or request == self.latest
 
-    def replace(self, request: Q) -> None:
-        """Take a request as the latest."""
-        now, answer, self.latest = time.monotonic(), self.answer, request
-        if answer and answer.request == request and not answer.cancelled:
-            self.stop()
-            return
-        self.since = self.since or now
-        if self.busy:
-            self.replaced = self.replaced or now
+    def request(self, request: Q) -> None:
+        """Compute `request` instead of earlier ones, unless it is the latest already, or the last
+        answer is that to it."""
+        with self.lock:
+            if self.closed or request == self.latest:
+                return
+            self.latest = request
+            if self.is_answered:
+                self.run = self.since = None
+                return
+            self.outdate()
+            if self.run is None:
+                self.begin()
+
+    @property
+    def is_answered(self) -> bool:
+        """Whether the last answer is a result, or an error, of the latest request."""
+        answer = self.answer
+        return answer is not None and answer.request == self.latest and not answer.cancelled
 
     def expect(self) -> None:
         """A request is to come that is not known yet: the last answer is that to an earlier one."""
         with self.lock:
-            now, self.latest, self.delayed = time.monotonic(), None, True
-            self.since = self.since or now
-            if self.busy:
-                self.replaced = self.replaced or now
+            self.latest = None
+            self.outdate()
 
-    def stop(self) -> None:
-        """Do not go on with what is being computed."""
-        self.number, self.busy, self.delayed = self.number + self.busy, False, False
-        self.since = self.replaced = None
+    def settle(self) -> None:
+        """Expect no request: go on with the computation under way, or be content with the last
+        answer."""
+        with self.lock:
+            if self.latest is not None or self.since is None:
+                return
+            if self.run:
+                self.latest, self.run.replaced = self.run.request, None
+            else:
+                self.since = None
 
-    def start(self) -> None:
-        """Submit the latest request, to run in a context of its own."""
-        self.begin()
-        self.submit(partial(copy_context().run, self.run, self.number))
+    def outdate(self) -> None:
+        """Note that there is another latest request than that of the answer or of the run."""
+        now = time.monotonic()
+        self.since = self.since or now
+        if self.run and self.run.request == self.latest:
+            self.run.replaced = None
+        elif self.run:
+            self.run.replaced = self.run.replaced or now
 
     def begin(self) -> None:
-        """Note that the latest request is being computed."""
-        self.busy, self.started, self.done, self.note = True, time.monotonic(), 0.0, ""
-        self.since, self.replaced = self.since or self.started, None
+        """Submit the latest request, to run in a context of its own."""
+        assert self.latest is not None
+        self.run = Run(self.latest, time.monotonic())
+        self.submit(partial(copy_context().run, self.perform, self.run))
 
-    def cancel(self) -> None:
-        """Stop computing; the answer to the latest request is that it was cancelled."""
-        with self.lock:
-            if not self.busy:
-                return
-            self.stop()
-            self.answer = Answer(
-                cast(Q, self.latest), error=Cancelled("The calculation was cancelled.")
-            )
-        self.ready()
-
-    def withdraw(self) -> None:
-        """Stop computing the latest request, or forget that it was cancelled."""
-        with self.lock:
-            if self.answer and self.answer.cancelled and not self.busy:
-                self.answer = self.latest = None
-            elif self.busy or self.delayed:
-                self.latest = None
-                self.stop()
-
-    def retry(self) -> None:
-        """Compute the latest request again if it was cancelled."""
-        with self.lock:
-            if self.answer and self.answer.cancelled and not self.busy:
-                self.start()
-
-    def run(self, number: int) -> None:
+    def perform(self, run: Run[Q]) -> None:
         """Compute the latest request, then the next one if there is one by then."""
+        if not self.is_needed(run):
+            return
+        interruption.set(partial(self.check, run))
+        answer = self.answered(run.request)
         with self.lock:
-            request, self.replaced = self.latest, None  # those before it are not computed any more
-            if self.closed or number != self.number:
+            if run is not self.run:
                 return
-            if request is None:  # it was replaced by one that is not known yet
-                self.busy = False
-                return
-        interruption.set(partial(self.check, number, request))
-        answer = self.answered(request)
-        with self.lock:
-            if number != self.number:
-                return
-            replaced = self.latest is not request
-            if not (replaced and isinstance(answer.error, Cancelled)):
-                self.answer, self.since = answer, self.replaced if replaced else None
-            self.busy = replaced and not self.delayed
-            if self.busy:
-                self.start()
+            self.run = None
+            if not answer.cancelled:  # else it was given up
+                self.answer, self.since = answer, run.replaced
+            if self.since is not None and self.latest is not None:
+                self.begin()
         self.ready()
 
-    def check(self, number: int, request: Q, done: float | None = None) -> None:
+    def is_needed(self, run: Run[Q]) -> bool:
+        """Whether there is something to compute in a run, which is the latest request then: those
+        before it are skipped."""
+        with self.lock:
+            if self.closed or run is not self.run:
+                return False
+            if self.latest is None:  # it was replaced by one that is not known yet
+                self.run = None
+                return False
+            run.request, run.replaced = self.latest, None
+            return True
+
+    def check(self, run: Run[Q], done: float | None = None) -> None:
         """Store the fraction `done` of a run. Raises Cancelled if the visitor has cancelled it, or
         has made another request and it has taken OUTDATED seconds."""
-        late = self.latest is not request and time.monotonic() > self.started + OUTDATED
-        if self.number != number or self.closed or late:
+        outdated = run.replaced and time.monotonic() > run.started + OUTDATED
+        if run is not self.run or self.closed or outdated:
             raise Cancelled
-        self.done = self.done if done is None else done
+        run.done = run.done if done is None else done
 
     def answered(self, request: Q) -> Answer[Q, R]:
         """The answer to a request; an unexpected error is logged, and is an answer too."""
@@ -284,152 +282,30 @@ class Job(Generic[Q, R]):
             log.error(self.name, request, error)
             return Answer(request, error=BeamvizError(f"unexpected: {error}"))
 
+    def cancel(self) -> None:
+        """Stop computing; the answer to the latest request is that it was cancelled."""
+        with self.lock:
+            if self.run is None:
+                return
+            request = self.run.request if self.latest is None else self.latest
+            self.answer = Answer(request, error=Cancelled("The calculation was cancelled."))
+            self.run = self.since = None
+        self.ready()
+
+    def retry(self) -> None:
+        """Compute the latest request again if it was cancelled."""
+        with self.lock:
+            if self.answer and self.answer.cancelled and self.run is None:
+                self.latest = self.answer.request
+                self.outdate()
+                self.begin()
+
+    def withdraw(self) -> None:
+        """Stop computing, and forget a request that was cancelled."""
+        with self.lock:
+            if self.answer and self.answer.cancelled:
+                self.answer = None
+            self.latest = self.run = self.since = None
+
     def close(self) -> None:
         self.closed = True
-
-
-# Solutions
-
-
-@dataclass(frozen=True, eq=False)
-class SolverAnswer(Answer[Case, SampledModes]):
-    """The answer to a case: its modes as the scene draws them, or the error."""
-
-    @property
-    def solution(self) -> Solution | None:
-        return self.result.solution if self.result else None
-
-    @property
-    def beam(self) -> Beam | None:
-        """The beam of the case; None where one of its numbers is out of range."""
-        return self.request.beam if self.request.in_range else None
-
-    @cached_property
-    def shapes(self) -> SampledModes:
-        """The modes, or without a solution the unloaded beam of the case, or the nearest to it."""
-        return self.result or SampledModes.at_rest(
-            self.beam or self.request.nearest_beam(), self.request.options["plane"]
-        )
-
-    @cached_property
-    def warning(self) -> str:
-        """The reason why no beam is at rest here, in short lines; "" for a stable equilibrium."""
-        if self.error:
-            return error_summary(self.error, self.beam)
-        return stability_warning(self.solution) if self.solution else ""
-
-    @cached_property
-    def caution(self) -> str:
-        """The reason why no real beam has this stable equilibrium; "" where one may."""
-        return stretch_caution(self.solution) if self.solution and not self.warning else ""
-
-    @property
-    def message(self) -> str:
-        """The full text of the warning or the error; "" for a stable equilibrium."""
-        known = self.error is None or isinstance(self.error, NoEquilibrium)
-        return self.warning if known else case_error(str(self.error), self.request)
-
-
-def case_error(text: str, case: Case) -> str:
-    """An error of a case in the words of the page; a number out of range in its own unit."""
-    return out_of_range(case.numbers, case.units) or in_words(text, case.units)
-
-
-class Cases(NamedTuple):
-    """A case to solve, and what to compare it with."""
-
-    case: Case
-    comparison: ComparisonCase = ComparisonCase()
-
-
-class Solved(NamedTuple):
-    """The answers to two cases, so that a picture never shows beams of different moments."""
-
-    answer: SolverAnswer
-    second: SolverAnswer | None
-
-
-class SolveJob(Job[Cases, Solved]):
-    """Solves the latest case of one visitor, and the one that it is compared with.
-
-    options, seconds: of the last case solved, and the processor time that it took; first, second:
-    the last answers, as many cases are compared with one, and one with many; waits: the latest
-    request is left to the next frame; awaited: a frame waits for the answer, which needs no other;
-    finished: set when nothing is being solved for a frame.
-    """
-
-    def __init__(self, workers: Workers, ready: Callback):
-        super().__init__(SOLUTION, self.solved, workers.solvers.submit, self.tell)
-        self.wake = ready
-        self.options: dict[str, Any] | None = None
-        self.seconds = math.inf
-        self.first: SolverAnswer | None = None
-        self.second: SolverAnswer | None = None
-        self.waits, self.awaited, self.finished = False, False, threading.Event()
-
-    def start(self) -> None:
-        """Leave the latest request to the next frame if it is likely to be quick, else submit it.
-        It is, if the last one was, with the same options."""
-        assert self.latest
-        self.waits = self.seconds < QUICK and self.options == self.latest.case.options
-        if self.waits:
-            self.begin()
-            self.finished.clear()
-        else:
-            super().start()
-
-    def finish(self) -> None:
-        """Solve a request that was left to this frame, and wait for it. A solve that takes longer
-        than WAIT goes on in the background."""
-        with self.lock:
-            if not self.waits:
-                return
-            self.waits, self.awaited = False, True
-            super().start()
-        self.finished.wait(WAIT)
-        self.awaited = False
-
-    def tell(self) -> None:
-        """Wake the visitor, unless their frame waits for the answer."""
-        if not self.awaited:
-            self.wake()
-
-    def run(self, number: int) -> None:
-        super().run(number)
-        self.finished.set()
-
-    def solved(self, cases: Cases) -> Solved:
-        """The answers. Raises Cancelled."""
-        case, other = cases.case, cases.comparison.case
-        first, second = self.first, self.second  # which a run that was given up may replace
-        has_first = first is not None and first.request == case
-        has_second = other is None or (second is not None and second.request == other)
-        start = time.thread_time()
-        try:
-            if not has_first:
-                self.first = first = solver_answer(case)
-            if other and not has_second:
-                self.second = second = solver_answer(other)
-        finally:
-            if not (has_first and has_second):
-                self.options, self.seconds = case.options, time.thread_time() - start
-        assert first
-        return Solved(first, second if other else None)
-
-    @property
-    def compared(self) -> tuple[SolverAnswer | None, SolverAnswer | None, ComparisonCase]:
-        """The latest answers, or the reason why there are none, and what was compared with."""
-        if (answer := self.answer) is None:
-            return None, None, ComparisonCase()
-        comparison = answer.request.comparison
-        if answer.result is None:
-            return SolverAnswer(answer.request.case, error=answer.error), None, comparison
-        return *answer.result, comparison
-
-
-def solver_answer(case: Case) -> SolverAnswer:
-    """The answer to a case. Raises Cancelled."""
-    try:
-        return SolverAnswer(case, SampledModes.sampled(solve(case.beam, **case.options)))
-    except BeamvizError as error:
-        return SolverAnswer(case, error=error)

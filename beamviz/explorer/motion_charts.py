@@ -104,12 +104,13 @@ def spectrum_data(found: Computed) -> Data:
 def notes(found: Computed, before: bool) -> str:
     """What the charts show, in words; before: the motion is that before the last change."""
     units = found.units
-    far, error = (
-        length_text(float(length), units, digits)
-        for length, digits in ((abs(found.motion.tip[:, 1]).max(), 4), (found.motion.error, 1))
-    )
+    distance, error = float(abs(found.motion.tip[:, 1]).max()), found.motion.error
+    known = length_text(error, units, 1)
+    far = f"at most {length_text(distance, units, 4)} aside, known to {known}"
+    if distance < error:
+        far = f"less than {known} aside"
     tip = "Before the last change the tip was" if before else "The tip is"
-    text = f"<p>{tip} at most {far} aside, known to {error}.</p>"
+    text = f"<p>{tip} {far}.</p>"
     if isinstance(found.second, str):
         text += page.note(found.second)
     elif found.film.diverged is not None:

@@ -4,9 +4,9 @@ A move of a slider becomes a picture at these stations:
 
 1. `Page.received`: the page sends the value;
 2. `Visitor.change`: the state is replaced;
-3. `Job.request`: the new case becomes the latest request of the solver job;
-4. `Job.run`: a worker thread solves the case and samples its shapes;
-5. `FrameLoop.wake`: the visitor is drawn in the next frame;
+3. `FrameLoop.wake`: the visitor is drawn in the next frame;
+4. `Job.request`: in that, the new case becomes the latest request of the solver job;
+5. `Job.perform`: a worker thread solves the case and samples its shapes;
 6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
 7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
 """
@@ -147,17 +147,19 @@ class Session:
 
     def request(self, snapshot: Snapshot) -> None:
         """Request what the page needs of the background jobs, or note that it will."""
-        jobs = self.visitor.jobs.items()
         wanted = dict(one for own in self.features for one in own.wanted(snapshot).items())
-        for name, job in jobs:
-            if wanted.get(name) is PENDING:
+        for name, job in self.visitor.jobs.items():
+            request = wanted.get(name)
+            if name not in wanted:
+                job.settle()
+            elif request is None:
+                job.withdraw()
+            elif request is PENDING or (self.postponed and not job.knows(request)):
                 job.expect()
-            elif wanted.get(name) is not None:
-                job.request(wanted[name], later=self.postponed)
-            elif name in wanted or (job.delayed and not self.postponed):
-                job.withdraw()  # what was not begun is begun no more
-        if any(snapshot.jobs[name].late and not job.status.late for name, job in jobs):
-            self.visitor.wake()  # to take back what the page says of it
+            else:
+                job.request(request)
+            if snapshot.jobs[name].late and not job.status.late:
+                self.visitor.wake()  # to take back what the page says of it
 
     def draw(self, snapshot: Snapshot, elapsed: float) -> None:
         """Draw the scene, its clock `elapsed` [s] after the snapshot."""

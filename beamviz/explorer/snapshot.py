@@ -9,8 +9,9 @@ from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.film import Film
-from beamviz.explorer.jobs import Answer, JobStatus, SolverAnswer
+from beamviz.explorer.jobs import Answer, JobStatus, percentage
 from beamviz.explorer.second_beam import ComparisonCase, comparison_case
+from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import Picture
 from beamviz.scene import Camera
@@ -80,9 +81,7 @@ class Snapshot:
         """What to say of what these jobs have computed while that is for numbers before those
         shown, with the fraction of the new result; "" else."""
         late = [self.jobs[name] for name in names if self.jobs[name].late]
-        done = max((job.done for job in late), default=0.0)
-        percent = f" {100 * done:.0f} %" if done else ""
-        return f"outdated: computing …{percent}" if late else ""
+        return f"outdated: computing …{percentage(late)}" if late else ""
 
     @property
     def reading(self) -> tuple[Any, ...]:

@@ -7,18 +7,33 @@ numbers of the beam, which are stored as sent and checked when the beam is solve
 import contextlib
 import math
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Any, NamedTuple, Self
+from operator import attrgetter
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.blade import Blade, Mass
+from beamviz.checks import check_choice, check_float
 from beamviz.errors import InvalidInput
-from beamviz.explorer.blade_table import Draft
-from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.declarations import (
+    SWITCH,
+    Choice,
+    Key,
+    choice,
+    choices_of,
+    name_key,
+    number_key,
+    switch_key,
+    tab_named,
+    tabs,
+    whole_key,
+)
+from beamviz.explorer.experiment import PULLED, RANGES, Experiment
+from beamviz.lessons import lesson
 from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, supported_options
 from beamviz.units import Units
@@ -27,32 +42,16 @@ from beamviz.units import Units
 TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
-FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
 LASTING = ("playing", "dark")  # view options that are the visitor's own: no link or undo sets them
-# Fields that are no choice about the scene: undo and redo leave them unchanged.
-NO_CHOICES = (
-    *("moment", "cue", "tab", "presented_tab", "reserved"),
-    *("still", "met", "last_alpha", "fit"),
-)
-# Fields that undo and redo reset: what is under way.
-UNDER_WAY: dict[str, Any] = {
-    "following": False,
-    **dict.fromkeys(("run_speed", "refused", "grip", "hold")),
-    "replaced": "",
-}
 STEPS = 200  # that can be undone
 BETA_DIGITS = 3  # of a position in the hand: finer than a pointer
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
 AXES = ("over", "across")  # of the map; no number is on both
-FIELDS: dict[str, Collection[Any]] = {  # of the state: the values that controls choose from
-    **dict.fromkeys(AXES, tuple(PARAMETERS)),
-    "mapped": ("gap", *range(1, MODES + 1)),
-    "comparison": COMPARISONS,
-    "film_length": FILM_LENGTHS,
-    "force_per_rev": PER_REV,
-    **dict.fromkeys(("stacked", "time_methods", "following"), (False, True)),
-}
+RATES = (1e-6, 1e6)  # [T*] in a second on the screen
+FOLLOWS = "auto"  # in links: the rate of a clock that is not locked
+KEEPS, ENDS = choice(undo="keeps"), choice(undo="ends")  # of fields that no link has
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -181,33 +180,49 @@ class Hold(NamedTuple):
     held: bool = True
 
 
+def read_lesson(name: Any) -> str:
+    return lesson(str(name)).name
+
+
+def read_tab(key: Any) -> str:
+    return tab_named(check_choice("tab", key, tuple(tabs())))
+
+
+def write_tab(tab: str) -> str:
+    return tab or next(iter(tabs()))
+
+
+def read_rate(rate: Any) -> float | None:
+    return None if rate == FOLLOWS else check_float("rate", rate, *RATES)
+
+
+def write_rate(rate: float | None) -> float | str:
+    return rate or FOLLOWS
+
+
 @dataclass(frozen=True)
 class State:
     """All choices of a visitor.
 
     opened: the scene that the page, a link or a file opened; opened_motion: its experiment, and
     whether the scene showed that; camera: a fixed viewpoint, None to fit the beam into the page;
-    fit: how often a viewpoint was asked for; tab: the open one, "" for the first; over: the
-    abscissa of the loci chart and the map; across, mapped: the ordinate and the quantity of the
-    map, "gap" or the number of a mode; map_ends: upper ends of the axes of the map in which a point
-    was chosen; per_rev: multiples of the speed in the chart; comparison: the kind of second beam;
-    kept: the case kept for it; stacked: it is drawn above the first, not overlaid; force_per_rev,
-    damping: periods of the force per revolution and damping ratio of the run-up; forced_response:
-    the scene shows the response to that force; experiment: the motion in time; in_motion: the scene
-    shows it; moment: at which it was paused, or to which it was moved [T*]; cue: how often it was
-    moved to one; run_speed: the speed during a run-up, 0 until that is computed, in place of the
-    beam's own, of which an edit ends it; rate: time [T*] that passes in a second on the screen,
-    locked, None if it follows the motion; time_methods: the tab Methods times all methods;
-    film_length: of exported films; section: the sizes that the panel of a real beam shows; draft:
-    its tables as typed, while they describe no beam; lesson, step: the open one, "" for none, and
-    its step (from 0); guess: the answer chosen at its first step; before_lesson: the state before
-    the first of the lessons, to which leaving them returns; met: the lessons whose challenge is
-    met; last_alpha: of the last beam that had a mass; grip: the mass while it is dragged; hold: the
-    beam while it is pulled; refused: the entry that was refused last; replaced: says that the last
-    edit has replaced the visitor's own scene, "" after another edit; following: a presenter is
-    followed; presented_tab: the tab that they had open last, while the visitor may open another;
-    still: the visitor's system prefers reduced motion; reserved: parameters of the address with
-    other readers, None until the page has sent its address.
+    fit: how often a viewpoint was asked for; lesson: the open one, "" for none; before_lesson: the
+    state before the first of the lessons, to which leaving them returns; met: the lessons whose
+    challenge is met; over: the abscissa of the loci chart and the map; across: the ordinate of the
+    map; per_rev: multiples of the speed in the chart; comparison: the kind of second beam; kept:
+    the case kept for it; stacked: it is drawn above the first, not overlaid; force_per_rev: periods
+    per revolution of the force of the run-up; forced_response: the scene shows the response to that
+    force; run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's
+    own, of which an edit ends it; experiment: the motion in time; in_motion: the scene shows it;
+    moment: at which it was paused, or to which it was moved [T*]; cue: how often it was moved to
+    one; rate: time [T*] that passes in a second on the screen, locked, None if it follows the
+    motion; tab: the open one, "" for the first; presented_tab: the tab that a presenter had open
+    last, while the visitor may open another; following: a presenter is followed; last_alpha: of the
+    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
+    pulled; refused: the entry that was refused last; replaced: says that the last edit has replaced
+    the visitor's own scene, "" after another edit; still: the visitor's system prefers reduced
+    motion; reserved: parameters of the address with other readers, None until the page has sent its
+    address; chosen: the choices of single features that are not as usual, see `State.__getitem__`.
     """
 
     opened: Scene
@@ -215,43 +230,50 @@ class State:
     opened_motion: tuple[Experiment, bool] = (PULLED, False)
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
-    fit: int = 0
-    tab: str = ""
-    map_ends: tuple[float, float] | None = None
-    over: str = "gamma"
-    across: str = "alpha"
-    mapped: str | int = "gap"
-    per_rev: tuple[int, ...] = ()
-    comparison: str = NO_COMPARISON
-    kept: Case | None = None
-    stacked: bool = False
-    force_per_rev: int = 1
-    damping: float = 0.02
-    forced_response: bool = False
-    experiment: Experiment = PULLED
-    in_motion: bool = False
-    moment: float = 0.0
-    cue: int = 0
-    run_speed: float | None = None
-    rate: float | None = None
-    time_methods: bool = False
-    film_length: str = "shortest loop"
-    section: str = "rectangle"
-    draft: Draft | None = None
-    lesson: str = ""
-    step: int = 0
-    guess: int | None = None
+    fit: int = field(default=0, metadata=KEEPS)
+    lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))
     before_lesson: "State | None" = None
-    met: frozenset[str] = frozenset()
-    last_alpha: float = 1.0
-    grip: Grip | None = None
-    hold: Hold | None = None
-    refused: Refused | None = None
-    replaced: str = ""
-    following: bool = False
-    presented_tab: str = ""
-    still: bool = False
-    reserved: tuple[tuple[str, str], ...] | None = None
+    met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)
+    over: str = field(default="gamma", metadata=choice(values=PARAMETERS))
+    across: str = field(
+        default="alpha", metadata=choice(values=PARAMETERS, key=name_key("across", PARAMETERS))
+    )
+    per_rev: tuple[int, ...] = ()
+    comparison: str = field(
+        default=NO_COMPARISON,
+        metadata=choice(values=COMPARISONS, key=name_key("compare", COMPARISONS[1:])),
+    )
+    kept: Case | None = None
+    stacked: bool = field(default=False, metadata=choice(values=SWITCH, key=switch_key("stacked")))
+    force_per_rev: int = field(
+        default=1, metadata=choice(values=PER_REV, key=whole_key("force", 1, max(PER_REV)))
+    )
+    forced_response: bool = field(default=False, metadata=choice(key=switch_key("response")))
+    run_speed: float | None = field(default=None, metadata=ENDS)
+    experiment: Experiment = field(
+        default=PULLED,
+        metadata=choice(key=Key("motion", Experiment.of, attrgetter("text"), is_table=True)),
+    )
+    in_motion: bool = field(default=False, metadata=choice(key=switch_key("moving")))
+    moment: float = field(
+        default=0.0,
+        metadata=choice(key=number_key("moment", 0.0, RANGES["until"].limits[1]), undo="keeps"),
+    )
+    cue: int = field(default=0, metadata=KEEPS)
+    rate: float | None = field(
+        default=None, metadata=choice(key=Key("rate", read_rate, write_rate))
+    )
+    tab: str = field(default="", metadata=choice(key=Key("tab", read_tab, write_tab), undo="keeps"))
+    presented_tab: str = field(default="", metadata=KEEPS)
+    following: bool = field(default=False, metadata=choice(values=SWITCH, undo="ends"))
+    last_alpha: float = field(default=1.0, metadata=KEEPS)
+    grip: Grip | None = field(default=None, metadata=ENDS)
+    hold: Hold | None = field(default=None, metadata=ENDS)
+    refused: Refused | None = field(default=None, metadata=ENDS)
+    replaced: str = field(default="", metadata=ENDS)
+    still: bool = field(default=False, metadata=KEEPS)
+    reserved: tuple[tuple[str, str], ...] | None = field(default=None, metadata=KEEPS)
+    chosen: Mapping[Choice[Any], Any] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
@@ -265,8 +287,7 @@ class State:
         view = replace(scene.view, playing=self.view.playing) if self.still else scene.view
         state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
         state = state.with_viewpoint(scene.camera)
-        state = replace(state, per_rev=scene.per_rev, rate=None, guess=None, refused=None)
-        state = replace(state, map_ends=None, draft=None)
+        state = replace(state.ended("scene"), per_rev=scene.per_rev, rate=None, refused=None)
         state = replace(state.without_run_up().at_moment(0.0), in_motion=False)
         return state.changed("over", scene.over).with_mass_kept()
 
@@ -288,8 +309,36 @@ class State:
         """An earlier or later state, in which what is no choice about the scene is as it is now,
         and nothing is under way."""
         lasting = {name: getattr(self.view, name) for name in LASTING}
-        kept = {name: getattr(self, name) for name in NO_CHOICES} | UNDER_WAY
-        return replace(found, view=replace(found.view, **lasting), **kept)
+        own = {name: getattr(self, name) for name, one in SHARED.items() if one.undo == "keeps"}
+        ended = {name: one.usual for name, one in SHARED.items() if one.undo == "ends"}
+        chosen = {one: value for one, value in found.chosen.items() if one.undo == "changes"}
+        chosen |= {one: value for one, value in self.chosen.items() if one.undo == "keeps"}
+        view = replace(found.view, **lasting)
+        return replace(found, view=view, chosen=chosen, **own, **ended)
+
+    def __getitem__(self, choice: Choice[T]) -> T:
+        """The value of a choice, of the state or of a feature."""
+        if choice.name in SHARED:
+            return getattr(self, choice.name)
+        return self.chosen.get(choice, choice.usual)
+
+    def with_choice(self, choice: Choice[T], value: T) -> Self:
+        """With another value of a choice, of the state or of a feature. A number that is chosen for
+        both axes of the map takes the place of the other one."""
+        if choice.name in SHARED:
+            values: dict[str, Any] = {choice.name: value}
+            state = replace(self, **values)
+            if state.over != state.across:
+                return state
+            (other,) = {*AXES} - {choice.name}
+            return replace(state, **{other: getattr(self, choice.name)})
+        chosen = {one: own for one, own in self.chosen.items() if one is not choice}
+        return replace(self, chosen=chosen if value == choice.usual else chosen | {choice: value})
+
+    def ended(self, name: str) -> Self:
+        """Without the choices of features that last until this value changes."""
+        chosen = {one: value for one, value in self.chosen.items() if name not in one.until}
+        return replace(self, chosen=chosen)
 
     @property
     def shown_case(self) -> Case:
@@ -305,7 +354,7 @@ class State:
     @property
     def values(self) -> dict[str, Any]:
         """Fields, view options, keywords of `solve`, the numbers and the structure of the beam, by
-        name."""
+        name; choices of features are not among them."""
         case = self.case
         return vars(self) | vars(self.view) | case.options | case.structure | case.numbers
 
@@ -324,14 +373,9 @@ class State:
             with contextlib.suppress(InvalidInput):
                 return replace(self, per_rev=check_per_rev(value))
             return self
-        if name in FIELDS:
-            choices = {str(one): one for one in FIELDS[name]}
-            state = replace(self, **{name: choices.get(str(value), getattr(self, name))})
-            if name in AXES:
-                state = replace(state, map_ends=None)
-            if state.over == state.across:
-                (other,) = {*AXES} - {name}
-                state = replace(state, **{other: getattr(self, name)})
+        if name in SHARED:
+            choice = SHARED[name]
+            state = self.with_choice(choice, choice.picked(value, self[choice])).ended(name)
             return state.without_run_up() if name == "force_per_rev" else state
         kept = self.keep_for_comparison() if name in TERMS else self
         state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
@@ -387,7 +431,12 @@ class State:
             for name, one in self.values.items()
             if one is not theirs[name] and one != theirs[name]
         }
-        return differing - {"case", "view", *NO_CHOICES, *UNDER_WAY, *LASTING}
+        differing -= {"case", "view", "chosen", *LASTING}
+        differing -= {name for name, one in SHARED.items() if one.undo != "changes"}
+        of_features = {*self.chosen, *other.chosen}
+        return differing | {
+            one.name for one in of_features if one.undo == "changes" and self[one] != other[one]
+        }
 
     def keep(self) -> Self:
         """Keep the case, to compare later ones with, unless it has a number out of range."""
@@ -396,6 +445,9 @@ class State:
     def keep_for_comparison(self) -> Self:
         """Keep the case unless it is compared with something else."""
         return self.keep() if self.comparison in (NO_COMPARISON, EARLIER) else self
+
+
+SHARED = choices_of(State)  # that are fields of the state, by name
 
 
 class History:

@@ -18,7 +18,7 @@ from beamviz.drawing.objects import Caption
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
 from beamviz.explorer.film import Film, time_text
-from beamviz.explorer.jobs import SolverAnswer
+from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.frequency_loci.identity import match_modes
 from beamviz.scene import ViewOptions

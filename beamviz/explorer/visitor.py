@@ -6,11 +6,12 @@ next frame shows it.
 """
 
 import contextlib
-import operator
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from operator import attrgetter
 from types import MappingProxyType
 from typing import Any
 
@@ -20,25 +21,23 @@ from beamviz.drawing.camera import initial
 from beamviz.errors import InvalidInput
 from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
+from beamviz.explorer.declarations import Choice
 from beamviz.explorer.experiment import PULLED, motion_of
-from beamviz.explorer.jobs import Callback, Cases, Job, SolveJob, Workers, case_error
+from beamviz.explorer.jobs import Callback, Job, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import CHOICES, FIELDS, LASTING, TERMS, VIEW_KEYS, History, State
+from beamviz.explorer.solutions import Cases, SolveJob, case_error
+from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, VIEW_KEYS, History, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene, ViewOptions
 
 Edit = Callable[[State, Any], State]  # of a state, by the value of a control
-Shown = Callable[[Mapping[str, Any]], Any]  # what a control shows of the values of the state
+Shown = Callable[[State], Any]  # what a control shows of the state
 
 
-VALUES: dict[str, type] = {  # the types of the values of controls, by their keys
-    **{key: type(getattr(ViewOptions, key)) for key in VIEW_KEYS if key != "shares"},
-    **dict.fromkeys(CHOICES, str),
-    **dict.fromkeys(TERMS, bool),
-    **{key: bool if set(of) == {False, True} else str for key, of in FIELDS.items()},
-}
+VIEW_TYPES = {key: type(getattr(ViewOptions, key)) for key in VIEW_KEYS if key != "shares"}
+MODEL_TYPES: dict[str, type] = {**dict.fromkeys(CHOICES, str), **dict.fromkeys(TERMS, bool)}
 
 
 class Visitor:
@@ -46,9 +45,9 @@ class Visitor:
 
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
     by each edit; wake: tells the frame loop that something changed; presenter: returns the
-    presenter's last snapshot, None while there is none; may_follow: it is a lecture; solver: the
-    job that solves the case of the state; clock: of the scene; controls: what those of each key
-    show.
+    presenter's last snapshot, None while there is none; may_follow, presents: it is a lecture, by
+    another visitor or by this one; solver: the job that solves the case of the state; clock: of the
+    scene; controls: what those of each key show.
     """
 
     def __init__(
@@ -58,10 +57,11 @@ class Visitor:
         workers: Workers,
         schedule: Callback,
         presenter: Callable[[], Snapshot | None] | None = None,
+        presents: bool = False,
     ):
         self.client, self.page = client, Page(client)
         self.wake, self.presenter = schedule, presenter or (lambda: None)
-        self.may_follow = presenter is not None
+        self.may_follow, self.presents = presenter is not None, presents
         self.state, self.history, self.clock = state, History(), Clock()
         self.workers = workers
         self.lock = threading.RLock()
@@ -71,9 +71,7 @@ class Visitor:
         self.solver = SolveJob(workers, self.wake)
         self.jobs[self.solver.name] = self.solver
         self.set_state(state)
-        for key, takes in VALUES.items():
-            if key != "following" or self.may_follow:
-                self.bind(key, takes=takes)
+        self.bind_usual()
 
     # State
 
@@ -104,17 +102,10 @@ class Visitor:
             self.set_state(state)
 
     def set_state(self, state: State) -> None:
-        """Set the state, without a step in the history, and solve its case."""
+        """Set the state, without a step in the history."""
         with self.lock:
             self.state = state
-            self.solve()
         self.wake()
-
-    def solve(self) -> None:
-        """Solve the case of the state, unless a presenter does."""
-        if not (self.state.following and self.presenter()):
-            case = self.state.shown_case
-            self.solver.request(Cases(case, comparison_case(self.state, case)))
 
     def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
         """Show another scene, with other values of the state by field name; replaced: see
@@ -126,9 +117,12 @@ class Visitor:
     def open(self, scene: Scene) -> None:
         """Show a scene from outside, to which a reset returns. It ends a lesson, which is about
         another one."""
-        usual: dict[str, Any] = {"experiment": PULLED, "lesson": "", "step": 0}
-        usual |= {"before_lesson": None, "opened_motion": (PULLED, False)}
-        self.load(scene, opened=scene, **usual)
+        usual: dict[str, Any] = {"experiment": PULLED, "opened_motion": (PULLED, False)}
+        usual |= {"lesson": "", "before_lesson": None}
+        self.change(
+            lambda state: replace(state.loaded(scene).ended("lesson"), opened=scene, **usual),
+            loads=True,
+        )
 
     def reset(self) -> None:
         """Show the scene and the experiment of the open lesson, or else those that were opened;
@@ -168,8 +162,10 @@ class Visitor:
             if led:
                 self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
-            self.solve()
-            self.solver.finish()
+            else:
+                case = self.state.shown_case
+                self.solver.request(Cases(case, comparison_case(self.state, case)))
+                self.solver.finish()
             own = self.snapshot()
         if led is None:
             return own
@@ -198,15 +194,29 @@ class Visitor:
 
     # Controls
 
-    def bind(
-        self, key: str, edit: Edit | None = None, shown: Shown | None = None, *, takes: Any
-    ) -> None:
-        """Bind the controls with data-set="key": they show `shown(values)` of the values of the
-        state by name, by default that of the name `key`; an edit, with a value of the type `takes`,
-        replaces the state by `edit(state, value)`, by default `state.changed(key, value)`."""
-        edit = edit or (lambda state, value: state.changed(key, value))
+    def bind(self, key: str, edit: Edit, shown: Shown, takes: Any) -> None:
+        """Bind the controls with data-set="key": they show `shown(state)`; an edit, with a value of
+        the type `takes`, replaces the state by `edit(state, value)`."""
         self.page.on(key, lambda value: self.change(lambda state: edit(state, value)), takes)
-        self.controls[key] = shown or operator.itemgetter(key)
+        self.controls[key] = shown
+
+    def bind_usual(self) -> None:
+        """Bind the controls of view, model and the choices that features share."""
+        for name, takes in VIEW_TYPES.items():
+            self.bind(name, partial(changed, name), attrgetter(f"view.{name}"), takes)
+        for name, takes in MODEL_TYPES.items():
+            self.bind(name, partial(changed, name), partial(option_of, name), takes)
+        for name, choice in SHARED.items():
+            if choice.values and (name != "following" or self.may_follow):
+                self.bind(name, partial(changed, name), attrgetter(name), choice.sent)
+
+    def bind_choice(self, choice: Choice[Any]) -> None:
+        """Bind the controls of a choice of a feature, which are those of one of its values."""
+
+        def edit(state: State, value: Any) -> State:
+            return state.with_choice(choice, choice.picked(value, state[choice]))
+
+        self.bind(choice.name, edit, lambda state: state[choice], choice.sent)
 
     def command(self, name: str, run: Callback) -> None:
         """Add a command to the palette (Ctrl+K)."""
@@ -245,6 +255,14 @@ class Visitor:
         """Close all jobs."""
         for job in self.jobs.values():
             job.close()
+
+
+def changed(name: str, state: State, value: Any) -> State:
+    return state.changed(name, value)
+
+
+def option_of(name: str, state: State) -> Any:
+    return state.case.options[name]
 
 
 def following(own: State, led: State) -> State:

@@ -143,6 +143,8 @@ def loci(
     for part in parts:
         limits += limits_of(stability_changes(part.track, coalescences), part.track.high, over)
         part.track.release_vectors()
+    solves = len(path.outcomes)
+    path.outcomes.clear()  # the branches keep those at `values`
     return Loci(
         beam=beam,
         problem=path.problem,
@@ -151,7 +153,7 @@ def loci(
         branches=branches,
         events=events,
         limits=tuple(sorted(limits, key=lambda limit: limit.start)),
-        solves=len(path.outcomes),
+        solves=solves,
         seconds=time.perf_counter() - began,
         tracked=tracked,
     )

@@ -60,12 +60,13 @@ def mode_vectors(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> Mod
     squares = np.array([solution.omega_squared for solution in solutions])
     fields, masses = _fields(solutions, count)
     if solutions[0].problem.state != "straight":
-        vectors = fields * np.sqrt(masses)
-        return ModeVectors(at, squares, *_complex_vectors(vectors, solutions))
+        vectors = _complex_vectors(fields * np.sqrt(masses), solutions)
+        return ModeVectors(at, squares, *_normalised(*vectors))
     gamma = np.array([solution.beam.gamma for solution in solutions])
     if np.iscomplexobj(fields) and gamma.any():
         fields = _in_phase(fields, squares)
-        return ModeVectors(at, squares, *_gyroscopic_vectors(fields, masses, squares, gamma))
+        vectors = _gyroscopic_vectors(fields, masses, squares, gamma)
+        return ModeVectors(at, squares, *_normalised(*vectors))
     shapes = fields.reshape(*squares.shape, -1)
     return ModeVectors(at, squares, shapes, (fields * masses).reshape(shapes.shape))
 
@@ -158,7 +159,8 @@ def _rotations(solutions: Sequence[Solution], x: float) -> np.ndarray:
 def _gyroscopic_vectors(
     fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d) of modes phi = (u, i w) of M q" + 2 gamma G q' + K q = 0.
+    """Shapes and duals (n, m, d), not normalised, of modes phi = (u, i w) of M q" + 2 gamma G q' +
+    K q = 0.
 
     The equation of mode j times phi_i*, less that of mode i times phi_j*, is omega_i - omega_j
     times a product in which modes are therefore orthogonal,
@@ -187,13 +189,14 @@ def _gyroscopic_vectors(
         (sign * u, -sign * double * Mw),
     )
     shapes, duals = (np.concatenate(factors, axis=2) for factors in zip(*terms, strict=True))
-    return _normalised(shapes, duals)
+    return shapes, duals
 
 
 def _complex_vectors(
     fields: np.ndarray, solutions: Sequence[Solution]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d) of modes of beams that may be bent, complex in both components.
+    """Shapes and duals (n, m, d), not normalised, of modes of beams that may be bent, complex in
+    both components.
 
     fields: u and w (n, m, 2, points) times the root of the mass. The product is the real part of
     (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j, with i phi_i* G phi_j =
@@ -209,11 +212,9 @@ def _complex_vectors(
     both = np.concatenate((u.real, u.imag, w.real, w.imag), axis=2)
     shapes, duals = [omega * both, both], [both, omega * both]
     if root.any():
-        swirl = np.concatenate((w.real, -w.imag, -u.real, u.imag), axis=2)
-        others = np.concatenate((u.imag, u.real, w.imag, w.real), axis=2)
-        shapes.append(root * swirl)
-        duals.append(2 * root * others)
-    return _normalised(np.concatenate(shapes, axis=2), np.concatenate(duals, axis=2))
+        shapes.append(root * np.concatenate((w.real, -w.imag, -u.real, u.imag), axis=2))
+        duals.append(2 * root * np.concatenate((u.imag, u.real, w.imag, w.real), axis=2))
+    return np.concatenate(shapes, axis=2), np.concatenate(duals, axis=2)
 
 
 def _positive_frequencies(squares: np.ndarray) -> np.ndarray:
@@ -225,7 +226,11 @@ def _positive_frequencies(squares: np.ndarray) -> np.ndarray:
 
 
 def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d) of product 1."""
+    """Shapes and duals (n, m, d) of product 1, in place of those given: of a chart of a blade they
+    take tens of megabytes."""
     norms = np.vecdot(shapes, duals)[..., None]
     size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
-    return shapes / size, duals / size * np.sign(norms)
+    shapes /= size
+    duals /= size
+    duals *= np.sign(norms)
+    return shapes, duals

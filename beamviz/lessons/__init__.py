@@ -115,7 +115,7 @@ LESSONS = (
         within=0.006,
         answer_in_fact=1,
         gauge=lambda s: 100 * (labelled(s, "B2") / frequency(s.beam.replace(alpha=0), "B2") - 1),
-        reading="the mass changes B2 by {:+.2f} %",
+        reading="the mass changes B2 by {:+z.2f} %",
         free=("alpha",),
     ),
     Lesson(

@@ -7,7 +7,7 @@ from live.browser import READY, Page, by_id, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=5))
@@ -157,6 +157,7 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     for name in ("veering", "nodes"):
         shown.send("lesson", name)
         shown.wait(f"location.search.includes('lesson={name}') && {LESSON_IN_VIEW}")
+        shown.wait("!document.querySelector('[data-outdated]')")  # what is late is pale
         assert violations(shown) == []
     leave_lesson(shown)
 

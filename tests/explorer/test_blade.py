@@ -76,6 +76,14 @@ def shown(guest: Visitor, name: str) -> None:
             "0\t1.2\t300\t3e7\t\n1\t.5\t50\t1e7\t",
         ),
         (
+            "r (m)\tm (kg/m)\tEI (Nm2)\tEA (N)\n0\t1\t2\t3\n1\t1\t2\t3",
+            "0\t1\t2\t3\t\n1\t1\t2\t3\t",
+        ),
+        (
+            "Radius;BMassDen;FlpStff;EdgStff;EAStff\n0;1;4;2;3\n1;1;4;2;3",
+            "0\t1\t2\t3\t4\n1\t1\t2\t3\t4",
+        ),
+        (
             "station,mass_per_length,bending_stiffness,axial_stiffness\n0,1,2,3\n1,1,2,3",
             "0\t1\t2\t3\t\n1\t1\t2\t3\t",
         ),
@@ -91,7 +99,10 @@ def test_a_table_is_taken_as_people_have_it(text, cells):
     [
         ("", "the table is empty"),
         ("EI\tEA", "has a line of names only"),
-        ("x\tcolour\n0\t1", r"column 'colour': must be one of position \[m\], mass \[kg/m\]"),
+        (
+            "x\tcolour\n0\t1",
+            r"column 'colour': must be one of position \[m\], mass \[kg/m\].*leave out",
+        ),
         ("x\tEI [GN m²]\n0\t1", r"EI \[GN m²\]: must be in N m²"),
         ("0\t1\t2\t3\t4\t5", r"row 1 has 6 cells, more than 5"),
     ],
@@ -109,6 +120,7 @@ def test_what_is_no_table_is_refused_with_the_remedy(text, words):
         ((2, 2), "0", r"station 3, EI \[N m²\] = 0: must be above 0"),
         ((0, 3), "-3e7", r"station 1, EA \[N\] = -3e7: must be above 0"),
         ((1, 3), "2,500", r"station 2, EA \[N\] = 2,500: write 2500, or 2\.500"),
+        ((1, 3), "2,500,000", r"station 2, EA \[N\] = 2,500,000: write 2500000$"),
         ((1, 3), "inf", r"must be a number"),
         (
             (1, 4),

@@ -63,3 +63,22 @@ def test_the_flag_of_the_beam_covers_no_number_of_the_axis(shown, url, speed):
     shown.wait(f"{by_id('loci-chart')}?.querySelector('.flag')?.innerText.endsWith('rpm')")
     shown.wait(f"{by_id('loci-chart')}.querySelectorAll('text.tick').length > 4")
     assert shown.evaluate(FREE_TICKS)
+
+
+OF_Y_AXIS = """[
+  ...document.querySelectorAll('#loci-chart text.title, #loci-chart text.tick.y')
+].map(e => {
+  const {left, top, right, bottom} = e.getBoundingClientRect();
+  return {text: e.textContent, left, right, top: top + 3, bottom: bottom - 3}; })"""
+
+
+def test_the_title_of_the_y_axis_covers_none_of_its_numbers(shown, url):
+    """However long they are: a beam of 0.3 mm vibrates at up to 20000 kHz."""
+    size = "density=2330&area=2.5e-8&second_moment=5.2e-18&youngs_modulus=1.69e11"
+    shown.call("Page.navigate", url=f"{url}/?length=0.0003&{size}")
+    shown.resize(1440, 900)
+    shown.wait(f"{OF_Y_AXIS}.some(one => one.text.length >= 5 && Number(one.text))")
+    found = shown.evaluate(OF_Y_AXIS)
+    assert are_apart(found), found
+    edge = shown.evaluate(f"{by_id('loci-chart')}.getBoundingClientRect().left")
+    assert all(edge <= one["left"] for one in found)

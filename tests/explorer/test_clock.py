@@ -11,13 +11,16 @@ from live.visitor import PAPER
 
 from beamviz.beam import Beam
 from beamviz.drawing import BeamView, camera
-from beamviz.drawing.beam_mesh import DrawnBeam
+from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.camera import initial
 from beamviz.drawing.modes import SampledModes, displacement, playback_rate
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.explorer.camera import CHANGE_TIME, STEP, PageCamera, viewpoint
 from beamviz.explorer.clock import EXPONENT, HELD, Clock, suitable_rate
-from beamviz.scene import Camera, Scene, ViewOptions
+from beamviz.explorer.solutions import solver_answer
+from beamviz.explorer.state import Case
+from beamviz.explorer.view import picture_of
+from beamviz.scene import START, Camera, Scene, ViewOptions
 from beamviz.solver import solve
 from beamviz.units import Units
 
@@ -25,6 +28,15 @@ from beamviz.units import Units
 def sampled(beam: Beam, **options: Any) -> SampledModes:
     """The modes of a beam."""
     return SampledModes.sampled(solve(beam, **options))
+
+
+def test_the_mass_of_the_start_page_can_be_taken_as_it_passes():
+    """It moves by its own width, a twelfth of its circle, in twice the 0.2 s that a reaction takes
+    or more."""
+    picture = picture_of(solver_answer(Case.of(START)), START.view, DEFAULT_SCALE)
+    turn = 2 * math.pi / (START.beam.gamma * picture.rate * START.view.pace)
+    assert turn / 12 >= 0.4
+    assert turn <= 10  # and one sees that it turns
 
 
 def test_one_clock_keeps_the_ratio_of_frequencies():

@@ -21,7 +21,7 @@ from live.server import CAMERA_MESSAGE, TIMEOUT, encoded, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
-from beamviz.explorer import FrameLoop, explorer, frame_loop, jobs
+from beamviz.explorer import FrameLoop, explorer, frame_loop, jobs, solutions
 from beamviz.scene import Scene
 from beamviz.server import connection, viser_private
 from beamviz.solver import solve
@@ -47,7 +47,7 @@ def url(frame_loops) -> Iterator[str]:
         return solve(beam, **options)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jobs, "solve", solved)
+        patch.setattr(solutions, "solve", solved)
         with explorer(SCENE, max_visitors=200) as found:
             yield found
 

@@ -14,12 +14,13 @@ from live.visitor import PAPER
 
 from beamviz.beam import Beam
 from beamviz.errors import Cancelled
-from beamviz.explorer import jobs
+from beamviz.explorer import solutions
 from beamviz.explorer.features.loci_chart import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
-from beamviz.explorer.jobs import Cases, Job, SolveJob, WorkerPool, Workers
+from beamviz.explorer.jobs import Job, JobStatus, WorkerPool, Workers, percentage
 from beamviz.explorer.second_beam import ComparisonCase
+from beamviz.explorer.solutions import Cases, SolveJob
 from beamviz.explorer.state import Case
 from beamviz.solver import solve
 
@@ -76,28 +77,29 @@ def test_closing_a_pool_discards_waiting_work(release):
 
 
 def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release, monkeypatch):
-    """The second solve with the same options is started by the frame, which has its answer, that of
-    the latest request. One that is unexpectedly slow is answered later."""
+    """If the last one was quick. One that is unexpectedly slow is answered later."""
 
     def slow_at_3(beam: Beam, **options: Any) -> Any:
         return (beam.gamma != 3.0 or release.wait(TIMEOUT)) and solve(beam, **options)
 
-    monkeypatch.setattr(jobs, "solve", slow_at_3)
+    monkeypatch.setattr(solutions, "solve", slow_at_3)
     for limit in ("QUICK", "WAIT"):  # on a busy machine nothing is quick
-        monkeypatch.setattr(jobs, limit, TIMEOUT)
+        monkeypatch.setattr(solutions, limit, TIMEOUT)
     job = SolveJob(workers, lambda: None)
     job.request(Cases(case(PAPER)))
     wait_until(lambda: not job.busy)
-    for gamma in (1.0, 2.0):
-        job.request(Cases(case(PAPER.replace(gamma=gamma))))
+    job.request(Cases(case(PAPER.replace(gamma=2.0))))
     job.finish()
     assert job.answer.result.answer.beam.gamma == 2.0
-    monkeypatch.setattr(jobs, "WAIT", 0.1)
+    monkeypatch.setattr(solutions, "WAIT", 0.1)
     job.request(Cases(case(PAPER.replace(gamma=3.0))))
     job.finish()
     assert job.busy
     assert job.answer.result.answer.beam.gamma == 2.0
-    release.set()
+    monkeypatch.setattr(solutions, "WAIT", TIMEOUT)
+    threading.Timer(0.5, release.set).start()
+    job.finish()
+    assert job.busy  # the next frame did not wait for it
     wait_until(lambda: job.answer.result.answer.beam.gamma == 3.0)
 
 
@@ -139,6 +141,14 @@ def test_a_job_computes_the_latest_request():
     waiting.pop()()
     job.request(101)
     assert (computed, waiting) == ([0, 99], [])
+
+
+@pytest.mark.parametrize(
+    ("parts", "text"), [((), ""), ((0.0, 0.0), ""), ((0.2, 0.42), " 42 %"), ((0.9999,), " 99 %")]
+)
+def test_what_is_being_computed_is_never_complete(parts, text):
+    status = JobStatus("motion", None, True, True, True, 3, 0.0, "")
+    assert percentage([status._replace(done=part) for part in parts]) == text
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from live.fresh import Guest
 from live.server import TIMEOUT
 from live.visitor import Visitor, frequency_text, pause
 
-from beamviz.explorer import frame_loop, jobs
+from beamviz.explorer import frame_loop, jobs, solutions
 from beamviz.explorer.features import loads, loci_chart
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.jobs import LATE, PATIENCE, Job
@@ -79,25 +79,10 @@ def test_during_a_drag_an_answer_is_late_if_it_is_older_than_that(computer, seco
     for k in range(1, 200):
         computer.job.request(k)
         found.append(computer.after(0.1 * LATE).late)
-        if computer.now - computer.job.started >= seconds:
+        if computer.now - computer.job.run.started >= seconds:
             computer.compute()
     assert any(found[50:]) is late
     assert computer.job.status.answer.result < 199
-
-
-def test_a_request_that_is_to_come_again_is_late_too(computer):
-    """Though it is not computed until then."""
-    computer.job.request(1)
-    computer.compute()
-    for k in range(2, 20):
-        computer.job.request(k, later=True)
-        status = computer.after(0.2 * LATE)
-    assert status.late
-    assert not status.busy
-    assert not computer.waiting
-    computer.job.request(k)
-    computer.compute()
-    assert (computer.job.status.result, computer.job.status.late) == (k, False)
 
 
 def test_back_at_the_numbers_of_the_answer_nothing_is_late(computer):
@@ -134,6 +119,22 @@ def test_an_answer_is_late_while_its_next_request_is_not_known(computer):
         computer.job.expect()
         computer.job.withdraw()
         assert not computer.after(2 * LATE).late
+
+
+def test_nothing_is_late_after_a_request_that_does_not_come(computer):
+    """As when a tab is closed: what was begun is computed, and the last answer is not outdated."""
+    computer.job.request(1)
+    computer.compute()
+    computer.job.expect()
+    assert computer.after(2 * LATE).late
+    computer.job.settle()
+    assert not computer.job.status.late
+    computer.job.request(2)
+    computer.job.expect()
+    computer.job.settle()
+    computer.compute()
+    assert (computer.job.status.result, computer.job.busy) == (2, False)
+    assert not computer.after(2 * LATE).late
 
 
 def test_a_request_replaced_before_it_is_begun_leaves_nothing_late(computer):
@@ -217,7 +218,7 @@ def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):
     """While these are being solved, and with them the chart; not after that."""
     guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
     pause(guest)
-    monkeypatch.setattr(jobs, "solve", waiting(solve, release))
+    monkeypatch.setattr(solutions, "solve", waiting(solve, release))
     release.clear()
     guest.do("alpha", 3.0)
     guest.wait(lambda _: "beam before the last change" in guest.texts["scene-caption"])
@@ -244,7 +245,7 @@ def test_a_comparison_has_the_title_of_its_own_beam(guest, release, monkeypatch)
     guest.do("comparison", "ancf", until="20 ANCF elements, ")
     guest.wait(lambda _: titles() == {"20 ANCF elements"})
     before = told_of(guest)
-    monkeypatch.setattr(jobs, "solve", waiting(solve, release))
+    monkeypatch.setattr(solutions, "solve", waiting(solve, release))
     release.clear()
     guest.do("comparison", "mass", until=lambda _: told(guest, "comparison"))
     assert guest.values["comparison"] == "mass"

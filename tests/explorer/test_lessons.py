@@ -9,9 +9,17 @@ import pytest
 from live.visitor import PAPER, Visitor, catch_up, frequency_text, visitor
 
 from beamviz.beam import Beam
-from beamviz.explorer import explorer, jobs
+from beamviz.explorer import explorer, solutions
 from beamviz.explorer.experiment import PULLED, Experiment
-from beamviz.explorer.features.lessons import CONTROLS, controls, formatted
+from beamviz.explorer.features.lessons import (
+    CONTROLS,
+    STEP,
+    Facts,
+    controls,
+    formatted,
+    lesson_html,
+)
+from beamviz.explorer.features.run_up import DAMPED
 from beamviz.explorer.page import with_minus_signs
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
@@ -37,6 +45,22 @@ def test_every_lesson_has_a_card(guest):
         texts = " ".join((one.do, one.see, one.meaning, one.task))
         assert {*re.findall(r"\*\*(.+?)\*\*", texts)} <= {*CONTROLS}
         assert controls(one.do)
+
+
+@pytest.mark.parametrize("step", [1, 2])
+def test_a_lesson_says_that_its_number_is_being_computed(step):
+    """Beside its meaning, and in the challenge, which has no verdict until then."""
+    shown = lesson("nodes")
+    assert "being computed" in lesson_html(shown, step, None, None)
+    assert "being computed" not in lesson_html(shown, step, None, Facts.of("nodes"))
+
+
+def test_a_number_that_rounds_to_zero_has_no_sign():
+    """The mass at the node found by a visitor changes B2 by less than can be read."""
+    shown = lesson("nodes")
+    found = solve(Beam(alpha=1, beta=round(shown.answer, 4)), state="straight")
+    assert shown.gauge(found) < 0
+    assert shown.measured(found, 1.0) == "the mass changes B2 by +0.00 %"
 
 
 @pytest.mark.slow
@@ -71,7 +95,7 @@ def test_a_lesson_fits_its_beam_into_the_picture(guest, monkeypatch):
     with explorer(scene) as address, visitor(address) as other:
         other.says(lesson("buckling").question)
         wanted = other.camera  # of the loaded beam: before its answer that of the unloaded one
-    monkeypatch.setattr(jobs, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])
+    monkeypatch.setattr(solutions, "solve", lambda *a, **o: (time.sleep(0.4), solve(*a, **o))[1])
     begin(guest, "buckling")
     guest.says(frequency_text(scene.beam))
     guest.wait(lambda _: guest.camera == pytest.approx(wanted, rel=1e-6))
@@ -120,8 +144,8 @@ OWN_BEAM = Beam(alpha=2, beta=0.3, gamma=4)
 def shown_state(session: Session) -> tuple[Any, ...]:
     """What belongs to the scene and the experiment of a visitor."""
     state = session.visitor.state
-    motion = state.experiment, state.in_motion, state.damping
-    return state.case, state.view.shares, state.rate, motion, state.lesson, state.step
+    motion = state.experiment, state.in_motion, state[DAMPED]
+    return state.case, state.view.shares, state.rate, motion, state.lesson, state[STEP]
 
 
 def test_leaving_lessons_returns_to_the_scene_and_the_experiment_before_them(guest, session):
@@ -182,12 +206,17 @@ def test_the_motion_of_a_lesson_is_played_at_a_rate_that_suits_it(guest, session
 
 
 def test_a_file_ends_the_lesson(guest, session):
-    """Which is about another scene: a reset returns to that of the file."""
+    """Which is about another scene: a reset returns to that of the file, and the address does not
+    name a step."""
+    guest.do("link", "")
     begin(guest, "spin-up")
+    guest.do("lesson_step", 1, until=formatted(lesson("spin-up").meaning))
     guest.do("load", "beam.toml\n[beam]\ngamma = 4.0", until=frequency_text(Beam(gamma=4)))
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)
     assert shown_state(session)[3][:2] == (PULLED, False)
     guest.do("gamma", 6.0, until=frequency_text(Beam(gamma=6)))
+    guest.wait(lambda _: "gamma=6.0" in guest.parts["address"])
+    assert "step=" not in guest.parts["address"]
     guest.press("R")
     guest.shows(Beam(gamma=4))
 

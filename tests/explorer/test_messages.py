@@ -11,7 +11,7 @@ from live.server import wait_until
 from live.visitor import PAGE, catch_up
 
 from beamviz.explorer import page
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.page import SCRIPTS, messages
 from beamviz.files import package_text
 from beamviz.lessons import NAMES

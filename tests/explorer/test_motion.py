@@ -518,6 +518,35 @@ def test_times_and_forces_have_the_units_of_a_real_beam(guest):
     assert guest.charts[CHART]["y"]["unit"] == "mm"
 
 
+@pytest.mark.parametrize(
+    ("size", "name", "value", "words", "taken"),
+    [
+        ("", "pull_at", 2.0, r"pull at x / L = 2: must lie in 0 \.\. 1", 1.0),
+        ("", "until", 1e3, r"length of the motion \[T\*\] = 1000: .* 0\.5 \.\. 60", 60.0),
+        ("steel beam", "until", 1e9, r"length of the motion \[s\] = 1e\+09: .* \.\. 8\.03", 8.03),
+    ],
+)
+def test_a_number_of_a_motion_out_of_range_is_told(guest, size, name, value, words, taken):
+    """With its limits, in the units of the page; the nearest number is taken."""
+    guest.do("link", "?alpha=1")
+    if size:
+        guest.do("real.preset", size, until=lambda _: "[s]" in guest.texts["motion.until-label"])
+    guest.do(f"motion.{name}", value)
+    guest.wait(lambda _: any(re.search(words, one["text"]) for one in guest.said))
+    guest.wait(lambda _: guest.values[f"motion.{name}"] == pytest.approx(taken, rel=2e-3))
+    guest.said.clear()
+    guest.do(f"motion.{name}", 1.0)
+    catch_up(guest)
+    assert not guest.said
+
+
+def test_a_beam_that_stays_at_rest_is_told_so(guest):
+    """Pulled at its clamp: without a distance that is but rounding."""
+    guest.do("link", "?alpha=1&gamma=5&tab=motion&motion={pull_at=0.0,until=2.0}")
+    guest.wait(lambda _: "less than" in guest.texts["motion-list"])
+    assert "at most" not in guest.texts["motion-list"]
+
+
 def test_the_values_of_an_experiment_are_checked():
     """Clamped by a control, refused by a link; caught and dropped are events."""
     assert PULLED.changed("pull", 1e9).pull == 50

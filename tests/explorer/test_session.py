@@ -279,6 +279,7 @@ def test_a_visitor_cannot_present(hall):
         other.choose("dark", True, until=lambda _: other.values["dark"] is True)
         assert other.values["gamma"] == PAPER.gamma
         assert "following" in one.values
+        assert "You present" not in one.text
 
 
 def test_a_presenter_may_leave_and_return(hall, frame_loops):
@@ -286,6 +287,7 @@ def test_a_presenter_may_leave_and_return(hall, frame_loops):
     with visitor(hall) as one:
         with visitor(f"{hall}/?token={KEY}") as lead:
             assert "following" not in lead.values
+            lead.says("You present")
             lead.choose("gamma", 21.0)
             one.shows(PAPER.replace(gamma=21))
             lead.choose("playing", False)

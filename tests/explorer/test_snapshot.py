@@ -18,19 +18,21 @@ from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
 from beamviz.explorer import computed_motion, explorer
 from beamviz.explorer.computed_motion import can_move
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
 from beamviz.explorer.experiment import RANGES
-from beamviz.explorer.feature import Part, same, tabs
+from beamviz.explorer.feature import Part, same
 from beamviz.explorer.features import loci_chart, method_timing, run_up, veering
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.features import motion as motion_tab
 from beamviz.explorer.features.real_beam import PRESETS
+from beamviz.explorer.features.sharing import FILM_LENGTHS
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.jobs import Job
 from beamviz.explorer.page import Content, Path
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import COMPARISONS, FILM_LENGTHS, NO_COMPARISON
+from beamviz.explorer.state import COMPARISONS, NO_COMPARISON
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import forced_response
 from beamviz.lessons import NAMES

@@ -8,7 +8,7 @@ import pytest
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.state import EARLIER, PAUSE, Case, History, State
 from beamviz.scene import Camera, Scene
 

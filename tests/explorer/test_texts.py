@@ -1,6 +1,7 @@
 """Numbers and messages as text: dimensionless, or in kg or g, mm, rpm and Hz for a real beam."""
 
 import math
+import re
 
 import pytest
 from charts import chart_of
@@ -16,6 +17,7 @@ from beamviz.explorer.features import answer
 from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.features.real_beam import MATERIALS
 from beamviz.exports.html_page import solution_table
+from beamviz.files import package_text
 from beamviz.scene import Scene
 from beamviz.solver import solve
 from beamviz.units import Units
@@ -115,6 +117,14 @@ def test_sliders_of_a_real_beam_take_rpm_grams_and_millimetres(guest):
     (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
     rpm = RULER.units.rpm(resonance.at)
     guest.says(f"<td>2 ×</td><td>{rpm:.5g}</td><td>{2 * rpm / 60:.4g}</td>")
+
+
+def test_the_help_says_what_the_letters_in_its_formulas_are():
+    """Those of the table of symbols, in the text below it."""
+    letters = {sign for one in PARAMETERS.values() for sign in one.formula if sign.isalpha()}
+    paragraphs = " ".join(re.findall("<p>(.*?)</p>", package_text("explorer/page/page.html")))
+    assert letters - {"T"} <= {*re.findall(r"\w+", paragraphs.split("number the")[0])}
+    assert "T* = " in paragraphs
 
 
 def test_the_table_of_an_exported_page_marks_the_modes_shown():

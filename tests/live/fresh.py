@@ -14,7 +14,7 @@ import numpy as np
 from live.server import TIMEOUT, wait_until
 from live.visitor import Visitor, visitor
 
-from beamviz.explorer.feature import tabs
+from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import State

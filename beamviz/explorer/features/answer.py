@@ -21,9 +21,10 @@ from beamviz.drawing.text import (
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import is_before
 from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress
-from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
+from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON
 from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor

@@ -24,17 +24,28 @@ from beamviz.explorer.blade_table import (
     Wrong,
     beam_of,
     draft_of,
+    draft_of_text,
     parse_table,
     sorted_rows,
     text_of,
+    text_of_draft,
     with_mass,
     with_station,
     without,
     wrong_entries,
     wrong_order,
 )
+from beamviz.explorer.declarations import Choice, Key
 from beamviz.explorer.feature import Feature, Part
-from beamviz.explorer.features.real_beam import ALONG, BUTTONS, MATERIALS, STEEL_BEAM, load
+from beamviz.explorer.features.real_beam import (
+    ALONG,
+    BUTTONS,
+    MATERIALS,
+    SECTION,
+    STEEL_BEAM,
+    load,
+    with_sizes,
+)
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Refused, State
@@ -51,9 +62,24 @@ MOST = 3  # reasons shown
 POINTS = 17  # of a line in a segment of the blade
 
 
+def read_draft(text: Any) -> Draft:
+    draft = draft_of_text(text) if isinstance(text, str) else None
+    if draft is None:
+        raise InvalidInput("draft: must be the tables of a blade, as a page of beamviz writes them")
+    return draft
+
+
+# The tables as typed, while they describe no beam. They have no room beside those of a long blade.
+DRAFT: Choice[Draft | None] = Choice(
+    "draft", None, key=Key("draft", read_draft, text_of_draft, is_long=True), until=("scene",)
+)
+
+
 class BladePanel(Feature):
     """The panel, in place of that of a uniform beam, where properties vary, there are more bodies,
-    or the root is not clamped; or where the state's `section` is ALONG."""
+    or the root is not clamped; or where SECTION is ALONG."""
+
+    choices = (DRAFT,)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -89,7 +115,7 @@ class BladePanel(Feature):
         on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]), str)
         on("blade.preset", self.choose, str)
         on("blade.begin", self.begin)
-        on("blade.uniform", lambda _: load(visitor, "", uniform, section="own"))
+        on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("own")))
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -111,7 +137,7 @@ class BladePanel(Feature):
             if physical is None:
                 return
             try:
-                draft = change(state.draft or draft_of(physical), physical)
+                draft = change(state[DRAFT] or draft_of(physical), physical)
             except InvalidInput as error:
                 refused = Refused("blade", "", str(error))
                 visitor.change(lambda state: replace(state, refused=refused))
@@ -121,9 +147,9 @@ class BladePanel(Feature):
             except InvalidInput:
                 beam = None
             if beam is None:
-                visitor.change(lambda state: replace(state, draft=draft, section=ALONG))
+                visitor.change(partial(with_draft, draft=draft))
                 return
-            load(visitor, "", lambda _: beam, draft=None, section=ALONG)
+            load(visitor, "", lambda _: beam, then=partial(with_draft, draft=None))
 
     def type(self, name: str, text: Any) -> None:
         """Take a table as the page sends it: the texts of all its cells."""
@@ -159,12 +185,17 @@ class BladePanel(Feature):
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
         if name in tuple(PRESETS):
-            load(self.visitor, "", lambda _: PRESETS[name].beam, section=ALONG)
+            load(self.visitor, "", lambda _: PRESETS[name].beam, then=with_sizes(ALONG))
 
     def begin(self, _: Any) -> None:
         """Show the table of the beam, of the steel beam where its size is not known."""
         beam = STEEL_BEAM.beam
-        load(self.visitor, "", lambda old: old if old.physical else beam, section=ALONG)
+        load(self.visitor, "", lambda old: old if old.physical else beam, then=with_sizes(ALONG))
+
+
+def with_draft(state: State, draft: Draft | None) -> State:
+    """With these tables as typed, None for those of the beam, in the panel."""
+    return state.with_choice(DRAFT, draft).with_choice(SECTION, ALONG)
 
 
 def with_rows(draft: Draft, name: str, rows: Rows) -> Draft:
@@ -228,7 +259,7 @@ def is_shown(state: State) -> bool:
     """Whether the panel is that of a blade."""
     case = state.case
     is_blade = bool(case.blade or case.masses or case.root != math.inf)
-    return bool(case.units and case.units.mass) and (is_blade or state.section == ALONG)
+    return bool(case.units and case.units.mass) and (is_blade or state[SECTION] == ALONG)
 
 
 # The panel: its tables do not depend on the speed, which a slider moves
@@ -238,7 +269,7 @@ def tables_read(snapshot: Snapshot) -> tuple[Any, ...]:
     state = snapshot.state
     case = state.case
     values = case.nearest_beam().mu, case.units, case.blade, case.masses, case.root
-    return is_shown(state), state.draft, *values
+    return is_shown(state), state[DRAFT], *values
 
 
 def tables_content(
@@ -339,7 +370,8 @@ def numbers_content(shown: bool, case: Case) -> Content:
 def reasons_read(snapshot: Snapshot) -> tuple[Any, ...]:
     """The draft, with the beam while there is one, and what was refused."""
     state = snapshot.state
-    return is_shown(state), state.draft, state.case if state.draft else None, state.refused
+    draft = state[DRAFT]
+    return is_shown(state), draft, state.case if draft else None, state.refused
 
 
 def reasons_content(
@@ -475,7 +507,7 @@ def properties_data(blade: Blade, length: float) -> page.Data:
     return {
         "name": "Properties along the span, over those at the root",
         "x": page.axis_data(Measure("position [m]", "x", "m"), (0.0, length)),
-        "y": page.axis_data(Measure("over the root", ""), (0.0, 1.08 * top)),
+        "y": page.axis_data(Measure("relative to the root", ""), (0.0, 1.08 * top)),
         "at": at,
         "lines": lines,
         "marks": [],

@@ -10,11 +10,13 @@ from html import escape
 
 from beamviz.drawing.text import frequencies, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, waiting_content
-from beamviz.explorer.jobs import SOLUTION, JobStatus, SolverAnswer
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.feature import Feature, Part, waiting_content
+from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.second_beam import LABELS
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import EARLIER, State
 from beamviz.explorer.view import THIS
 from beamviz.explorer.visitor import Visitor

@@ -1,7 +1,7 @@
 """The controls around the scene."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from html import escape
@@ -10,9 +10,10 @@ from typing import Any
 from beamviz.beam import NUMBERS, PARAMETERS
 from beamviz.drawing.text import measure
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, tab_named, tabs
+from beamviz.explorer.declarations import tab_named, tabs
+from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.page import Content
-from beamviz.explorer.state import CHOICES, Case, State
+from beamviz.explorer.state import CHOICES, RATES, Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import COLOURINGS, MAX_AMPLITUDE, MAX_PACE, MAX_SHARES, MODES
 from beamviz.units import Units
@@ -60,7 +61,6 @@ MODES_HINT = (
 
 REAL_ENDS = {"alpha": 2.0, "gamma": 12.0}  # of the sliders of real beams, which rotate slowly
 ROUNDING = 1e-9
-RATES = (1e-6, 1e6)  # [T*] in a second on the screen
 
 
 def number_slider(name: str) -> str:
@@ -136,10 +136,10 @@ class Controls(Feature):
         super().__init__(visitor)
         for name in NUMBERS:
             self.page.on(name, partial(self.edit, name), float)
-        visitor.bind("mass", switch_mass, lambda values: bool(values["alpha"]), takes=bool)
+        visitor.bind("mass", switch_mass, has_mass, bool)
         for mode in range(MODES):
             edit = partial(State.share, mode=mode)
-            visitor.bind(f"share-{mode}", edit, partial(share_of, mode), takes=float)
+            visitor.bind(f"share-{mode}", edit, partial(share_of, mode), float)
         self.page.on("only", self.show_alone, int)
         self.page.on("undo", lambda _: visitor.restore(visitor.history.undo))
         self.page.on("redo", lambda _: visitor.restore(visitor.history.redo))
@@ -171,13 +171,14 @@ class Controls(Feature):
         """What Python's tables of choices and limits determine."""
         follow = page.checkbox("following", "follow the presenter", FOLLOW_HINT)
         content = {("html", id): text for id, text in CONTENT.items()}
-        return content | page.html("presenter", follow if self.visitor.may_follow else "")
+        shown = follow if self.visitor.may_follow else ""
+        return content | page.html("presenter", PRESENTING if self.visitor.presents else shown)
 
     def bound_content(self, state: State) -> Content:
         """The values of all bound controls, the tab and the theme."""
-        values, content = state.values, Content()
+        content = Content()
         for key, shown in self.visitor.controls.items():
-            content |= page.value(key, shown(values))
+            content |= page.value(key, shown(state))
         return content | {("open",): state.tab or next(iter(tabs())), ("dark",): state.view.dark}
 
     def edit(self, name: str, value: Any) -> None:
@@ -208,6 +209,7 @@ class Controls(Feature):
             self.visitor.set_state(replace(self.visitor.state, tab=tab_named(tab)))
 
 
+PRESENTING = '<span class="soft">You present: the others see this page.</span>'
 FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
@@ -261,6 +263,10 @@ def switch_mass(state: State, on: Any) -> State:
     return state.keep_for_comparison().changed("alpha", state.last_alpha if on else 0.0)
 
 
-def share_of(mode: int, values: Mapping[str, Any]) -> float:
-    shares = values["shares"]
+def has_mass(state: State) -> bool:
+    return bool(state.case.numbers["alpha"])
+
+
+def share_of(mode: int, state: State) -> float:
+    shares = state.view.shares
     return shares[mode] if mode < len(shares) else 0.0

@@ -15,12 +15,13 @@ from beamviz.drawing.beam_mesh import DEFAULT_SCALE
 from beamviz.drawing.modes import rotated
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
-from beamviz.explorer.feature import Feature, Part, Tab, tab_named
+from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.loci_chart import loci_lines
-from beamviz.explorer.jobs import SolverAnswer, solver_answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SolverAnswer, solver_answer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor
@@ -39,6 +40,7 @@ STARTED = (
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
 FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
+AWAITED = '<p class="soft">The answer is being computed …</p>'
 CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a tab
     **{parameter.slider_label: name for name, parameter in NUMBERS.items()},
     **{name: name for name in ("method", "plane", "strain", "state", "curvature")},
@@ -50,10 +52,16 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 }
 
 
+# The step of the open lesson, from 0, and the answer chosen at its first step.
+STEP = Choice("step", 0, key=count_key("step", len(STEPS)), until=("lesson",))
+GUESS: Choice[int | None] = Choice("guess", None, key=count_key("guess", 9), until=("scene",))
+
+
 class Lessons(Feature):
     """The lessons of one visitor; the open lesson, its step and the guess are in the state."""
 
     tab = Tab("Lessons", 9)
+    choices = (STEP, GUESS)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -99,8 +107,8 @@ class Lessons(Feature):
         state, names = self.visitor.state, ("", *NAMES)
         if by not in (1, -1):
             return
-        if state.lesson and state.step + by in range(len(STEPS)):
-            self.go(state.step + by)
+        if state.lesson and state[STEP] + by in range(len(STEPS)):
+            self.go(state[STEP] + by)
         else:
             self.open(names[(names.index(state.lesson) + by) % len(names)])
 
@@ -108,7 +116,7 @@ class Lessons(Feature):
         """Choose an answer to the question, and highlight the controls of the experiment."""
         name = self.visitor.state.lesson
         if name and number in range(len(lesson(name).guesses)):
-            self.visitor.change(partial(replace, guess=int(number)))
+            self.visitor.change(lambda state: state.with_choice(GUESS, int(number)))
             keys = controls(lesson(name).do)
             self.page.point(*(key for key in keys if not key.startswith("tab-")))
 
@@ -166,9 +174,9 @@ def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
     scene = (scene or lesson.scene).changed(dark=state.view.dark)
     named = [key.removeprefix("tab-") for key in controls(lesson.do) if key.startswith("tab-")]
     tab = tab_named(named[0]) if named else ""
-    own: dict[str, Any] = {"lesson": lesson.name, "step": 0, "tab": tab}
+    own: dict[str, Any] = {"lesson": lesson.name, "tab": tab, "rate": lesson_rate(lesson.name)}
     own |= {"before_lesson": state.outside, **motion_of(lesson)}
-    return replace(state.loaded(scene), rate=lesson_rate(lesson.name), **own)
+    return replace(state.loaded(scene).ended("lesson"), **own)
 
 
 def left(state: State) -> State:
@@ -192,22 +200,21 @@ def lesson_rate(name: str) -> float | None:
 def at_step(state: State, step: int) -> State:
     """At another step of the open lesson; its challenge begins unsolved."""
     open_lesson = lesson(state.lesson)
-    after = replace(state, step=step)
-    if step == CHALLENGE != state.step:
+    after = state.with_choice(STEP, step)
+    if step == CHALLENGE != state[STEP]:
         with contextlib.suppress(InvalidInput):
             pull_at = state.experiment.pull_at
             if open_lesson.check(state.case.beam, state.case.options, pull_at).met:
                 scene = open_lesson.scene.changed(dark=state.view.dark)
-                loaded = after.loaded(scene)
-                kept = {name: getattr(state, name) for name in ("tab", "rate", "guess")}
-                return replace(loaded, **kept, **motion_of(open_lesson))
+                loaded = after.loaded(scene).with_choice(GUESS, state[GUESS])
+                return replace(loaded, rate=state.rate, **motion_of(open_lesson))
     return after
 
 
 def lesson_reads(snapshot: Snapshot) -> tuple[object, ...]:
     """The open lesson, its step, the guess and the facts."""
     state = snapshot.state
-    return state.lesson, state.step, state.guess, facts_of(snapshot)
+    return state.lesson, state[STEP], state[GUESS], facts_of(snapshot)
 
 
 def lesson_content(name: str, step: int, guess: int | None, facts: Facts | None) -> Content:
@@ -222,7 +229,7 @@ def verdict_reads(snapshot: Snapshot) -> tuple[Any, ...]:
     """The open lesson, if its challenge is shown and its facts are known, the answer, and the
     motion in time."""
     state = snapshot.state
-    shown = state.lesson and state.step == CHALLENGE and facts_of(snapshot)
+    shown = state.lesson and state[STEP] == CHALLENGE and facts_of(snapshot)
     return (state.lesson if shown else ""), snapshot.answer, state.experiment
 
 
@@ -270,7 +277,8 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     for k, one in enumerate(LESSONS, 1):
         own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
         own += page.attributes(aria_current=True if one.name == open_lesson else None)
-        title = f"<b>{k}. {escape(one.title)}{' ✓' if one.name in met else ''}</b>"
+        tick = "\u00a0✓" if one.name in met else ""
+        title = f"<b>{k}. {escape(one.title)}{tick}</b>"
         cards += f'<button type="button"{own}>{sketch(one.name)}{title}</button>'
     return f'<div class="row"><span>{text}</span>{begin}</div><div class="cards">{cards}</div>'
 
@@ -290,8 +298,9 @@ def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | Non
         prediction(lesson, guess),
         f"<p>{formatted(lesson.meaning)}</p>{judged(lesson, guess)}"
         '<p class="proof"><span class="soft">The number that proves it:</span>'
-        f" {escape(facts.proof if facts else '…')}</p>",
-        f'<p class="question">{formatted(lesson.task)}</p><p class="soft fine">{FINE_STEPS}</p>',
+        f" {escape(facts.proof) if facts else 'being computed …'}</p>",
+        f'<p class="question">{formatted(lesson.task)}</p><p class="soft fine">{FINE_STEPS}</p>'
+        f"{'' if facts else AWAITED}",
     )[step]
     number = NAMES.index(lesson.name) + 1
     title = f"<h3>{number}. {escape(lesson.title)}</h3>"

@@ -9,10 +9,12 @@ import numpy as np
 
 from beamviz.drawing.text import Measure, lengths, si_measure, significant
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
-from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.visitor import Visitor
 from beamviz.solver.solution import Solution
 from beamviz.units import Units

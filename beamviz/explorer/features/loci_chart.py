@@ -16,10 +16,12 @@ from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
-from beamviz.explorer.jobs import SOLUTION, Answer
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content, Data
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, loci
@@ -283,9 +285,7 @@ class LociTab(Feature):
         self.charts = visitor.job(CHART, ChartRequest.chart)
         visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
-            visitor.bind(
-                f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k), takes=bool
-            )
+            visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k), bool)
         self.page.on("go_to_event", self.go_to, str)
 
     def go_to(self, key: Any) -> None:
@@ -387,8 +387,8 @@ def at_event(state: State, over: str, event: Event, modes: tuple[int, ...]) -> S
     return state.only(*modes) if modes else state
 
 
-def has_line(values: Mapping[str, Any], k: int) -> bool:
-    return k in values["per_rev"]
+def has_line(state: State, k: int) -> bool:
+    return k in state.per_rev
 
 
 def with_line(state: State, on: Any, k: int) -> State:

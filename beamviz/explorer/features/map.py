@@ -2,8 +2,9 @@
 five numbers; a click on the map moves the beam there."""
 
 import contextlib
+import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from html import escape
 from typing import Any, Self
 
@@ -11,16 +12,21 @@ import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, Beam
 from beamviz.chart_ranges import chart_range
+from beamviz.checks import check_float, check_int
 from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
+from beamviz.errors import InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.declarations import Choice, Key, Tab
+from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import AXES
-from beamviz.explorer.jobs import SOLUTION, Answer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import FIELDS, Case, State
+from beamviz.explorer.solutions import SOLUTION
+from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
+from beamviz.scene import MODES
 from beamviz.solver import interruption
 from beamviz.sweeps.arrays import SOLVED, STATUSES, solve_in_memory
 from beamviz.sweeps.plan import Plan, make_plan
@@ -30,9 +36,9 @@ from beamviz.units import Units
 SIZE = (81, 41)  # columns and rows of beams in a map
 SMALL_SIZE = (41, 21)  # where each beam takes as long as one alone
 TOLERANCE = 1e-4  # relative: below one step of colour
-QUANTITIES = {
-    **{k: f"frequency of mode {k}" for k in FIELDS["mapped"]},
+QUANTITIES: dict[str | int, str] = {
     "gap": "smallest frequency gap",
+    **{k: f"frequency of mode {k}" for k in range(1, MODES + 1)},
     1: "frequency of mode 1 (lowest)",
 }
 GAP_NOTE = (
@@ -119,10 +125,29 @@ TOOLS += page.select("over", "horizontal axis", AXES, id="map-over")
 TOOLS += page.select("across", "vertical axis", AXES)
 
 
+def read_mapped(value: Any) -> str | int:
+    return value if value == "gap" else check_int("map", value, 1, MODES)
+
+
+def read_ends(value: Any) -> tuple[float, float]:
+    if not isinstance(value, list) or len(value) != 2:
+        raise InvalidInput(f"ends = {value!r}: must be two numbers")
+    first, second = (check_float("ends", end) for end in value)
+    return first, second
+
+
+MAPPED: Choice[str | int] = Choice("mapped", "gap", QUANTITIES, Key("map", read_mapped))
+# The upper ends of the axes of the map in which a point was chosen.
+ENDS: Choice[tuple[float, float] | None] = Choice(
+    "map_ends", None, key=Key("ends", read_ends, json.dumps), until=("scene", "over", "across")
+)
+
+
 class MapTab(Feature):
     """The choices, the map and its legend."""
 
     tab = Tab("Map", 2, page.chart_tab(TOOLS, "map-chart", "map-text"))
+    choices = (MAPPED, ENDS)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -145,14 +170,14 @@ class MapTab(Feature):
         state, case = snapshot.state, snapshot.drawn_case
         if case is None:
             return {}
-        request = MapRequest.around(case, (state.over, state.across), state.map_ends)
+        request = MapRequest.around(case, (state.over, state.across), state[ENDS])
         goes_on = state.tab == self.tab.key or self.visitor.jobs[JOB].latest == request
         return {JOB: request if goes_on else None}
 
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.job_answer(JOB), s.state.mapped), map_content, SHOWN),
+            Part(lambda s: (s.job_answer(JOB), s.state[MAPPED]), map_content, SHOWN),
             Part(lambda s: (s.job_answer(JOB), s.beam), place_content, ("map-chart",)),
             fading([JOB], *SHOWN),
             waiting("map-chart-wait", SOLUTION, JOB),
@@ -164,7 +189,7 @@ def moved(state: State, numbers: dict[str, float], ends: tuple[float, ...]) -> S
     for name, number in numbers.items():
         state = state.changed(name, number)
     first, second = ends
-    return replace(state, map_ends=(first, second))
+    return state.with_choice(ENDS, (first, second))
 
 
 def map_content(answer: Answer[MapRequest, BeamMap] | None, mapped: str | int) -> Content:

@@ -10,10 +10,12 @@ import numpy as np
 from beamviz.drawing.text import Measure, error_summary, significant
 from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
-from beamviz.explorer.jobs import SOLUTION, Answer, SolverAnswer
+from beamviz.explorer.declarations import SWITCH, Choice, Tab, switch_key
+from beamviz.explorer.feature import Feature, Part, fading, waiting
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import Case
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import match_modes
@@ -98,11 +100,15 @@ HELP = "Every method at several resolutions, while this tab is open; again for a
 TOOLS = page.checkbox("time_methods", "time all methods", HELP) + '<div id="method"></div>'
 
 
+TIMED = Choice("time_methods", False, SWITCH, switch_key("methods"))
+
+
 class MethodTimingTab(Feature):
     """The method in use, and the chart of all methods if that is switched on. They are only timed
     while the tab is open: another one needs the processor, and would falsify them."""
 
     tab = Tab("Methods", 8, page.chart_tab(TOOLS, "timing-chart", "timings"))
+    choices = (TIMED,)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -112,7 +118,7 @@ class MethodTimingTab(Feature):
         """The timings while the tab is open, and only then."""
         if snapshot.state.tab != self.tab.key:
             return {JOB: None}
-        if not (snapshot.answer and snapshot.state.time_methods):
+        if not (snapshot.answer and snapshot.state[TIMED]):
             return {}
         return {JOB: snapshot.answer.request.with_options(method="auto")}
 
@@ -128,9 +134,9 @@ class MethodTimingTab(Feature):
         """The answer of the scene, None while the tab is closed, whether the timings are asked for,
         and the timings if they are shown."""
         state = snapshot.state
-        timings = snapshot.job_answer(JOB) if state.time_methods else None
+        timings = snapshot.job_answer(JOB) if state[TIMED] else None
         answer = snapshot.answer if state.tab == self.tab.key else None
-        return answer, state.time_methods, timings
+        return answer, state[TIMED], timings
 
 
 def timing_content(

@@ -16,6 +16,7 @@ from beamviz.drawing.text import (
     lengths,
     measure,
     si_measure,
+    significant,
     times,
 )
 from beamviz.errors import InvalidInput
@@ -30,8 +31,9 @@ from beamviz.explorer.computed_motion import (
     is_before,
     obstacle_of,
 )
+from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.film import time_text
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.motion_charts import notes, spectrum_data, strip_data
@@ -182,9 +184,16 @@ class MotionTab(Feature):
         self.page.on("motion.play", self.play)
 
     def edit(self, name: str, value: Any) -> None:
-        """Set a value of the experiment, as displayed."""
+        """Set a value of the experiment, as displayed; instead of a number out of range the
+        nearest one, which is said."""
         if name in RANGES:
-            value = display(name, self.visitor.state.case.units).plain(value)
+            shown, entered = display(name, self.visitor.state.case.units), value
+            value = shown.plain(entered)
+            ends = RANGES[name].limits
+            if isinstance(value, float | int) and not ends[0] <= value <= ends[1]:
+                low, high = (significant(shown.factor * end, 6) for end in ends)
+                reason = f"{shown.label} = {entered:g}: must lie in {low} .. {high}"
+                self.page.say(f"{reason}; the nearest of these is taken", error=True)
         self.visitor.change(
             lambda state: state.with_experiment(state.experiment.changed(name, value))
         )

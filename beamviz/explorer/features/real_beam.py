@@ -13,10 +13,11 @@ from beamviz.checks import check_float
 from beamviz.drawing.text import si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.declarations import Choice, name_key
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import Case, Refused
+from beamviz.explorer.state import Case, Refused, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
 from beamviz.si import SI_REQUIRED, PhysicalBeam
@@ -273,8 +274,19 @@ def material(beam: Beam) -> str:
 # The panel
 
 
+# The kind of section whose dimensions the panel shows.
+SECTION = Choice("section", "rectangle", key=name_key("section", SECTION_NAMES))
+
+
+def with_sizes(kind: str) -> Callable[[State], State]:
+    """The edit that shows the dimensions of a kind of section."""
+    return lambda state: state.with_choice(SECTION, kind)
+
+
 class RealBeamPanel(Feature):
-    """The panel. `section` of the state is the kind of section whose dimensions it shows."""
+    """The panel, of which the tables of a blade take the place while SECTION is ALONG."""
+
+    choices = (SECTION,)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -298,7 +310,7 @@ class RealBeamPanel(Feature):
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
         if real := PRESETS.get(name):
-            self.load("", lambda _: real.beam, section=real.section)
+            load(self.visitor, "", lambda _: real.beam, then=with_sizes(real.section))
 
     def choose_material(self, name: Any) -> None:
         """Set the material; "own" keeps the values."""
@@ -308,19 +320,24 @@ class RealBeamPanel(Feature):
 
     def choose_section(self, kind: Any) -> None:
         if kind == ALONG:
-            self.visitor.change(lambda state: replace(state, section=ALONG))
+            self.visitor.change(with_sizes(ALONG))
         elif kind in SECTIONS:
-            self.load("real.section", lambda beam: with_section(beam, kind), section=kind)
+            edit = partial(with_section, kind=kind)
+            load(self.visitor, "real.section", edit, then=with_sizes(kind))
 
-    def load(self, key: str, edit: Callable[[Beam], Beam], entry: Any = "", **values: Any) -> None:
-        load(self.visitor, key, edit, entry, **values)
+    def load(self, key: str, edit: Callable[[Beam], Beam], entry: Any = "") -> None:
+        load(self.visitor, key, edit, entry)
 
 
 def load(
-    visitor: Visitor, key: str, edit: Callable[[Beam], Beam], entry: Any = "", **values: Any
+    visitor: Visitor,
+    key: str,
+    edit: Callable[[Beam], Beam],
+    entry: Any = "",
+    then: Callable[[State], State] = lambda state: state,
 ) -> None:
-    """Show another beam, made of the one that is shown, with other values of the state by field
-    name; or refuse the entry of the field with this key."""
+    """Show another beam, made of the one that is shown, in the state `then(state)`; or refuse the
+    entry of the field with this key."""
     state = visitor.state
     scene = replace(state, case=state.case.nearest).to_scene()
     try:
@@ -330,15 +347,16 @@ def load(
         visitor.change(lambda state: replace(state, refused=refused))
         return
     if beam == scene.beam:
-        visitor.change(lambda state: replace(state, **values))
+        visitor.change(then)
     else:
-        visitor.load(replace(scene, beam=beam, camera=None), **values)
+        changed = replace(scene, beam=beam, camera=None)
+        visitor.change(lambda state: then(state.loaded(changed)), loads=True)
 
 
 def panel_reads(snapshot: Snapshot) -> tuple[object, ...]:
     """The beam, the kind of section whose dimensions are shown, and the entry that was refused."""
     state = snapshot.state
-    return state.case, state.section, state.refused
+    return state.case, state[SECTION], state.refused
 
 
 def panel_content(case: Case, section: str, refused: Refused | None) -> Content:

@@ -13,11 +13,13 @@ from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.declarations import Choice, Tab, number_key
+from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import cursor
-from beamviz.explorer.jobs import Answer, SolverAnswer
+from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
@@ -43,7 +45,7 @@ class RunUpRequest(NamedTuple):
         speed, which changes rarely."""
         stop = CHART_FILL * chart_range(state.case.nearest_beam(), "gamma")[1]
         case = state.shown_case.changed("gamma", 0.0)
-        return cls(case, state.force_per_rev, state.damping, stop)
+        return cls(case, state.force_per_rev, state[DAMPED], stop)
 
     @property
     def units(self) -> Units | None:
@@ -144,17 +146,19 @@ TOOLS += page.slider(
 TOOLS += page.button("Run up from rest", id="run-up-button", class_="main", data_do="run_up")
 
 
+DAMPED = Choice("damping", 0.02, key=number_key("damping", *DAMPING))  # the ratio of every mode
+
+
 class RunUpTab(Feature):
     """The force, the chart of amplitudes and the resonances; the speed of the beam as it rises."""
 
     tab = Tab("Run-up", 6, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"))
+    choices = (DAMPED,)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
         visitor.job(JOB, RunUpRequest.run_up)
-        visitor.bind(
-            "damping", with_damping, lambda values: round(100 * values["damping"], 6), takes=float
-        )
+        visitor.bind("damping", with_damping, damping_shown, float)
         self.page.on("run_up", lambda _: visitor.change(started_or_stopped))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
@@ -217,8 +221,13 @@ def line_content(run: RunUp | None, beam: Beam | None) -> Content:
 
 def with_damping(state: State, percent: object) -> State:
     ratio = percent / 100 if isinstance(percent, int | float) else percent
-    damping = max(clip(ratio, DAMPING[1], state.damping), DAMPING[0])
-    return replace(state.without_run_up(), damping=damping)
+    damping = max(clip(ratio, DAMPING[1], state[DAMPED]), DAMPING[0])
+    return state.without_run_up().with_choice(DAMPED, damping)
+
+
+def damping_shown(state: State) -> float:
+    """The damping ratio [%], without rounding errors."""
+    return round(100 * state[DAMPED], 6)
 
 
 def run_data(run: RunUp) -> page.Data:

@@ -2,17 +2,17 @@
 whose files are written in the background.
 
 A page opens with the scene of its address, and the address is updated with the scene. Examples:
-?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with other KEYS.
+?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with the keys of other choices.
 """
 
 import json
 import math
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,30 +21,25 @@ from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.beam import NUMBERS
-from beamviz.checks import check_float, check_int
+from beamviz.checks import check_float
 from beamviz.drawing.text import error_summary
 from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium, unknown_keyword
 from beamviz.explorer import page
-from beamviz.explorer.blade_table import Draft, draft_of_text, text_of_draft
 from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.computed_motion import JOB as MOTION
 from beamviz.explorer.computed_motion import wanted
-from beamviz.explorer.experiment import PULLED, RANGES, Experiment
-from beamviz.explorer.feature import Feature, Part, Tab, tab_named, tabs
-from beamviz.explorer.features.controls import RATES
-from beamviz.explorer.features.lessons import STEPS, begun
+from beamviz.explorer.declarations import Choice, Tab, features, name_key
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.lessons import begun
 from beamviz.explorer.features.motion import MOTION_KINDS
-from beamviz.explorer.features.real_beam import SECTION_NAMES
 from beamviz.explorer.jobs import Job, JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import (
     CHOICES,
-    COMPARISONS,
-    FIELDS,
-    FILM_LENGTHS,
     LASTING,
+    SHARED,
     TERMS,
     Case,
     History,
@@ -53,14 +48,11 @@ from beamviz.explorer.state import (
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
 from beamviz.exports.motion_files import animate_motion, export_motion
-from beamviz.frequency_loci.forced_response import DAMPING
 from beamviz.input_files import MAX_TOML_BYTES, check_keys
 from beamviz.lessons import lesson
 from beamviz.scene import KEYS as SCENE_KEYS
 from beamviz.scene import (
     MAX_LINK,
-    MODES,
-    PER_REV,
     Camera,
     Scene,
     check_bool,
@@ -75,26 +67,6 @@ from beamviz.solver import interruption
 RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "logCamera"}
 ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
 LONGEST_LINK = MAX_LINK + 1000  # [characters] as a page sends it, with the keys of other readers
-FOLLOWS = "auto"  # the rate of a clock that is not locked
-
-
-def check_tab(key: Any) -> str:
-    return tab_named(check_choice("tab", key, tuple(tabs())))
-
-
-def check_rate(rate: Any) -> float | None:
-    return None if rate == FOLLOWS else check_float("rate", rate, *RATES)
-
-
-def check_ends(ends: Any) -> tuple[float, float]:
-    if not isinstance(ends, list) or len(ends) != 2:
-        raise InvalidInput(f"ends = {ends!r}: must be two numbers")
-    first, second = (check_float("ends", end) for end in ends)
-    return first, second
-
-
-def check_mapped(one: Any) -> str | int:
-    return one if one == "gap" else check_int("map", one, 1, MODES)
 
 
 def check_before(values: Any) -> dict[str, Any]:
@@ -111,17 +83,11 @@ def check_before(values: Any) -> dict[str, Any]:
     return values
 
 
-def check_draft(text: Any) -> Draft:
-    """The tables of a blade as typed. Raises InvalidInput."""
-    draft = draft_of_text(text) if isinstance(text, str) else None
-    if draft is None:
-        raise InvalidInput("draft: must be the tables of a blade, as a page of beamviz writes them")
-    return draft
-
-
 SIZE = "the size"  # part of a link: the keys that make one beam in SI units
 LINES, LINE = 6, 130  # of the message on a link: lines at most, characters of one
-ENTERED = "entered"  # key of a link: what of the case is out of range, or not taken by its method
+# Keys of a link: what of the case is out of range, or not taken by its method; what the case kept
+# for comparison has otherwise.
+ENTERED, BEFORE = "entered", "before"
 
 
 def check_entered(values: Any) -> dict[str, Any]:
@@ -134,32 +100,16 @@ def check_entered(values: Any) -> dict[str, Any]:
     return numbers | check_before(others)
 
 
-# Keys of a link besides those of a scene: the field of the state, and the check of its value.
-KEYS: dict[str, tuple[str, Callable[[Any], Any]]] = {
-    "lesson": ("lesson", lambda name: lesson(str(name)).name),
-    "step": ("step", lambda step: check_int("step", step, 1, len(STEPS)) - 1),
-    "guess": ("guess", lambda guess: check_int("guess", guess, 1, 9) - 1),
-    "compare": ("comparison", lambda case: check_choice("compare", case, COMPARISONS[1:])),
-    "before": ("kept", check_before),
-    "stacked": ("stacked", partial(check_bool, "stacked")),
-    "across": ("across", lambda name: check_choice("across", name, FIELDS["across"])),
-    "ends": ("map_ends", check_ends),
-    "map": ("mapped", check_mapped),
-    "force": ("force_per_rev", lambda count: check_int("force", count, 1, max(PER_REV))),
-    "damping": ("damping", lambda ratio: check_float("damping", ratio, *DAMPING)),
-    "response": ("forced_response", partial(check_bool, "response")),
-    "motion": ("experiment", Experiment.of),
-    "moving": ("in_motion", partial(check_bool, "moving")),
-    "moment": ("moment", lambda time: check_float("moment", time, 0.0, RANGES["until"].limits[1])),
-    "section": ("section", lambda kind: check_choice("section", kind, tuple(SECTION_NAMES))),
-    "draft": ("draft", check_draft),
-    "film": ("film_length", lambda one: check_choice("film", one, tuple(FILM_LENGTHS))),
-    "methods": ("time_methods", partial(check_bool, "methods")),
-    "rate": ("rate", check_rate),
-    "tab": ("tab", check_tab),
-}
-TABLES = {"before", "motion", ENTERED}  # whose entries are valid or not each alone
-NAMES = (*SCENE_KEYS, *SI_KEYS, *KEYS, ENTERED)  # of all keys of a link
+# Keys of a link for what one case has otherwise than another, and their checks.
+DIFFERENCES = {BEFORE: check_before, ENTERED: check_entered}
+
+
+def linked_choices() -> dict[str, Choice[Any]]:
+    """The choices that links know, by their keys."""
+    declared = (*SHARED.values(), *(choice for kind in features() for choice in kind.choices))
+    return {choice.key.name: choice for choice in declared if choice.key}
+
+
 # Maximum resolution for a page: one solve takes at most 0.15 s, a chart takes 81 solves.
 PAGE_LIMITS = {"elements": 200, "terms": 100}
 
@@ -174,8 +124,8 @@ def within_limits(scene: Scene) -> Scene:
 
 
 class Link(NamedTuple):
-    """What a link describes: a scene, None where none of its values is valid, other values of the
-    state by field name, and the errors of the values that are left out."""
+    """What a link describes: a scene, None where none of its values is valid; other choices by
+    name, and DIFFERENCES of cases by key; the errors of the values that are left out."""
 
     scene: Scene | None
     values: dict[str, Any]
@@ -208,8 +158,9 @@ def parts_of(keys: dict[str, Any]) -> dict[str, dict[str, Any]]:
     """The keys of a link, each alone, and so those in a table; but together those that make one
     beam in SI units."""
     parts: dict[str, dict[str, Any]] = {}
+    tables = table_keys()
     for key, value in keys.items():
-        if key in TABLES and isinstance(value, dict):
+        if key in tables and isinstance(value, dict):
             parts |= {f"{key}.{name}": {key: {name: entry}} for name, entry in value.items()}
         else:
             parts.setdefault(SIZE if key in SIZE_KEYS else key, {})[key] = value
@@ -218,8 +169,14 @@ def parts_of(keys: dict[str, Any]) -> dict[str, dict[str, Any]]:
 
 def merged(keys: dict[str, Any], part: dict[str, Any]) -> dict[str, Any]:
     """The keys of a link with a part more."""
-    both = keys.keys() & part.keys() & TABLES
+    both = keys.keys() & part.keys() & table_keys()
     return keys | part | {key: keys[key] | part[key] for key in both}
+
+
+def table_keys() -> set[str]:
+    """The keys of tables, whose entries are valid or not each alone."""
+    tables = {key for key, choice in linked_choices().items() if choice.key and choice.key.is_table}
+    return tables | DIFFERENCES.keys()
 
 
 def mistakes(refused: dict[str, InvalidInput], keys: dict[str, Any]) -> Iterable[InvalidInput]:
@@ -249,36 +206,49 @@ def listed(errors: Iterable[InvalidInput]) -> str:
 
 def described(keys: dict[str, Any]) -> Link:
     """The link of these keys and values. Raises InvalidInput."""
+    choices = linked_choices()
+    others = (*choices, *DIFFERENCES)
+    names = (*SCENE_KEYS, *SI_KEYS, *others)
     for key in keys:
-        if key not in NAMES:
-            raise unknown_keyword("key", key, NAMES, SI_SYNONYMS)
-    known = {key: KEYS[key] for key in KEYS if keys.get(key) is not None}
-    values = {name: check(keys[key]) for key, (name, check) in known.items()}
-    if ENTERED in keys:
-        values[ENTERED] = check_entered(keys[ENTERED])
+        if key not in names:
+            raise unknown_keyword("key", key, names, SI_SYNONYMS)
+    values: dict[str, Any] = {}
+    for key, choice in choices.items():
+        if choice.key and key in keys:
+            values[choice.name] = choice.key.read(keys[key])
+    values |= {key: check(keys[key]) for key, check in DIFFERENCES.items() if key in keys}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
-    of_scene = {key: keys[key] for key in keys if key not in known and key != ENTERED}
-    scene = Scene.from_query(of_scene, base)
+    scene = Scene.from_query({key: keys[key] for key in keys if key not in others}, base)
     return Link(within_limits(scene), values)
 
 
+def usual(state: State, scene: Scene, name: str) -> State:
+    """The state that a link describes by a scene alone, or by that and the name of a lesson: the
+    choices that it does not name are the usual ones."""
+    fields = {one.name: one.usual for one in SHARED.values() if one.key}
+    chosen = {one: value for one, value in state.chosen.items() if one.key is None}
+    outside, state = state.outside, replace(state, over=State.over, chosen=chosen, **fields)
+    state = replace(state, before_lesson=None, kept=None)
+    if name:
+        return replace(begun(state, lesson(name), scene), before_lesson=outside)
+    return replace(state.loaded(scene), opened=scene)
+
+
 def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
-    """The state that a link describes by its scene and other values; those that it does not name
-    are the usual ones."""
-    values, outside = dict(values), state.outside
-    state = replace(
-        state, before_lesson=None, **{name: getattr(State, name) for name, _ in KEYS.values()}
-    )
-    if name := values.pop("lesson", ""):
-        state = replace(begun(state, lesson(name), scene), before_lesson=outside)
-    else:
+    """The state that a link describes by its scene, other choices and differences of cases."""
+    name = values.get("lesson", "")
+    if not name:
         scene = scene.changed(**{name: getattr(state.view, name) for name in LASTING})
-        motion = values.get("experiment", PULLED), values.get("in_motion", False)
-        state = replace(state.loaded(scene), opened=scene, opened_motion=motion)
-    state = replace(state, case=changed_case(state.case, values.pop(ENTERED, {})))
-    if (kept := values.pop("kept", None)) is not None:
-        state = replace(state, kept=changed_case(state.case, kept))
-    return replace(state, **values).at_moment(values.get("moment", 0.0))
+    state = usual(state, scene, name)
+    for choice in linked_choices().values():
+        if choice.name in values:
+            state = state.with_choice(choice, values[choice.name])
+    if not name:
+        state = replace(state, opened_motion=(state.experiment, state.in_motion))
+    state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))
+    if BEFORE in values:
+        state = replace(state, kept=changed_case(state.case, values[BEFORE]))
+    return state.at_moment(state.moment)
 
 
 def changed_case(case: Case, values: dict[str, Any]) -> Case:
@@ -359,36 +329,34 @@ def query_of(state: State, chosen: Camera | None, start: State) -> str:
     base = lesson(state.lesson).scene if state.lesson else Scene()
     of_scene = scene.to_query(base, without=LASTING)
     found = "&".join(filter(None, (urlencode(pairs), of_scene)))
-    if len(found) > MAX_LINK:  # tables as typed have no room beside those of the beam
-        pairs.pop("draft", None)
+    if len(found) > MAX_LINK:
+        for key, choice in linked_choices().items():
+            if choice.key and choice.key.is_long:
+                pairs.pop(key, None)
         found = "&".join(filter(None, (urlencode(pairs), of_scene)))
     return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
 
 
+@cache
+def with_usual_choices(name: str, over: str) -> State:
+    """A state with the choices that a link describes by the name of a lesson, or "", and the
+    abscissa of its scene. It takes as long as all else of an address, which each edit changes."""
+    scene = (lesson(name).scene if name else Scene()).changed(over=over)
+    return usual(State.of(scene), scene, name)
+
+
 def extra_pairs(state: State) -> dict[str, Any]:
-    """The keys and values of a link that are not those of the scene."""
-    usual = {name: getattr(State, name) for name, _ in KEYS.values()}
-    if state.lesson:
-        first = begun(state, lesson(state.lesson))
-        usual |= {name: getattr(first, name) for name in ("rate", "tab", "experiment", "in_motion")}
-    values = {key: getattr(state, name) for key, (name, _) in KEYS.items()}
-    values = {key: one for key, one in values.items() if one != usual[KEYS[key][0]]}
-    for key in {"step", "guess"} & values.keys():
-        values[key] += 1
-    if "rate" in values:
-        values["rate"] = values["rate"] or FOLLOWS
-    if "tab" in values:
-        values["tab"] = values["tab"] or next(iter(tabs()))
-    if "ends" in values:
-        values["ends"] = json.dumps(state.map_ends)
-    if "motion" in values:
-        values["motion"] = state.experiment.text
-    if "draft" in values:
-        values["draft"] = text_of_draft(state.draft) if state.draft else ""
+    """The keys and values of a link to a state that are not those of its scene: where a link
+    without them describes another one."""
+    without = with_usual_choices(state.lesson, state.over)
+    values: dict[str, Any] = {"lesson": state.lesson} if state.lesson else {}
+    for key, choice in linked_choices().items():
+        if choice.key and state[choice] != without[choice]:
+            values[key] = choice.key.write(state[choice])
     if entered := inline_table(state.case, state.case.nearest):
         values[ENTERED] = entered
-    if "before" in values:
-        values["before"] = (state.kept and inline_table(state.kept, state.case)) or "{}"
+    if state.kept is not None:
+        values[BEFORE] = inline_table(state.kept, state.case) or "{}"
     words = {True: "true", False: "false"}
     return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
 
@@ -440,10 +408,15 @@ JOB = "file"
 PROGRESS = "export-work", "export-progress", "export-state", "motion-file-work", "motion-file-state"
 
 
+FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
+FILM = Choice("film_length", "shortest loop", FILM_LENGTHS, name_key("film", FILM_LENGTHS))
+
+
 class Files(Feature):
     """Buttons that save and load a scene, and the tab Export with the progress of its files."""
 
     tab = Tab("Export", 10)
+    choices = (FILM,)
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -482,7 +455,7 @@ class Files(Feature):
         if suffix not in tuple(KINDS):
             return
         size = film_size(suffix)
-        periods = FILM_LENGTHS[self.visitor.state.film_length]
+        periods = FILM_LENGTHS[self.visitor.state[FILM]]
         film = {"periods": periods, **size} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
             self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))
@@ -540,8 +513,8 @@ class Files(Feature):
     def report(self, progress: str, done: float = 0.0) -> None:
         """Report the progress of a file. Raises Cancelled."""
         interruption.get()(done)
-        if progress != self.job.note:
-            self.job.note = progress
+        if (run := self.job.run) and run.note != progress:
+            run.note = progress
             self.visitor.wake()
 
     def finish(self) -> None:

@@ -12,7 +12,8 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.feature import Feature, Part, Tab, fading, waiting
+from beamviz.explorer.declarations import Tab
+from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import (
     CHART,
     Chart,
@@ -22,9 +23,10 @@ from beamviz.explorer.features.loci_chart import (
     event_buttons,
     loci_lines,
 )
-from beamviz.explorer.jobs import PENDING, SOLUTION, Answer
+from beamviz.explorer.jobs import PENDING, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.solutions import SOLUTION
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes

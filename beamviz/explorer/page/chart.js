@@ -17,7 +17,7 @@ of the page.
   chosen   key of the mark at the beam                                                 */
 const BeamvizChart = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, make, minus, px, valueAt } = beamvizFigure;
+  const { Figure, TOP, clamp, make, minus, px, valueAt } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
   /** @param {number} value */
@@ -135,7 +135,7 @@ const BeamvizChart = (() => {
       const old = new Map(this.buttons);
       this.events.setAttribute("aria-label", `Marks of the ${name}`);
       this.places = marks.map((mark) => ({ mark, x: this.px(mark.x), y: this.py(mark.y) }))
-        .filter(({ x, y }) => x >= LEFT - 1 && x <= this.right + 1 && y >= TOP - 1 && y <= this.bottom + 1);
+        .filter(({ x, y }) => x >= this.left - 1 && x <= this.right + 1 && y >= TOP - 1 && y <= this.bottom + 1);
       for (const { mark, x, y } of this.places) {
         const button = this.buttons.get(mark.key) ?? this.addMark(mark);
         old.delete(mark.key);
@@ -182,7 +182,7 @@ const BeamvizChart = (() => {
     }
 
     /** @param {Pixel} pixel */
-    reaches([x]) { return x >= LEFT - REACH && x <= this.right + 3 * REACH; }
+    reaches([x]) { return x >= this.left - REACH && x <= this.right + 3 * REACH; }
 
     /**
      * @param {boolean} fine
@@ -210,7 +210,7 @@ const BeamvizChart = (() => {
     wheel(event) {
       if (this.zoom.hidden || !this.isDrawn) return;
       const [low, high] = this.range;
-      const shift = (event.deltaX * (high - low)) / (this.right - LEFT);
+      const shift = (event.deltaX * (high - low)) / (this.right - this.left);
       if (event.ctrlKey) this.zoomBy(1.002 ** event.deltaY, [this.px.invert(this.pixel(event)[0])]);
       else if (this.view && Math.abs(event.deltaX) > Math.abs(event.deltaY)) this.show([low + shift, high + shift]);
       else return;

@@ -3,7 +3,8 @@
    moved by a press, by dragging and by keys. Subclasses document their data. */
 const beamvizFigure = (() => {
   "use strict";
-  const TOP = 20, LEFT = 62; // [px] of the margins
+  const TOP = 20, LEFT = 62; // [px] of the margins, LEFT at least
+  const TITLE = 26; // [px] beside the labels of the y axis
   const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
   const LETTERS = 15; // [px] height of a label
   const LETTER = 9; // [px] width of a letter or digit
@@ -160,8 +161,9 @@ const beamvizFigure = (() => {
       this.host = host;
       this.data = /** @type {Required<Chart>} */ (data);
       this.dimensions = dimensions;
-      // of the drawing: its scales, the lower right corner of its frame, the width of a label
+      // of the drawing: its scales, the sides of its frame, the width of a label
       this.px = this.py = scale([0, 1], false, 0, 1);
+      this.left = LEFT;
       this.right = this.bottom = this.letters = this.columns = 0;
       this.isDrawn = this.low = false;
       // of the pointer
@@ -220,7 +222,7 @@ const beamvizFigure = (() => {
     }
 
     /** @param {Pixel} pixel */
-    inside([x, y]) { return x >= LEFT && x <= this.right && y >= TOP && y <= this.bottom; }
+    inside([x, y]) { return x >= this.left && x <= this.right && y >= TOP && y <= this.bottom; }
 
     /**
      * Shows lines of text beside a pixel.
@@ -253,7 +255,7 @@ const beamvizFigure = (() => {
       const { x, y } = this.data;
       /** @type {Omit<Coordinate, "step">[]} */
       const both = [
-        { axis: x, range: this.range, scale: this.px, start: LEFT, end: this.right },
+        { axis: x, range: this.range, scale: this.px, start: this.left, end: this.right },
         { axis: y, range: this.yRange, scale: this.py, start: TOP, end: this.bottom },
       ];
       return both.slice(0, this.dimensions).map((one) => (
@@ -403,18 +405,20 @@ const beamvizFigure = (() => {
       this.plot.style.setProperty("--bottom", `${height - this.bottom}px`);
       this.isDrawn = true;
       this.py = scale(this.yRange, y.log, this.bottom, TOP);
+      const widest = Math.max(...this.yTicks.map(([, content]) => content.length));
+      this.left = Math.max(LEFT, LETTER * widest + TITLE);
       this.columns = 0;
       for (let needed = 1; needed > this.columns;) {
         this.columns = needed;
         this.right = width - 8 - this.letters * this.columns;
-        this.px = scale(this.range, x.log, LEFT, this.right);
+        this.px = scale(this.range, x.log, this.left, this.right);
         needed = Math.ceil((this.ends().beside.length * LETTERS) / (this.bottom - TOP));
       }
-      const frame = `x="${LEFT}" y="${TOP}" width="${this.right - LEFT}" height="${this.bottom - TOP}"`;
+      const frame = `x="${this.left}" y="${TOP}" width="${this.right - this.left}" height="${this.bottom - TOP}"`;
       set(this.svg, { role: "img", "aria-label": name });
       this.svg.innerHTML = `<clipPath id="clip-${this.host.id}"><rect ${frame}/></clipPath>${this.axes()}`
         + `<g clip-path="url(#clip-${this.host.id})">${this.gaps()}${this.paths()}</g>`
-        + this.labels() + this.rings() + this.message(LEFT, this.right, message);
+        + this.labels() + this.rings() + this.message(this.left, this.right, message);
       return true;
     }
 
@@ -434,13 +438,15 @@ const beamvizFigure = (() => {
       return fits ? this.text("message", (start + end) / 2, (TOP + this.bottom) / 2, content) : "";
     }
 
+    get yTicks() { return ticks(this.yRange, this.data.y.log, (this.bottom - TOP) / 30); }
+
     axes() {
       const { x, y } = this.data, right = this.right, bottom = this.bottom;
       const short = bottom - TOP < 130; // only the symbol with its unit has room beside the axis
       const title = (short && y.label.match(/\S+ \[.*\]$/)?.[0]) || y.label;
       const flag = this.flag && this.data.cursor ? this.describe(this.place).length : 0;
       let made = "", beside = right + 16;
-      for (const [value, content] of ticks(this.range, x.log, (right - LEFT) / 70)) {
+      for (const [value, content] of ticks(this.range, x.log, (right - this.left) / 70)) {
         const at = this.px(value), half = LETTER * (flag + content.length) / 2 + 12; // of the flag and the tick
         const covered = flag && Math.abs(at - this.px(this.place[0])) < half;
         made += `<path class="grid" d="M${px(at)} ${TOP}V${bottom}"/>`;
@@ -448,20 +454,20 @@ const beamvizFigure = (() => {
         made += this.text("tick", at, bottom + 17, content);
         beside = Math.max(beside, at + LETTER * content.length / 2 + 6);
       }
-      for (const [value, content] of ticks(this.yRange, y.log, (bottom - TOP) / 30)) {
+      for (const [value, content] of this.yTicks) {
         const at = this.py(value);
-        made += `<path class="grid" d="M${LEFT} ${px(at)}H${right}"/>`;
-        made += this.text("tick y", LEFT - 7, at + 4.5, content);
+        made += `<path class="grid" d="M${this.left} ${px(at)}H${right}"/>`;
+        made += this.text("tick y", this.left - 7, at + 4.5, content);
       }
-      return `${made}<path class="axis" d="M${LEFT} ${bottom}H${right}"/>`
+      return `${made}<path class="axis" d="M${this.left} ${bottom}H${right}"/>`
         + (this.low ? this.text("unit", beside, bottom + 17, x.unit || x.symbol)
-          : this.text("title", (LEFT + right) / 2, bottom + 37, x.label))
+          : this.text("title", (this.left + right) / 2, bottom + 37, x.label))
         + `<text class="title" transform="translate(13 ${(TOP + bottom) / 2}) rotate(-90)">${escape(title)}</text>`;
     }
 
     gaps() {
       return (this.data.gaps ?? []).map(([from, to, text]) => {
-        const [start, end] = [from, to].map((v) => clamp(this.px(v), LEFT, this.right));
+        const [start, end] = [from, to].map((v) => clamp(this.px(v), this.left, this.right));
         return `<rect class="gap" x="${px(start)}" y="${TOP}" width="${px(end - start)}" height="${this.bottom - TOP}"/>`
           + this.message(start, end, text);
       }).join("");
@@ -535,7 +541,7 @@ const beamvizFigure = (() => {
       const { beside, above } = this.ends(), wide = this.letters;
       const lowest = this.bottom - (this.low ? 4 : 0); // the unit of the x axis stands below
       const heights = spread(beside.map((one) => one.y), LETTERS / this.columns, lowest);
-      const rows = Math.ceil((above.length * wide) / (this.right - LEFT)) || 1;
+      const rows = Math.ceil((above.length * wide) / (this.right - this.left)) || 1;
       const places = spread(above.map((one) => one.x), wide / rows, this.right - wide / 2);
       const last = Array(this.columns).fill(-Infinity); // label of each column so far
       return beside.map((one, k) => {
@@ -567,5 +573,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, LEFT, TOP, clamp, make, minus, px, valueAt };
+  return { Figure, TOP, clamp, make, minus, px, valueAt };
 })();

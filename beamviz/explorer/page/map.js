@@ -13,7 +13,7 @@
   cursor   {action, x, y}: the beam shown, and the action that sets "x y"                           */
 const BeamvizMap = (() => {
   "use strict";
-  const { Figure, LEFT, TOP, clamp, make, minus, px } = beamvizFigure;
+  const { Figure, TOP, clamp, make, minus, px } = beamvizFigure;
 
   return class MapFigure extends Figure {
     /** @param {HTMLElement} host */
@@ -54,9 +54,9 @@ const BeamvizMap = (() => {
     render() {
       if (!this.drawFigure()) return;
       const { columns, values } = this.data, rows = values.length / columns;
-      const width = this.right - LEFT, height = this.bottom - TOP;
+      const width = this.right - this.left, height = this.bottom - TOP;
       const across = width / (columns - 1), up = height / (rows - 1); // of a beam, in its middle
-      Object.assign(this.field.style, { left: `${LEFT}px`, top: `${TOP}px`, width: `${width}px`, height: `${height}px` });
+      Object.assign(this.field.style, { left: `${this.left}px`, top: `${TOP}px`, width: `${width}px`, height: `${height}px` });
       Object.assign(this.canvas.style, {
         left: `${-across / 2}px`, top: `${-up / 2}px`, width: `${width + across}px`, height: `${height + up}px`,
       });
@@ -76,7 +76,7 @@ const BeamvizMap = (() => {
       const placed = [];
       for (const { x, y, text } of this.data.regions) {
         const half = 4 * text.length, at = this.py(y);
-        const left = clamp(this.px(x), LEFT + half, this.right - half);
+        const left = clamp(this.px(x), this.left + half, this.right - half);
         const free = placed.every((one) => Math.abs(one.at - at) > 18 || Math.abs(one.left - left) > one.half + half);
         if (free) placed.push({ left, at, half, text });
       }
@@ -99,7 +99,7 @@ const BeamvizMap = (() => {
     hover(pixel) {
       if (!this.isDrawn || !this.inside(pixel)) return this.hideReadout();
       const { columns, values, value } = this.data, rows = values.length / columns;
-      const column = Math.round(((pixel[0] - LEFT) / (this.right - LEFT)) * (columns - 1));
+      const column = Math.round(((pixel[0] - this.left) / (this.right - this.left)) * (columns - 1));
       const row = Math.round(((this.bottom - pixel[1]) / (this.bottom - TOP)) * (rows - 1));
       const one = values[row * columns + column];
       const found = one === null ? "no frequency" : `${value.symbol} ${minus(Number(one.toPrecision(3)))} ${value.unit}`;

@@ -16,7 +16,7 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
-from beamviz.solver.hp.mesh import Mesh, make_mesh
+from beamviz.solver.hp.mesh import Grid, Mesh, make_mesh
 from beamviz.solver.hp.properties import (
     AnyBeam,
     BeamStack,
@@ -42,10 +42,10 @@ LIMIT_ORDER = 12
 NEAR_LIMIT = 1.01  # relative load up to which a limit is searched for a beam that was not solved
 
 
-class StretchOnMesh(NamedTuple):
-    """The stretch f (n,) of a beam on a mesh."""
+class StretchOnGrid(NamedTuple):
+    """The stretch f (n,) of a beam on a grid."""
 
-    mesh: Mesh
+    grid: Grid
     f: NDArray
 
 
@@ -87,7 +87,7 @@ class AxialProblem(NamedTuple):
     law: StrainLaw
 
     def solve(
-        self, small: bool, tolerance: float, start: StretchOnMesh | None = None
+        self, small: bool, tolerance: float, start: StretchOnGrid | None = None
     ) -> AxialState:
         """The equilibria by Newton's method, with an infinite error where it failed.
 
@@ -98,7 +98,7 @@ class AxialProblem(NamedTuple):
         load = (self.beams.gamma / self.beams.mu) ** 2
         accuracy = STRETCH_SHARE * tolerance if small else NEWTON_STEP**2
         if start is not None:
-            f = (start.mesh.at(self.mesh.points) @ start.f)[None]
+            f = (start.grid.at(self.mesh.points) @ start.f)[None]
         else:
             f, guess_error = self.first_guess(load, accuracy)
             if small and guess_error < accuracy:
@@ -230,7 +230,7 @@ def limit_error(beam: Beam, law: StrainLaw) -> NoEquilibrium | None:
     return None if limit is None else no_equilibrium(beam, beam.mu * limit**0.5, law)
 
 
-def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[StretchOnMesh, Positions]:
+def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[StretchOnGrid, Positions]:
     """The equilibrium of a beam of large strain on a coarse mesh, and its positions. Raises
     NoEquilibrium with the limit, and NotConverged."""
     ends = ends_of_spans(beam)
@@ -243,4 +243,4 @@ def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[StretchOnMesh, Po
     int_f, moment, mass = values.reshape(3, -1, COARSE_ORDER).sum(axis=2)
     u = accumulate(int_f.tolist(), initial=0.0)
     positions = Positions(ends, tuple(u), tuple((moment / mass).tolist()), tuple(mass.tolist()))
-    return StretchOnMesh(mesh, f), positions
+    return StretchOnGrid(mesh.grid, f), positions

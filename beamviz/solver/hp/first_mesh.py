@@ -30,7 +30,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.blade import Blade
 from beamviz.solver.hp.equilibrium import (
-    StretchOnMesh,
+    StretchOnGrid,
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
@@ -128,7 +128,7 @@ def layers(span: Span, power: int) -> list[Layer]:
     return thin
 
 
-def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnMesh | None]:
+def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnGrid | None]:
     """The elements of a beam for the modes of the problem and its tolerance. Of a large strain that
     is not certain to have an equilibrium also its equilibrium on a coarse mesh, else None. Raises
     NoEquilibrium with the limit, and NotConverged.
@@ -141,8 +141,7 @@ def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnMes
     if limited and (beam.delta < 0 or not law.stiffens):
         spans, start = first_elements_of_spans(beam, problem)
         return joined_elements(beam, spans), None if has_unique_equilibrium(beam, law) else start
-    spans, _ = cached_elements_of_spans(rounded(beam), problem)
-    return joined_elements(beam, spans), None
+    return joined_elements(beam, elements_by_rounded_numbers(rounded(beam), problem)), None
 
 
 def joined_elements(beam: Beam, spans: Sequence[SpanElements]) -> Elements:
@@ -179,7 +178,7 @@ def four_digits(x: float) -> float:
 
 def first_elements_of_spans(
     beam: AnyBeam, problem: Problem
-) -> tuple[list[SpanElements], StretchOnMesh | None]:
+) -> tuple[list[SpanElements], StretchOnGrid | None]:
     """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
     large, else None. Raises NoEquilibrium and NotConverged."""
     law, start, positions = problem.strain_law, None, unstretched_positions(beam)
@@ -197,7 +196,11 @@ def first_elements_of_spans(
     return elements_of_spans(beam.mu, spans, problem, densities), start
 
 
-cached_elements_of_spans = lru_cache(maxsize=1024)(first_elements_of_spans)
+@lru_cache(maxsize=1024)
+def elements_by_rounded_numbers(beam: Numbers, problem: Problem) -> list[SpanElements]:
+    """The elements of each span of a beam of rounded numbers."""
+    spans, _ = first_elements_of_spans(beam, problem)
+    return spans
 
 
 class WaveDensities(NamedTuple):

@@ -20,7 +20,7 @@ from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
     AxialProblem,
     AxialState,
-    StretchOnMesh,
+    StretchOnGrid,
     axial_problem,
     is_small_strain,
     limit_error,
@@ -52,7 +52,7 @@ class Attempt(NamedTuple):
     elements: Elements
     small: bool  # of small strain, so that a rough equilibrium suffices
     alone: bool  # whether it may not be in a stack
-    start: StretchOnMesh | None = None
+    start: StretchOnGrid | None = None
 
 
 ModesOrError = StraightModes | BeamvizError
@@ -192,7 +192,7 @@ def next_attempt(
         if near_limit and totals[worst] * problem.tolerance < GREATEST_ERROR:
             return modes
         return failure(attempt.beam, problem, error)
-    start = StretchOnMesh(make_mesh(*attempt.elements), modes.f) if attempt.start else None
+    start = StretchOnGrid(modes.grid, modes.f) if attempt.start else None
     return attempt._replace(elements=elements, small=False, start=start)
 
 

@@ -1,0 +1,136 @@
+"""What is declared once, where it is used: choices of the visitor, and tabs.
+
+A `Choice` says all that undo, links and controls know of a choice. One that several parts of the
+page share is a field of `State` (see `choice`); one of a feature is an entry of its `choices`.
+"""
+
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Generic, Literal, NamedTuple, TypeVar
+
+from beamviz.checks import check_choice, check_float, check_int
+from beamviz.scene import check_bool
+
+T = TypeVar("T")
+Undo = Literal["changes", "keeps", "ends"]
+SWITCH = (False, True)  # the values of a choice that is on or off
+
+
+@dataclass(frozen=True)
+class Key:
+    """How links have a choice. name: the key; read: returns the choice for its value in a link, as
+    TOML has it, or raises InvalidInput; write: returns the value, or its text, for a choice;
+    is_table: the value has entries, each of which is valid or not alone; is_long: it is left out
+    where a link has no room for it."""
+
+    name: str
+    read: Callable[[Any], Any]
+    write: Callable[[Any], Any] = lambda value: value
+    is_table: bool = False
+    is_long: bool = False
+
+
+def switch_key(name: str) -> Key:
+    """The key of a choice that is true or false."""
+    return Key(name, lambda value: check_bool(name, value))
+
+
+def name_key(name: str, values: Collection[str]) -> Key:
+    """The key of one of some names."""
+    return Key(name, lambda value: check_choice(name, value, values))
+
+
+def number_key(name: str, low: float, high: float) -> Key:
+    """The key of a number in low .. high."""
+    return Key(name, lambda value: check_float(name, value, low, high))
+
+
+def whole_key(name: str, low: int, high: int) -> Key:
+    """The key of a whole number in low .. high."""
+    return Key(name, lambda value: check_int(name, value, low, high))
+
+
+def count_key(name: str, most: int) -> Key:
+    """The key of an index from 0, which a link counts from 1, up to `most`."""
+    return Key(name, lambda value: check_int(name, value, 1, most) - 1, lambda index: index + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Choice(Generic[T]):
+    """A choice of the visitor.
+
+    name: that of its controls (data-set="name"), unique in the page; usual: the value at first;
+    values: what its controls choose from; () for one that its feature binds itself; key: how links
+    have it, None if they do not; undo: "changes" it, or "keeps" it as it is, as no choice about the
+    scene, or "ends" it, as it is under way; until: the names of the values whose change ends it,
+    after which it is the usual one: fields of the state, or "scene" for another scene.
+    """
+
+    name: str
+    usual: T
+    values: Collection[T] = ()
+    key: Key | None = None
+    undo: Undo = "changes"
+    until: tuple[str, ...] = ()
+
+    def picked(self, value: object, present: T) -> T:
+        """The one of `values` that a control sent, as itself or as text; `present` for another."""
+        return {str(one): one for one in self.values}.get(str(value), present)
+
+    @property
+    def sent(self) -> type:
+        """The type of what a control sends."""
+        return bool if {*self.values} == {*SWITCH} else str
+
+
+def choice(
+    *, values: Collection[Any] = (), key: Key | None = None, undo: Undo = "changes"
+) -> dict[str, Any]:
+    """The metadata of a field that holds a choice: see `Choice`, whose name and usual value are the
+    name and the default of the field."""
+    return {"values": values, "key": key, "undo": undo}
+
+
+def choices_of(record: type[Any]) -> dict[str, Choice[Any]]:
+    """The choices that fields of a record hold, by name."""
+    entries = (entry for entry in fields(record) if entry.metadata)
+    return {entry.name: Choice(entry.name, entry.default, **entry.metadata) for entry in entries}
+
+
+class Tab(NamedTuple):
+    """A tab: its name, its place among the others, in ascending order, and its content (HTML),
+    which a feature may replace by `html("tab-<key>", ...)`."""
+
+    name: str
+    place: int
+    content: str = ""
+
+    @property
+    def key(self) -> str:
+        """The key of the tab in links and in the ids of its elements."""
+        return self.name.lower()
+
+
+class Declared:
+    """What a feature declares. tab: None for one around the scene; choices: those that belong to
+    the feature alone."""
+
+    tab: ClassVar[Tab | None] = None
+    choices: ClassVar[tuple[Choice[Any], ...]] = ()
+
+
+def features() -> Iterator[type[Declared]]:
+    """The features: the classes that extend `Feature`, which extends `Declared`."""
+    for base in Declared.__subclasses__():
+        yield from base.__subclasses__()
+
+
+def tabs() -> dict[str, Tab]:
+    """The tabs of all features by key, in their order."""
+    found = (kind.tab for kind in features() if kind.tab)
+    return {tab.key: tab for tab in sorted(found, key=lambda tab: tab.place)}
+
+
+def tab_named(key: str) -> str:
+    """The tab of a key as the state has it: "" for the first."""
+    return "" if key == next(iter(tabs())) else key

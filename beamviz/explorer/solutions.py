@@ -1,0 +1,146 @@
+"""The solutions of a visitor's cases, as the scene draws them."""
+
+import math
+import threading
+import time
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from beamviz.beam import Beam
+from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.text import (
+    error_summary,
+    in_words,
+    out_of_range,
+    stability_warning,
+    stretch_caution,
+)
+from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.explorer.jobs import Answer, Callback, Job, Run, Workers
+from beamviz.explorer.second_beam import ComparisonCase
+from beamviz.explorer.state import Case
+from beamviz.solver import Solution, solve
+
+SOLUTION = "solution"  # name of the job
+QUICK = 0.02  # [s] processor time of a solve that a frame waits for
+WAIT = 0.1  # [s] that it waits at most
+
+
+@dataclass(frozen=True, eq=False)
+class SolverAnswer(Answer[Case, SampledModes]):
+    """The answer to a case: its modes as the scene draws them, or the error."""
+
+    @property
+    def solution(self) -> Solution | None:
+        return self.result.solution if self.result else None
+
+    @property
+    def beam(self) -> Beam | None:
+        """The beam of the case; None where one of its numbers is out of range."""
+        return self.request.beam if self.request.in_range else None
+
+    @cached_property
+    def shapes(self) -> SampledModes:
+        """The modes, or without a solution the unloaded beam of the case, or the nearest to it."""
+        return self.result or SampledModes.at_rest(
+            self.beam or self.request.nearest_beam(), self.request.options["plane"]
+        )
+
+    @cached_property
+    def warning(self) -> str:
+        """The reason why no beam is at rest here, in short lines; "" for a stable equilibrium."""
+        if self.error:
+            return error_summary(self.error, self.beam)
+        return stability_warning(self.solution) if self.solution else ""
+
+    @cached_property
+    def caution(self) -> str:
+        """The reason why no real beam has this stable equilibrium; "" where one may."""
+        return stretch_caution(self.solution) if self.solution and not self.warning else ""
+
+    @property
+    def message(self) -> str:
+        """The full text of the warning or the error; "" for a stable equilibrium."""
+        known = self.error is None or isinstance(self.error, NoEquilibrium)
+        return self.warning if known else case_error(str(self.error), self.request)
+
+
+def case_error(text: str, case: Case) -> str:
+    """An error of a case in the words of the page; a number out of range in its own unit."""
+    return out_of_range(case.numbers, case.units) or in_words(text, case.units)
+
+
+class Cases(NamedTuple):
+    """A case to solve, and what to compare it with."""
+
+    case: Case
+    comparison: ComparisonCase = ComparisonCase()
+
+
+class Solved(NamedTuple):
+    """The answers to two cases, so that a picture never shows beams of different moments."""
+
+    answer: SolverAnswer
+    second: SolverAnswer | None
+
+
+class SolveJob(Job[Cases, Solved]):
+    """Solves the latest case of one visitor, and the one that it is compared with.
+
+    seconds: the processor time of the last solve, infinite where that took longer than a frame
+    waits; finished: set when nothing is being solved.
+    """
+
+    def __init__(self, workers: Workers, ready: Callback):
+        super().__init__(SOLUTION, self.solved, workers.solvers.submit, ready)
+        self.seconds = math.inf
+        self.finished = threading.Event()
+
+    def begin(self) -> None:
+        self.finished.clear()
+        super().begin()
+
+    def perform(self, run: Run[Cases]) -> None:
+        super().perform(run)
+        if self.run is None:
+            self.finished.set()
+
+    def finish(self) -> None:
+        """Wait for the answer if it is likely to be quick, as the last one was: worker threads that
+        compete with the frame loop for the interpreter lock take more time than the work itself. A
+        solve that takes longer than WAIT goes on in the background, and no frame waits for it."""
+        if self.seconds < QUICK and not self.finished.wait(WAIT):
+            self.seconds = math.inf
+
+    def solved(self, cases: Cases) -> Solved:
+        """The answers, of which the last ones are used again: many cases are compared with one, and
+        one with many. Raises Cancelled."""
+        last = self.answer.result if self.answer else None
+        start = time.thread_time()
+        first, second = last or (None, None)
+        case, other = cases.case, cases.comparison.case
+        if first is None or first.request != case:
+            first = solver_answer(case)
+        if other and (second is None or second.request != other):
+            second = solver_answer(other)
+        self.seconds = time.thread_time() - start
+        return Solved(first, second if other else None)
+
+    @property
+    def compared(self) -> tuple[SolverAnswer | None, SolverAnswer | None, ComparisonCase]:
+        """The latest answers, or the reason why there are none, and what was compared with."""
+        if (answer := self.answer) is None:
+            return None, None, ComparisonCase()
+        comparison = answer.request.comparison
+        if answer.result is None:
+            return SolverAnswer(answer.request.case, error=answer.error), None, comparison
+        return *answer.result, comparison
+
+
+def solver_answer(case: Case) -> SolverAnswer:
+    """The answer to a case. Raises Cancelled."""
+    try:
+        return SolverAnswer(case, SampledModes.sampled(solve(case.beam, **case.options)))
+    except BeamvizError as error:
+        return SolverAnswer(case, error=error)

@@ -1,0 +1,171 @@
+"""Choices of the visitor: each is declared once, and controls, undo and links know it."""
+
+import gc
+from collections import Counter
+from collections.abc import Iterator
+
+import pytest
+from live.visitor import PAPER, visitor
+
+from beamviz.explorer import explorer, page, session
+from beamviz.explorer.blade_table import Draft
+from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.blade import DRAFT
+from beamviz.explorer.features.lessons import STEP
+from beamviz.explorer.features.map import ENDS, MAPPED
+from beamviz.explorer.features.method_timing import TIMED
+from beamviz.explorer.features.sharing import (
+    FILM,
+    linked,
+    linked_choices,
+    parse_link,
+    query_of,
+)
+from beamviz.explorer.page import Content
+from beamviz.explorer.state import SHARED, History, State
+from beamviz.scene import KEYS, Scene
+
+START = State.of(Scene(PAPER))
+GRIDS = ("none", "coarse", "fine")
+
+
+def new_feature() -> type[Feature]:
+    """A feature as its file would declare it: a tab with one control, and what it shows."""
+    grid = Choice("grid_of_marks", "none", GRIDS, name_key("grid", GRIDS), until=("scene",))
+
+    def content(name: str) -> Content:
+        return page.html("grid-text", f"The grid is {name}.")
+
+    class Marks(Feature):
+        tab = Tab("Marks", 20, page.select(grid.name, "grid", GRIDS) + '<p id="grid-text"></p>')
+        choices = (grid,)
+
+        @property
+        def parts(self) -> tuple[Part, ...]:
+            return (Part(lambda s: (s.state[grid],), content, ("grid-text",)),)
+
+    return Marks
+
+
+@pytest.fixture
+def marks_url(monkeypatch) -> Iterator[str]:
+    """A running explorer with one more feature."""
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "FEATURES", (*session.FEATURES, new_feature()))
+        with explorer(Scene(PAPER)) as url:
+            yield url
+    gc.collect()
+    assert "marks" not in tabs()
+
+
+def test_a_new_feature_is_one_class(marks_url):
+    """Its control is bound; undo, redo and links know its choice, which ends as it declares; what
+    is none of its values is refused."""
+    with visitor(marks_url) as guest, visitor(marks_url) as later:
+        guest.do("link", "")
+        guest.do("tab", "marks", until="The grid is none.")
+        guest.choose("grid_of_marks", "fine", until="The grid is fine.")
+        guest.wait(lambda _: guest.values["grid_of_marks"] == "fine")
+        guest.wait(lambda _: "grid=fine" in guest.parts["address"])
+        guest.do("grid_of_marks", "huge")
+        guest.do("undo", until="The grid is none.")
+        guest.wait(lambda _: "grid=" not in guest.parts["address"])
+        guest.do("redo", until="The grid is fine.")
+        guest.wait(lambda _: "grid=fine" in guest.parts["address"])
+        later.do("link", f"?{guest.parts['address']}", until="The grid is fine.")
+        later.wait(lambda _: later.values["grid_of_marks"] == "fine")
+        later.wait(lambda _: later.parts["open"] == "marks")
+        later.do("link", "?grid=huge", until=lambda _: later.said)
+        assert "grid = 'huge': must be one of none, coarse, fine" in later.said[-1]["text"]
+        later.do("link", "?gamma=3", until="The grid is none.")
+        guest.do("real.preset", "steel beam", until="The grid is none.")
+
+
+@pytest.mark.parametrize(
+    ("undo", "undone", "redone"), [("changes", 1, 2), ("keeps", 3, 4), ("ends", 0, 0)]
+)
+def test_undo_does_with_a_choice_what_it_declares(undo, undone, redone):
+    """It changes it back, or leaves it as it is now, or ends it; only a change is a step."""
+    one, history = Choice[int]("number_of_test", 0, undo=undo), History()
+    before = START.with_choice(one, 1)
+    after = before.changed("gamma", 3.0).with_choice(one, 2)
+    assert after.differences(before) == {"gamma"} | ({one.name} if undo == "changes" else set())
+    history.record(before, after, 0.0)
+    now = after if undo == "changes" else after.with_choice(one, 3)
+    back = history.undo(now)
+    assert (back[one], back.case) == (undone, before.case)
+    now = back if undo == "changes" else back.with_choice(one, 4)
+    assert history.redo(now)[one] == redone
+
+
+def test_the_ends_of_a_map_last_as_long_as_its_axes():
+    """And its scene; not only as long as its beam."""
+    state = START.with_choice(ENDS, (19.0, 1.0))
+    assert state.changed("gamma", 3.0)[ENDS] == (19.0, 1.0)
+    assert state.changed("over", "delta")[ENDS] is None
+    assert state.changed("across", "mu")[ENDS] is None
+    assert state.loaded(Scene())[ENDS] is None
+
+
+def state_of_link(query: str, before: State = START) -> State:
+    """The state that a page shows on a link."""
+    link = parse_link(query)
+    assert link
+    assert link.scene
+    return linked(before, link.scene, link.values)
+
+
+def test_a_link_without_a_choice_has_the_usual_one():
+    """Whatever the page has shown before."""
+    state = state_of_link("methods=true&map=3&lesson=nodes&step=2&film=1+period")
+    choices = TIMED, MAPPED, STEP, FILM
+    assert [state[one] for one in choices] == [True, 3, 1, "1 period"]
+    later = state_of_link("gamma=3", state)
+    assert [later[one] for one in choices] == [one.usual for one in choices]
+
+
+def test_tables_as_typed_are_left_out_of_a_link_without_room_for_them():
+    """Which keeps all else."""
+    short = Draft((("0", "1", "2", "3", ""), ("x", "1", "2", "3", "")))
+    long = short._replace(stations=tuple(("1" * 40, "2", "3", "4", "") for _ in range(200)))
+    state = state_of_link("gamma=3&film=1+period")
+    with_room, without = (
+        query_of(state.with_choice(DRAFT, draft), None, START) for draft in (short, long)
+    )
+    assert state_of_link(with_room)[DRAFT] == short
+    assert without == query_of(state, None, START)
+    assert "film=" in without
+
+
+def test_names_and_keys_of_choices_are_unique():
+    """Those of all features, of the state and of a scene."""
+    own = [choice.name for kind in features() for choice in kind.choices]
+    keys = [
+        choice.key.name
+        for choice in (*SHARED.values(), *(one for kind in features() for one in kind.choices))
+        if choice.key
+    ]
+    assert max(Counter([*own, *START.values]).values()) == 1
+    assert max(Counter([*keys, *KEYS]).values()) == 1
+    assert {*keys} == {*linked_choices()}
+
+
+@pytest.mark.parametrize(
+    "before", ["over=alpha", "over=beta", "across=beta", "over=beta&across=mu"]
+)
+@pytest.mark.parametrize(
+    ("query", "axes"),
+    [
+        ("gamma=2", ("gamma", "alpha")),
+        ("over=alpha", ("alpha", "gamma")),
+        ("over=alpha&across=gamma", ("alpha", "gamma")),
+        ("over=alpha&across=alpha", ("gamma", "alpha")),
+        ("over=beta", ("beta", "alpha")),
+        ("across=mu", ("gamma", "mu")),
+    ],
+)
+def test_the_axes_of_a_link_do_not_depend_on_those_before(before, query, axes):
+    """Also where only one is named, which takes the place of the other one."""
+    state = state_of_link(query, state_of_link(before))
+    assert (state.over, state.across) == axes
