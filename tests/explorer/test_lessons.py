@@ -55,6 +55,20 @@ def test_a_lesson_says_that_its_number_is_being_computed(step):
     assert "being computed" not in lesson_html(shown, step, None, Facts.of("nodes"))
 
 
+def test_the_invitation_is_to_a_lesson_that_is_not_met_and_to_what_is_there(guest):
+    """It names the chart below only in the tab that has it, and a last lesson finishes."""
+    guest.says("Start lesson 1<")
+    guest.says("chart below")
+    guest.do("tab", "lessons", until="slider of the speed")
+    guest.do("met", " ".join(one.name for one in LESSONS[:2]), until="Start lesson 3<")
+    guest.do(
+        "met", " ".join(one.name for one in LESSONS), until=lambda _: "Start" not in guest.text
+    )
+    guest.do("lesson", LESSONS[-1].name)
+    guest.do("lesson_step", 1, until="Next ›")
+    guest.do("lesson_step", 2, until="Finish")
+
+
 def test_a_number_that_rounds_to_zero_has_no_sign():
     """The mass at the node found by a visitor changes B2 by less than can be read."""
     shown = lesson("nodes")

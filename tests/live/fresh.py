@@ -40,7 +40,7 @@ INSIDE = {
 }
 HISTORY = "undo", "redo"  # keys of the buttons
 PARTS = ("open", "captions", "met", "dark")  # of an update, besides those by id
-INVITATION = "Start lesson 1"  # in the caption of the scene that a page opened with
+INVITATION = "how does it vibrate"  # in the caption of the scene that a page opened with
 LONG = 60.0  # [s] for what is computed on a machine however busy
 
 

@@ -68,8 +68,9 @@ class AnswerPanel(Feature):
         )
 
     def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
-        """What the picture shows or leaves out, what has replaced the visitor's scene, whether the
-        first case is shown, and whether it has a mass."""
+        """What the picture shows or leaves out, what has replaced the visitor's scene, and what an
+        invitation depends on: whether the first case is shown, whether it has a mass, whether the
+        chart of the speed is below it, and the lessons whose challenge is met."""
         state = snapshot.state
         chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
         first = state.case == self.first and not chosen
@@ -79,7 +80,8 @@ class AnswerPanel(Feature):
             shown = EARLIER_MOTION
         shown = HELD if state.hold else shown
         has_mass = bool(alpha) or bool(state.case.masses)
-        return shown or picture_note(snapshot), state.replaced, first, has_mass
+        note = shown or picture_note(snapshot)
+        return note, state.replaced, first, has_mass, state.tab == "", state.met
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
@@ -151,23 +153,31 @@ def picture_note(snapshot: Snapshot) -> str:
     return f"The modes shown do not grow; another one does. {show}"
 
 
-def caption_content(note: str, replaced: str, first: bool, has_mass: bool) -> Content:
-    """The caption: a note about the picture, or until the first edit an invitation to drag the
-    mass, if any, and the speed; after a scene was replaced, an offer to undo that."""
-    text = note or (invitation(has_mass=has_mass) if first and not replaced else "")
+def caption_content(
+    note: str, replaced: str, first: bool, has_mass: bool, over_speed: bool, met: frozenset[str]
+) -> Content:
+    """The caption: a note about the picture, or until the first edit an invitation; after a scene
+    was replaced, an offer to undo that."""
+    invites = first and not replaced
+    text = note or (invitation(met, has_mass=has_mass, over_speed=over_speed) if invites else "")
     undo = f"{escape(replaced)}{page.button('Undo', data_do='undo')}" if replaced else ""
     return page.html("scene-caption", text) | page.html("replaced", undo)
 
 
-def invitation(*, has_mass: bool) -> str:
-    """What this is, for a visitor who comes for the first time, and what to do."""
+def invitation(met: frozenset[str], *, has_mass: bool, over_speed: bool) -> str:
+    """What this is, for a visitor who comes for the first time, and what to do: drag the mass, if
+    any, or the speed, whose line is in the chart below or not; and the first lesson whose challenge
+    is not met."""
     mass = '<span class="wide">, with a mass on it</span>' if has_mass else ""
     dragged = "the mass along the beam, or " if has_mass else ""
-    lesson = page.button("Start lesson 1", data_do="lesson", data_value=NAMES[0], class_="main")
+    speed = "the line of the speed in the chart below" if over_speed else "the slider of the speed"
+    lesson = ""
+    if left := [name for name in NAMES if name not in met]:
+        text = f"Start lesson {NAMES.index(left[0]) + 1}"
+        lesson = page.button(text, data_do="lesson", data_value=left[0], class_="main")
     return (
         f"A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
-        f'<span class="more"><br>Drag {dragged}the line of the speed in the chart below.</span>'
-        f" {lesson}"
+        f'<span class="more"><br>Drag {dragged}{speed}.</span> {lesson}'
     )
 
 

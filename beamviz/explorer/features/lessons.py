@@ -291,7 +291,9 @@ def lesson_html(lesson: Lesson, step: int, guess: int | None, facts: Facts | Non
         current, key = "step" if k == step else None, "b" if k == step - 1 else None
         own = {"data_do": "lesson_step", "data_value": k, "aria_current": current, "data_key": key}
         steps += page.button(name, class_="step", **own)
-    ahead = page.button("Next ›", data_do="lesson_turn", data_value=1, data_key="n", class_="main")
+    is_last = lesson.name == NAMES[-1] and step == len(STEPS) - 1
+    text = "Finish" if is_last else "Next ›"
+    ahead = page.button(text, data_do="lesson_turn", data_value=1, data_key="n", class_="main")
     restart = {"data_do": "lesson_restart", "title": "Restart", "aria_label": "Restart the lesson"}
     leave = {"data_do": "lesson", "data_value": "", "aria_label": "Leave the lesson"}
     body = (
