@@ -529,7 +529,7 @@ BY_CHANCE = {
 @pytest.mark.slow
 def test_pages_equal_fresh_ones_and_no_part_may_ignore_a_reading(servers, monkeypatch):
     """After more edits, also with blades. Beside each page goes what every part of it would show if
-    it ignored one of its readings: the comparisons find it, but where that is a matter of chance."""
+    it ignored one of its readings: the comparisons find it, but for what only chance finds."""
     lies: dict[Session, list[Lie]] = {}
     make = Session.__init__
 
