@@ -496,8 +496,8 @@ OF_NO_EFFECT = {
     ("answer.answer_content", 0),  # changes together with the picture
     ("answer.scene_content", 1),  # this too
     ("answer.pace_content", 1),  # changes together with its product with the visitor's own factor
-    ("answer.caption_content", 2),  # an invitation that only the page has that was opened first
-    ("answer.caption_content", 3),  # of that invitation too
+    # An invitation that only the page has that was opened first.
+    *(("answer.caption_content", k) for k in range(2, 6)),
     ("comparison.table_content", 3),  # changes together with the title
     ("controls.numbers_content", 1),  # a run-up is over
     ("lessons.lesson_content", 0),  # changes together with the facts
@@ -517,8 +517,6 @@ BY_CHANCE = {
     *(("lessons.cards_content", k) for k in range(2)),
     *(("lessons.lesson_content", k) for k in (1, 3)),
     *(("lessons.verdict_content", k) for k in range(3)),
-    ("answer.caption_content", 4),
-    ("answer.caption_content", 5),
     ("loci_chart.chart_content", 2),
     ("run_up.line_content", 0),
     *(("motion.moment_content", k) for k in range(2)),
