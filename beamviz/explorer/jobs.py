@@ -20,7 +20,7 @@ from beamviz.solver import interruption
 from beamviz.units import Units
 
 SOLVERS = 16  # threads: more only start while others solve for long
-CHARTS = 3  # threads for charts and maps
+CHARTS = 2  # threads for charts and maps, each of which may take 70 MB meanwhile
 LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
