@@ -504,3 +504,11 @@ def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, si
     assert blade_page.evaluate("document.documentElement.scrollWidth") <= size[0]
     blade_page.send("undo")
     blade_page.wait(f"{cell}.value !== 'x'")
+
+
+def test_a_blade_without_units_becomes_uniform(guest):
+    """The button for it is in the tab Motion too, also where no size is known."""
+    shown(guest, "nrel-5mw-blade")
+    guest.do("dimensionless", until=lambda _: guest.texts["blade"] == "")
+    guest.do("blade.uniform")
+    guest.shows(NREL.replace(units=None, blade=None))

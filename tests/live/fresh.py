@@ -17,6 +17,7 @@ from live.visitor import Visitor, visitor
 from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.session import Session
+from beamviz.explorer.state import State
 from beamviz.scene import Scene
 
 T = TypeVar("T")
@@ -37,6 +38,7 @@ INSIDE = {
     "timing": "methods",
     "export-": "export",
 }
+HISTORY = "undo", "redo"  # keys of the buttons
 PARTS = ("open", "captions", "met", "dark")  # of an update, besides those by id
 INVITATION = "how does it vibrate"  # in the caption of the scene that a page opened with
 LONG = 60.0  # [s] for what is computed on a machine however busy
@@ -49,6 +51,11 @@ class Guest:
         self.visitor, self.loop, self.tokens = socket, loop, itertools.count()
         self.id = max(loop.sessions)  # the last one
         self.session: Session = loop.sessions[self.id]
+
+    @property
+    def state(self) -> State:
+        """The choices of the visitor."""
+        return self.session.visitor.state
 
     def on_loop(self, function: Callable[[], T]) -> T:
         """The value of a function on the event loop, between two frames."""
@@ -109,7 +116,8 @@ class Guest:
 def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) -> list[str]:
     """Where the page of a visitor differs from one that is opened on its address, by a server that
     begins with another scene; start: that which an empty address means to the visitor."""
-    told = guest.session.visitor.state
+    guest.wait(guest.is_handled)
+    told = guest.state
     if told.refused or told.replaced:  # which no address has, and any edit ends
         guest.visitor.do("forget_refused")
     guest.settle()
@@ -128,8 +136,21 @@ def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) ->
         expected["address"] = seen["address"]
     if any(INVITATION in one["text scene-caption"] for one in (seen, expected)):
         expected["text scene-caption"] = seen["text scene-caption"]
+    seen, expected = seen | history_shown(guest), expected | history_of(guest)
     found = [*differences(seen, expected, "page"), *differences(scene, drawn, "scene")]
     return found and [address, *found]
+
+
+def history_shown(guest: Guest) -> dict[str, Any]:
+    """Whether a visitor cannot undo or redo, as the page shows it."""
+    return {f"props {key}.disabled": guest.visitor.props[key]["disabled"] for key in HISTORY}
+
+
+def history_of(guest: Guest) -> dict[str, Any]:
+    """Whether there is nothing to undo or to redo, which no address has."""
+    history = guest.session.visitor.history
+    steps = zip(HISTORY, (history.past, history.future), strict=True)
+    return {f"props {key}.disabled": not past for key, past in steps}
 
 
 def is_shown(id: str, tab: str) -> bool:
@@ -142,11 +163,12 @@ def page_of(guest: Visitor) -> dict[str, Any]:
     tab = guest.parts["open"]
     shown = [text for key, text in guest.texts.items() if is_shown(key, tab)]
     there = {*re.findall(r'(?:id|data-set)="([^"]+)"', "".join([*shown, tabs()[tab].content]))}
+    there |= {f"tab-{tab}"}
     props = {
         f"{key}.{name}": one
         for key, changes in guest.props.items()
         for name, one in changes.items()
-        if key in there and key not in ("undo", "redo")
+        if key in there and key not in HISTORY
     }
     parts: dict[str, dict[str, Any]] = {
         "text": {key: re.sub(TIME, "", text) for key, text in guest.texts.items()},

@@ -212,10 +212,11 @@ def removed(name: str, rows: Rows, k: Any) -> Rows:
 
 def uniform(beam: Beam) -> Beam:
     """The uniform clamped beam with the section at the root and no more than one concentrated mass.
-    Its material is that of the nearest speed of sound, which its stiffnesses do not tell."""
+    In SI units its material is that of the nearest speed of sound, which its stiffnesses do not
+    tell."""
     physical = beam.physical
     if physical is None:
-        return beam
+        return beam.replace(blade=None, masses=(), root=math.inf)
     m, EI, EA = (
         row[0]
         for row in (physical.mass_per_length, physical.bending_stiffness, physical.axial_stiffness)
