@@ -185,6 +185,7 @@ def test_the_address_of_an_impossible_state_is_that_state(guest, url, edits):
     shows(guest, "gamma=7.0")
     for name, value in edits:
         guest.do(name, value)
+    catch_up(guest)  # of several edits, one alone is impossible too
     guest.wait(lambda _: "entered=" in guest.parts["address"])
     guest.wait(lambda _: "state bad" in guest.texts["equilibrium"])
     address = guest.parts["address"]
