@@ -13,7 +13,9 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.scene import Camera
 
 STEP = 1.15  # ratio of the distances from which the camera looks, so that it moves rarely
-TARGET_DIGITS = 2  # of its target over that distance, for the same reason: 2 % of half the picture
+# Decimals of its target divided by that distance, for the same reason; the last one is 5 % of half
+# the height of the picture.
+TARGET_DIGITS = 2
 ZOOM_STEP = 1.25  # ratio of the scales that the beam is subdivided for
 # On a page less than NARROW [px] wide the legend is a strip above the buttons (page.css), together
 # STRIP [px] high; the beam has at least 1 - MOST of half the height.

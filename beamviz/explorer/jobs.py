@@ -20,7 +20,7 @@ from beamviz.solver import interruption
 from beamviz.units import Units
 
 SOLVERS = 16  # threads: more only start while others solve for long
-CHARTS = 2  # threads for charts and maps, each of which may take 70 MB meanwhile
+CHARTS = 2  # threads for charts and maps, each of which takes up to 70 MB
 LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
@@ -211,8 +211,8 @@ class Job(Generic[Q, R]):
             self.outdate()
 
     def settle(self) -> None:
-        """Expect no request: go on with the computation under way, or be content with the last
-        answer."""
+        """No request is to come after all: the latest one is that of the computation under way, or
+        else that of the last answer."""
         with self.lock:
             if self.latest is not None or self.since is None:
                 return
@@ -222,7 +222,8 @@ class Job(Generic[Q, R]):
                 self.since = None
 
     def outdate(self) -> None:
-        """Note that there is another latest request than that of the answer or of the run."""
+        """Note that the latest request is not that of the last answer, and whether it is that of
+        the computation under way."""
         now = time.monotonic()
         self.since = self.since or now
         if self.run and self.run.request == self.latest:

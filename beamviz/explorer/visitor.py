@@ -107,13 +107,6 @@ class Visitor:
             self.state = state
         self.wake()
 
-    def load(self, scene: Scene, *, replaced: str = "", **values: Any) -> None:
-        """Show another scene, with other values of the state by field name; replaced: see
-        `change`."""
-        self.change(
-            lambda state: replace(state.loaded(scene), **values), loads=True, replaced=replaced
-        )
-
     def open(self, scene: Scene) -> None:
         """Show a scene from outside, to which a reset returns. It ends a lesson, which is about
         another one."""
@@ -127,14 +120,17 @@ class Visitor:
     def reset(self) -> None:
         """Show the scene and the experiment of the open lesson, or else those that were opened;
         keep the theme, and a pause."""
-        state = self.state
-        experiment, in_motion = state.opened_motion
-        home, motion = state.opened, {"experiment": experiment, "in_motion": in_motion}
-        if state.lesson:
-            home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
-        lasting = {name: getattr(state.view, name) for name in LASTING}
-        self.load(
-            home.changed(**lasting), replaced="The scene is reset.", rate=state.rate, **motion
+        before = self.state
+        experiment, in_motion = before.opened_motion
+        motion: dict[str, Any] = {"experiment": experiment, "in_motion": in_motion}
+        home = before.opened
+        if before.lesson:
+            home, motion = lesson(before.lesson).scene, motion_of(lesson(before.lesson))
+        home = home.changed(**{name: getattr(before.view, name) for name in LASTING})
+        self.change(
+            lambda state: replace(state.loaded(home), rate=state.rate, **motion),
+            loads=True,
+            replaced="The scene is reset.",
         )
 
     @property

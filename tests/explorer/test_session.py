@@ -186,9 +186,9 @@ def test_a_scene_without_equilibrium_shows_the_unloaded_beam_and_no_numbers(fram
         guest.says("No equilibrium above γ = 15.71")
         assert stable not in guest.text
         (one,) = frame_loops[-1].sessions.values()
-        one.visitor.load(Scene())
+        one.visitor.open(Scene())
         guest.shows(Beam())
-        one.visitor.load(scene)
+        one.visitor.open(scene)
         guest.wait(lambda _: "No equilibrium" in guest.texts["equilibrium"])
         pause(guest)
         assert 'aria-label="modes"' not in guest.text

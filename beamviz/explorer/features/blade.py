@@ -63,6 +63,7 @@ POINTS = 17  # of a line in a segment of the blade
 
 
 def read_draft(text: Any) -> Draft:
+    """The tables of a blade as typed, of a link. Raises InvalidInput."""
     draft = draft_of_text(text) if isinstance(text, str) else None
     if draft is None:
         raise InvalidInput("draft: must be the tables of a blade, as a page of beamviz writes them")
