@@ -27,7 +27,7 @@ from beamviz.server.viser_private import disconnect, handshake_request
 
 FRAMES = 25  # frames per second of one visitor
 ALL_FRAMES = 800  # frames per second of all visitors of all processes together
-BREAK = 0.3  # of the time that a round took to show edits, before the next one
+BREAK = 0.2  # of the time that a round took to show edits, before the next one
 PROGRESS = 1.25 * LATE  # [s] between frames of a page that shows how a job goes on
 GROUP = 4  # frames between two exchanges of messages
 LOOP_TURNS = 4  # iterations of the event loop in which a message is received or sent

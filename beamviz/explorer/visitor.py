@@ -84,12 +84,13 @@ class Visitor:
         with self.lock:
             before = self.state
             state = edit(before)
-            if state.following and before.following:
-                state = replace(state, following=False)
-            if state.refused is before.refused and state is not before:
-                state = replace(state, refused=None)
             own = replaced and self.history.past and state.differences(before)
-            state = replace(state, replaced=replaced if own else "")
+            said: dict[str, Any] = {"replaced": replaced if own else ""}
+            if state.following and before.following:
+                said["following"] = False
+            if state.refused is before.refused and state is not before:
+                said["refused"] = None
+            state = replace(state, **said)
             self.history.record(before, state, time.monotonic(), loaded=loads)
             self.set_state(state)
 
