@@ -50,8 +50,12 @@ class BeamPull:
         self.sleeve = add_instances(scene, name, trimesh.creation.box(), PIECES, opacity=0.0)
         self.sleeve.visible = False
 
-    def move(self) -> None:
-        """Put the sleeve around the beam as it was drawn last."""
+    def move(self, snapshot: Snapshot) -> None:
+        """Offer the beam to be pulled where a motion is chosen and it is drawn alone: put the
+        sleeve around it as it was drawn last."""
+        state = snapshot.state
+        chosen = state.in_motion or state.tab == "motion"
+        self.offer(offered=chosen and not snapshot.picture.drawn.in_rows and can_move(state))
         if not self.offered:
             return
         x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
@@ -79,9 +83,8 @@ class BeamPull:
             visitor.set_state(replace(visitor.state, hold=hold._replace(deflection=deflection)))
 
     def react(self, snapshot: Snapshot) -> None:
-        """Offer the beam to be pulled where a motion is chosen; let go of it after a drag."""
-        state, visitor, hold = snapshot.state, self.visitor, snapshot.state.hold
-        self.offer(offered=(state.in_motion or state.tab == "motion") and can_move(state))
+        """Let go of the beam after a drag."""
+        visitor, hold = self.visitor, snapshot.state.hold
         if hold is None or hold.held or visitor.state is not snapshot.state:
             return
         try:

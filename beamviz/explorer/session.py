@@ -182,7 +182,7 @@ class Session:
             clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))
         visitor.clock = clock
         self.view.move(picture, clock)
-        self.beam_pull.move()
+        self.beam_pull.move(snapshot)
 
     def look(
         self, snapshot: Snapshot, transition: Transition | None, moved: np.ndarray

@@ -6,6 +6,7 @@ import itertools
 import json
 import re
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from typing import Any, TypeVar
 from urllib.parse import parse_qsl
@@ -65,11 +66,15 @@ class Guest:
 
         return asyncio.run_coroutine_threadsafe(value(), self.loop.loop).result(TIMEOUT)
 
+    def is_drawn(self) -> bool:
+        """Whether a frame has shown all that has changed."""
+        return self.id not in self.loop.woken | self.loop.later
+
     def is_handled(self) -> bool:
         """Whether the server has handled all actions, and a frame has shown them."""
         text = self.session.visitor.page.bridge.value
         last = json.loads(text)[0] if text else 0
-        return last == self.visitor.actions and self.id not in self.loop.woken
+        return last == self.visitor.actions and self.is_drawn()
 
     def is_solved(self) -> bool:
         """Whether a frame has shown the modes of the beam as well."""
@@ -82,7 +87,7 @@ class Guest:
         session = self.session
         answers = {key: job.answer for key, job in session.visitor.jobs.items()}
         seen = {key: status.answer for key, status in session.snapshot.jobs.items()}
-        busy = session.is_busy or session.is_moving or self.id in self.loop.later
+        busy = session.is_busy or session.is_moving
         return self.is_handled() and not busy and answers == seen
 
     def wait(self, condition: Callable[[], bool]) -> None:
@@ -113,9 +118,20 @@ class Guest:
         self.on_loop(take)
 
 
-def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) -> list[str]:
-    """Where the page of a visitor differs from one that is opened on its address, by a server that
-    begins with another scene; start: that which an empty address means to the visitor."""
+Opening = Callable[[], AbstractContextManager[Guest]]
+
+
+@contextmanager
+def opened(url: str, loop: FrameLoop) -> Iterator[Guest]:
+    """A new visitor of a server, by its address and its frame loop."""
+    with visitor(url) as fresh:
+        yield Guest(fresh, loop)
+
+
+def compare_with_fresh(guest: Guest, opening: Opening, start: Scene) -> list[str]:
+    """Where the page of a visitor differs from one that is opened on its address. opening: opens a
+    page of a server that begins with another scene; start: the scene that an empty address means to
+    the visitor."""
     guest.wait(guest.is_handled)
     told = guest.state
     if told.refused or told.replaced:  # which no address has, and any edit ends
@@ -123,8 +139,8 @@ def compare_with_fresh(guest: Guest, url: str, loop: FrameLoop, start: Scene) ->
     guest.settle()
     seen, scene = page_of(guest.visitor), scene_of(guest.visitor)
     address = guest.visitor.parts["address"] or start.to_query(without=("dark", "playing"))
-    with visitor(url) as fresh:
-        other = Guest(fresh, loop)
+    with opening() as other:
+        fresh = other.visitor
         fresh.do("preferences", "still dark" if guest.visitor.parts["dark"] else "still")
         fresh.do("met", " ".join(guest.visitor.parts["met"]))
         fresh.do("link", f"?{address}")
@@ -211,9 +227,14 @@ def numbers(text: str) -> float | str:
 def scene_of(guest: Visitor) -> dict[str, Any]:
     """The visible nodes of the scene with their properties and places; of the points of captions
     those that have a text; and the place of the camera."""
+    return {"camera": list(guest.camera)} | visible_nodes(guest)
+
+
+def visible_nodes(guest: Visitor) -> dict[str, Any]:
+    """The visible nodes of the scene with their properties and places."""
     texts = {caption["name"] for caption in guest.parts["captions"]}
     hidden = {name for name, node in guest.nodes.items() if node.get("visible") is False}
-    nodes: dict[str, Any] = {"camera": list(guest.camera)}
+    nodes: dict[str, Any] = {}
     for name, node in guest.nodes.items():
         parents = [name[:k] for k, sign in enumerate(name) if sign == "/" and k] + [name]
         is_caption = re.search(r"/(node \d+|body \d+|warning|title|speed)$", name)
@@ -236,7 +257,10 @@ def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
     elif is_records(first) and is_records(second) and len(first) == len(second):
         for k, pair in enumerate(zip(first, second, strict=True)):
             yield from differences(*pair, f"{path}/{k}")
-    elif isinstance(first, float | list | tuple) and isinstance(second, float | int | list | tuple):
+    elif isinstance(first, np.ndarray) and isinstance(second, np.ndarray):
+        if first.shape != second.shape or not np.allclose(first, second, 1e-5, 1e-6, True):
+            yield f"{path}: {str(first)[:200]} != {str(second)[:200]}"
+    elif isinstance(first, SEVERAL) and isinstance(second, int | SEVERAL):
         try:
             close = np.allclose(
                 np.array(first, float), np.array(second, float), 1e-5, 1e-6, equal_nan=True
@@ -257,6 +281,7 @@ def differences(first: Any, second: Any, path: str = "") -> Iterator[str]:
         yield f"{path}: {str(first)[:300]} != {str(second)[:300]}"
 
 
+SEVERAL = float | list | tuple | np.ndarray
 NUMBER = r"(\d+\.?\d*(?:e[-+]?\d+)?)"
 ERROR = r"± [\d.e-]+"  # estimated, of the size of rounding
 

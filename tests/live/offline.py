@@ -1,0 +1,353 @@
+"""A visitor in the same process, without a connection: their frames, and the threads of their jobs,
+run when a test says so.
+
+What they see is compared, frame by frame, with what a session without a memory shows of the same
+snapshot.
+"""
+
+import json
+import random
+from collections.abc import Callable, Coroutine, Iterator
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, Self
+
+import numpy as np
+import pytest
+from live.fresh import Guest, differences, visible_nodes
+from live.server import CAMERA_MESSAGE
+from live.visitor import Visitor as Socket
+
+from beamviz.drawing.scene_graph import SceneGraph
+from beamviz.explorer import jobs, page, session, solutions, visitor
+from beamviz.explorer.jobs import PENDING, Callback
+from beamviz.explorer.session import LONGEST_STEP, Session
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.state import State
+from beamviz.explorer.visitor import Visitor
+from beamviz.scene import Scene
+
+AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
+STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
+IN_HASTE = 0.1  # the part of the frames that come late
+MOST = 500  # frames until a page is at rest
+
+
+class Graph(SceneGraph):
+    """A scene whose nodes take the handlers of drags, which a test calls itself."""
+
+    def add_batched_meshes_simple(self, *given: Any, **properties: Any) -> Any:
+        node = super().add_batched_meshes_simple(*given, **properties)
+        for name in ("on_drag", "on_click", "remove_drag_callback"):
+            setattr(node, name, lambda handler: None)
+        return node
+
+
+class Camera:
+    """The camera of a page, which is where it was placed last."""
+
+    def __init__(self) -> None:
+        self.at = {name: np.array(CAMERA_MESSAGE[name]) for name in ("position", "look_at")}
+        self.image_height, self.image_width = (
+            CAMERA_MESSAGE[name] for name in ("image_height", "image_width")
+        )
+        self.aspect = self.image_width / self.image_height
+        self.fov = 0.0
+
+    @property
+    def position(self) -> Any:
+        return self.at["position"]
+
+    @position.setter
+    def position(self, place: Any) -> None:
+        self.at["position"] = np.array(place, float)
+
+    @property
+    def look_at(self) -> Any:
+        return self.at["look_at"]
+
+    @look_at.setter
+    def look_at(self, place: Any) -> None:
+        self.at["look_at"] = np.array(place, float)
+
+    def on_update(self, handler: Callable[..., Any]) -> None:
+        """A test says itself that the camera was moved."""
+
+
+class Control:
+    """A control of viser, or a command."""
+
+    def __init__(self) -> None:
+        self.value = ""
+        self.on_update: Callable[..., Any] = lambda handler: None
+        self.on_trigger: Callable[..., Any] = lambda handler: None
+
+
+class Client:
+    """What a session uses of a client of viser. scripts: called for what the page is sent."""
+
+    atomic = staticmethod(nullcontext)
+
+    def __init__(self) -> None:
+        self.scene, self.camera, self.scripts = Graph(), Camera(), list[Callable[[], str]]()
+        self.gui = SimpleNamespace(
+            add_text=lambda *given, **options: Control(),
+            add_command=lambda name: Control(),
+            configure_theme=lambda **options: None,
+        )
+
+    def flush(self) -> None:
+        """All is received at once."""
+
+
+class Workers:
+    """Jobs are run by the test: `submit` keeps them, or runs one at once if `chance` says so."""
+
+    def __init__(self, chance: random.Random | None = None):
+        self.chance, self.waiting = chance, list[Callback]()
+        self.background = self.solvers = self
+
+    def submit(self, work: Callback) -> None:
+        if self.chance and self.chance.random() < AT_ONCE:
+            work()
+        else:
+            self.waiting.append(work)
+
+    def run(self) -> None:
+        """Complete what was submitted."""
+        works, self.waiting = self.waiting, []
+        for work in works:
+            work()
+
+
+class Line:
+    """A connection that nothing is sent through."""
+
+    def send(self, message: bytes) -> None:
+        """Do nothing."""
+
+
+def run(steps: Coroutine[Any, Any, None]) -> None:
+    """Run a handler of viser, which waits for nothing."""
+    with pytest.raises(StopIteration):
+        steps.send(None)
+
+
+class Offline(Socket):
+    """A visitor of a session in this process; scene: that which the server begins with."""
+
+    def __init__(self, scene: Scene, workers: Workers, wake: Callback = lambda: None):
+        super().__init__(Line())  # type: ignore[arg-type]
+        self.client: Any = Client()
+        opened = Visitor(self.client, State.of(scene), workers, wake)  # type: ignore[arg-type]
+        self.session = Session(opened)
+
+    def do(self, action: str, value: Any = None, until: Any = "") -> None:
+        """Do an action of the page; its control shows the value."""
+        own = self.session.visitor.page
+        if action == "tab":
+            self.parts["open"] = value
+        elif action in self.values:
+            self.values[action] = value
+        self.actions += 1
+        own.bridge.value = json.dumps([self.actions, action, value])
+        run(own.received(SimpleNamespace(client_id=0)))  # type: ignore[arg-type]
+
+    def drag(self, node: str, *points: tuple[float, float, float]) -> None:
+        """Drag a node of the scene along points, the first of which takes it."""
+        own = self.session
+        handler = own.mass_drag.dragged if node.endswith("mass") else own.beam_pull.dragged
+        phases = ["start", *["update"] * (len(points) - 2), "end"]
+        for phase, point in zip(phases, points, strict=True):
+            run(
+                handler(
+                    SimpleNamespace(  # type: ignore[arg-type]
+                        phase=phase,
+                        end_position=point,
+                        target=self.client.scene.nodes[node],
+                        instance_index=0,
+                    )
+                )
+            )
+
+    def receive(self, timeout: float = 0.0) -> list[dict[str, Any]]:
+        """Take what was sent."""
+        for script in self.client.scripts:
+            self.apply_script(script())
+        self.client.scripts.clear()
+        self.nodes.clear()
+        for name, node in self.client.scene.nodes.items():
+            self.nodes[name] = {k: one for k, one in vars(node).items() if not callable(one)}
+        view = self.client.camera
+        self.camera = (*view.position.tolist(), *view.look_at.tolist())
+        return []
+
+
+class OfflineGuest(Guest):
+    """A visitor in this process, whose frames come when they are waited for.
+
+    start: the scene of the server; now: the time [s]; checked: called with this after each frame;
+    errors: what it found; last: the camera before the frame."""
+
+    def __init__(
+        self,
+        start: Scene,
+        seed: int = 0,
+        checked: "Callable[[OfflineGuest, float], list[str]] | None" = None,
+    ):
+        self.chance, self.start, self.checked = random.Random(seed), start, checked
+        self.workers, self.woken, self.now = Workers(self.chance), True, 1.0
+        self.frames, self.errors = 0, list[str]()
+        with self.clock():
+            self.visitor = Offline(start, self.workers, self.wake)
+            self.session = self.visitor.session
+            self.tokens = iter(range(10**9))
+            self.frame()
+
+    @classmethod
+    @contextmanager
+    def opened(cls, start: Scene) -> Iterator[Self]:
+        """A new visitor of a server that begins with a scene."""
+        yield cls(start)
+
+    @contextmanager
+    def clock(self) -> Iterator[None]:
+        """Context in which the time is that of this visitor."""
+        NOW.monotonic = lambda: self.now
+        yield
+
+    def wake(self) -> None:
+        self.woken = True
+
+    def on_loop(self, function: Callable[[], Any]) -> Any:
+        with self.clock():
+            return function()
+
+    def is_drawn(self) -> bool:
+        """Whether a frame has shown all that has changed."""
+        return not self.woken
+
+    def wait(self, condition: Callable[[], bool]) -> None:
+        """Draw frames until a condition holds."""
+        with self.clock():
+            for _ in range(MOST):
+                self.visitor.receive()
+                if condition():
+                    return
+                self.frame()
+        raise TimeoutError(f"{condition} after {MOST} frames")
+
+    def frame(self) -> None:
+        """Draw a frame, as the frame loop does, after some of the jobs under way."""
+        chance, own = self.chance, self.session
+        self.now += chance.choice(STEPS)
+        if chance.random() < AT_ONCE:
+            self.workers.run()
+        elapsed = min(self.now - own.last_tick, LONGEST_STEP)
+        is_full = self.woken or own.is_busy
+        if not (is_full or own.is_moving):
+            return
+        self.frames += 1
+        before = self.visitor.camera
+        if is_full:
+            self.woken = False
+            own.tick(self.now, in_haste=chance.random() < IN_HASTE)
+        else:
+            own.move(self.now)
+        self.visitor.receive()
+        if self.checked and is_full:
+            self.errors += self.checked(self, elapsed)
+        if self.visitor.camera != before:  # as the browser tells
+            run(own.camera_moved(None))  # type: ignore[arg-type]
+
+    def settle(self) -> None:
+        """Wait until the page is at rest."""
+        self.wait(self.is_at_rest)
+
+
+NOW = SimpleNamespace(monotonic=lambda: 0.0)
+
+
+@contextmanager
+def offline() -> Iterator[None]:
+    """Context in which sessions need no connection, and the time is that of the test."""
+
+    def send(client: Client, source: Callable[[], str]) -> None:
+        client.scripts.append(source)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(page, "run_script", send)
+        patch.setattr(page, "private_control", lambda control: "bridge")
+        patch.setattr(session, "ViserScene", lambda scene: scene)
+        patch.setattr(solutions, "WAIT", 0.0)
+        patch.setattr(jobs, "time", NOW)
+        patch.setattr(visitor, "time", NOW)
+        yield
+
+
+# Without a memory
+
+
+def forgetful(guest: OfflineGuest, snapshot: Snapshot, elapsed: float) -> Offline:
+    """A visitor who has just come, and sees a snapshot of another one."""
+    other = Offline(guest.start, Workers())
+    own = other.session
+    own.snapshot = own.with_picture(replace(snapshot, picture=None))  # type: ignore[arg-type]
+    own.draw(own.snapshot, elapsed)
+    own.show_page(own.snapshot)
+    other.receive()
+    return other
+
+
+def memories(guest: OfflineGuest, elapsed: float) -> list[str]:
+    """Where a visitor sees something else than one who has just come would see of the snapshot of
+    the last frame: what is remembered of an earlier one."""
+    snapshot = guest.session.snapshot
+    other = forgetful(guest, snapshot, elapsed)
+    seen, expected = contents(guest.visitor), contents(other)
+    found = [
+        *(f"page{one}" for one in left(seen, expected)),
+        *differences({key: seen.get(key) for key in expected}, expected, "page"),
+        *wrong_requests(guest.session, other.session),
+    ]
+    if not snapshot.picture.held and snapshot.clock.transition is None:
+        found += differences(visible_nodes(guest.visitor), visible_nodes(other), "scene")
+        if snapshot.chosen is None:
+            found += differences([*guest.visitor.camera], [*other.camera], "camera")
+    return found
+
+
+def contents(guest: Offline) -> dict[str, Any]:
+    """All that a page was sent, by kind, key and name."""
+    parts = {one: guest.parts[one] for one in ("open", "captions", "met", "dark")}
+    parts |= {"address": guest.parts.get("address", "")}
+    parts |= {f"text {key}": one for key, one in guest.texts.items()}
+    parts |= {f"value {key}": one for key, one in guest.values.items()}
+    for kind, several in (("chart", guest.charts), ("props", guest.props)):
+        for key, own in several.items():
+            parts |= {f"{kind} {key}.{name}": one for name, one in own.items()}
+    return parts
+
+
+def left(seen: dict[str, Any], expected: dict[str, Any]) -> list[str]:
+    """What is left on the page of an earlier snapshot: charts that are not hidden, and properties,
+    but for that which shows the scene for the first time. Fields may be on the page no more."""
+    found = []
+    for key in seen.keys() - expected - {"props scene.data-ready"}:
+        kind, _, name = key.partition(" ")
+        is_hidden = expected.get(f"props {name.partition('.')[0]}.hidden")
+        if kind == "props" or (kind == "chart" and not is_hidden):
+            found.append(f"/{key}")
+    return found
+
+
+def wrong_requests(own: Session, other: Session) -> Iterator[str]:
+    """The jobs whose latest request is not what the page needs."""
+    if own.postponed:
+        return
+    for feature in other.features:
+        for name, request in feature.wanted(own.snapshot).items():
+            latest = own.visitor.jobs[name].latest
+            if request is not None and latest != (None if request is PENDING else request):
+                yield f"job {name}: {str(latest)[:100]} != {str(request)[:100]}"
