@@ -675,7 +675,10 @@ LIES = {
     **{f"motion {k}": of_request("motion", k) for k in ("beam", "options", "experiment")},
     **{f"pull {k}": of_request("pull", k) for k in ("beam", "options", "at", "deflection")},
     **{f"veering {k}": of_request("veering", k) for k in ("chart", "event")},
-    **{f"methods {k}": of_request("method timing", k) for k in ("numbers", "options", "units", "blade")},
+    **{
+        f"methods {k}": of_request("method timing", k)
+        for k in ("numbers", "options", "units", "blade")
+    },
     "loads": of_request("loads", ""),
     "lesson": of_request("lesson", ""),
     "second beam": of_second_beam,
