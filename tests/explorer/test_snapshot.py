@@ -546,9 +546,7 @@ def of_request(job: str, ignored: str) -> Callable[[Session], None]:
 
     def lie(own: Session) -> None:
         for feature in own.features:
-            feature.wanted = partial(  # type: ignore[method-assign]
-                wanted_before, job, ignored, feature.wanted, [None]
-            )
+            feature.wanted = partial(wanted_before, job, ignored, feature.wanted, [None])
 
     return lie
 

@@ -34,6 +34,18 @@ IN_HASTE = 0.1  # the part of the frames that come late
 MOST = 500  # frames until a page is at rest
 
 
+class Clock:
+    """The time [s] of all visitors of this process, which each of their frames advances."""
+
+    time = 1.0
+
+    def monotonic(self) -> float:
+        return self.time
+
+
+CLOCK = Clock()
+
+
 class Graph(SceneGraph):
     """A scene whose nodes take the handlers of drags, which a test calls itself."""
 
@@ -138,9 +150,9 @@ class Offline(Socket):
     """A visitor of a session in this process; scene: that which the server begins with."""
 
     def __init__(self, scene: Scene, workers: Workers, wake: Callback = lambda: None):
-        super().__init__(Line())  # type: ignore[arg-type]
+        super().__init__(Line())
         self.client: Any = Client()
-        opened = Visitor(self.client, State.of(scene), workers, wake)  # type: ignore[arg-type]
+        opened = Visitor(self.client, State.of(scene), workers, wake)
         self.session = Session(opened)
 
     def do(self, action: str, value: Any = None, until: Any = "") -> None:
@@ -152,7 +164,7 @@ class Offline(Socket):
             self.values[action] = value
         self.actions += 1
         own.bridge.value = json.dumps([self.actions, action, value])
-        run(own.received(SimpleNamespace(client_id=0)))  # type: ignore[arg-type]
+        run(own.received(SimpleNamespace(client_id=0)))
 
     def drag(self, node: str, *points: tuple[float, float, float]) -> None:
         """Drag a node of the scene along points, the first of which takes it."""
@@ -162,7 +174,7 @@ class Offline(Socket):
         for phase, point in zip(phases, points, strict=True):
             run(
                 handler(
-                    SimpleNamespace(  # type: ignore[arg-type]
+                    SimpleNamespace(
                         phase=phase,
                         end_position=point,
                         target=self.client.scene.nodes[node],
@@ -187,8 +199,9 @@ class Offline(Socket):
 class OfflineGuest(Guest):
     """A visitor in this process, whose frames come when they are waited for.
 
-    start: the scene of the server; now: the time [s]; checked: called with this after each frame;
-    errors: what it found; last: the camera before the frame."""
+    start: the scene of the server; checked: called after each frame that shows edits and answers,
+    with this and the time [s] since the frame before; errors: what it found.
+    """
 
     def __init__(
         self,
@@ -197,13 +210,10 @@ class OfflineGuest(Guest):
         checked: "Callable[[OfflineGuest, float], list[str]] | None" = None,
     ):
         self.chance, self.start, self.checked = random.Random(seed), start, checked
-        self.workers, self.woken, self.now = Workers(self.chance), True, 1.0
-        self.frames, self.errors = 0, list[str]()
-        with self.clock():
-            self.visitor = Offline(start, self.workers, self.wake)
-            self.session = self.visitor.session
-            self.tokens = iter(range(10**9))
-            self.frame()
+        self.workers, self.woken, self.errors = Workers(self.chance), True, list[str]()
+        self.visitor = Offline(start, self.workers, self.wake)
+        self.session = self.visitor.session
+        self.frame()
 
     @classmethod
     @contextmanager
@@ -211,18 +221,11 @@ class OfflineGuest(Guest):
         """A new visitor of a server that begins with a scene."""
         yield cls(start)
 
-    @contextmanager
-    def clock(self) -> Iterator[None]:
-        """Context in which the time is that of this visitor."""
-        NOW.monotonic = lambda: self.now
-        yield
-
     def wake(self) -> None:
         self.woken = True
 
     def on_loop(self, function: Callable[[], Any]) -> Any:
-        with self.clock():
-            return function()
+        return function()
 
     def is_drawn(self) -> bool:
         """Whether a frame has shown all that has changed."""
@@ -230,43 +233,39 @@ class OfflineGuest(Guest):
 
     def wait(self, condition: Callable[[], bool]) -> None:
         """Draw frames until a condition holds."""
-        with self.clock():
-            for _ in range(MOST):
-                self.visitor.receive()
-                if condition():
-                    return
-                self.frame()
+        for _ in range(MOST):
+            self.visitor.receive()
+            if condition():
+                return
+            self.frame()
         raise TimeoutError(f"{condition} after {MOST} frames")
 
     def frame(self) -> None:
         """Draw a frame, as the frame loop does, after some of the jobs under way."""
         chance, own = self.chance, self.session
-        self.now += chance.choice(STEPS)
+        CLOCK.time += chance.choice(STEPS)
+        now = CLOCK.time
         if chance.random() < AT_ONCE:
             self.workers.run()
-        elapsed = min(self.now - own.last_tick, LONGEST_STEP)
+        elapsed = min(now - own.last_tick, LONGEST_STEP)
         is_full = self.woken or own.is_busy
         if not (is_full or own.is_moving):
             return
-        self.frames += 1
         before = self.visitor.camera
         if is_full:
             self.woken = False
-            own.tick(self.now, in_haste=chance.random() < IN_HASTE)
+            own.tick(now, in_haste=chance.random() < IN_HASTE)
         else:
-            own.move(self.now)
+            own.move(now)
         self.visitor.receive()
         if self.checked and is_full:
             self.errors += self.checked(self, elapsed)
         if self.visitor.camera != before:  # as the browser tells
-            run(own.camera_moved(None))  # type: ignore[arg-type]
+            run(own.camera_moved(None))
 
     def settle(self) -> None:
         """Wait until the page is at rest."""
         self.wait(self.is_at_rest)
-
-
-NOW = SimpleNamespace(monotonic=lambda: 0.0)
 
 
 @contextmanager
@@ -281,8 +280,8 @@ def offline() -> Iterator[None]:
         patch.setattr(page, "private_control", lambda control: "bridge")
         patch.setattr(session, "ViserScene", lambda scene: scene)
         patch.setattr(solutions, "WAIT", 0.0)
-        patch.setattr(jobs, "time", NOW)
-        patch.setattr(visitor, "time", NOW)
+        patch.setattr(jobs, "time", CLOCK)
+        patch.setattr(visitor, "time", CLOCK)
         yield
 
 
@@ -293,7 +292,7 @@ def forgetful(guest: OfflineGuest, snapshot: Snapshot, elapsed: float) -> Offlin
     """A visitor who has just come, and sees a snapshot of another one."""
     other = Offline(guest.start, Workers())
     own = other.session
-    own.snapshot = own.with_picture(replace(snapshot, picture=None))  # type: ignore[arg-type]
+    own.snapshot = own.with_picture(replace(snapshot, picture=None))
     own.draw(own.snapshot, elapsed)
     own.show_page(own.snapshot)
     other.receive()
