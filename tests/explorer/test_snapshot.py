@@ -571,8 +571,10 @@ def wanted_before(
 
 def others(request: Any, ignored: str) -> Any:
     """All values of a request but one; nothing without a name."""
+    if not ignored:
+        return None
     values = request._asdict() if hasattr(request, "_asdict") else vars(request)
-    return {name: one for name, one in values.items() if name != ignored} if ignored else None
+    return {name: one for name, one in values.items() if name != ignored}
 
 
 def of_argument(path: str, method: str, name: str | int) -> Callable[[Session], None]:
