@@ -4,7 +4,7 @@ has seen nothing before."""
 
 import pickle
 import random
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from operator import attrgetter
@@ -27,7 +27,6 @@ from beamviz.explorer.feature import same
 from beamviz.explorer.features import (
     answer,
     controls,
-    lessons,
     loci_chart,
     method_timing,
     run_up,
@@ -477,16 +476,13 @@ def test_each_frame_equals_that_of_a_session_without_a_memory(coarse, seed):
 # Tests of the test: what is planted is found. Each lie is told to a session when it opens.
 
 
-def is_found(seeds: Iterable[int] = (11, 12)) -> bool:
+def is_found() -> bool:
     """Whether a frame differs from that of a session without a memory, or the page from a fresh
-    one, or the page never comes to rest, in the runs of some seeds."""
-    for seed in seeds:
-        try:
-            if any(found for _, found in offline_comparisons(seed, OFFLINE_RUNS[seed][0])):
-                return True
-        except TimeoutError:
-            return True
-    return False
+    one, or the page never comes to rest, in the run of the fast test."""
+    try:
+        return any(found for _, found in offline_comparisons(11, OFFLINE_RUNS[11][0]))
+    except TimeoutError:
+        return True
 
 
 def plant(patch: pytest.MonkeyPatch, lie: Callable[[Session], None]) -> None:
@@ -598,13 +594,13 @@ def with_first(
     return method(*given, **named) if isinstance(name, str) else method(*values, **named)
 
 
-def of_nothing(path: str, method: str, kind: type[Any] | None = None) -> Callable[[Session], None]:
-    """A method of an object of the session, or of its features of a kind, does nothing."""
+def of_nothing(method: str, kind: type[Any]) -> Callable[[Session], None]:
+    """A method of the features of a kind does nothing."""
 
     def lie(own: Session) -> None:
-        owners = [one for one in own.features if isinstance(one, kind)] if kind else []
-        for owner in owners or [attrgetter(path)(own)]:
-            setattr(owner, method, lambda *given, **named: None)
+        for feature in own.features:
+            if isinstance(feature, kind):
+                setattr(feature, method, lambda *given, **named: None)
 
     return lie
 
@@ -651,68 +647,46 @@ def shown_of(history: Any) -> Any:
 
 
 LIES = {
-    "marked rows": of_part(answer.answer_content, 1),
-    "second curves": of_part(loci_chart.chart_content, 1),
+    "marked rows of the table": of_part(answer.answer_content, 1),
+    "curves of the second beam": of_part(loci_chart.chart_content, 1),
     "per-rev lines": of_part(loci_chart.chart_content, 2),
     "quantity of the map": of_part(map_tab.map_content, 1),
     "veering": of_part(veering.event_content, 1),
     "undo": of_part(controls.history_content, 0),
-    "part reads more": of_history,
-    **{f"pictures {k}": of_memo("pictures", k) for k in range(9)},
-    **{f"responses {k}": of_memo("responses", k) for k in range(4)},
-    **{f"films {k}": of_memo("films", k) for k in range(2)},
-    **{f"played {k}": of_memo("played", k) for k in range(6)},
-    **{f"viewpoints {k}": of_memo("viewpoints", k) for k in range(5)},
+    "what is no reading": of_history,
+    "modes of the picture": of_memo("pictures", 0),
+    "view of the picture": of_memo("pictures", 1),
+    "scale of the picture": of_memo("pictures", 2),
+    "motion that is played": of_memo("films", 1),
+    **{f"{one} of the chart": of_request("chart", one) for one in ("beam", "options", "per_rev")},
     **{
-        f"chart {k}": of_request("chart", k) for k in ("beam", "over", "stop", "options", "per_rev")
+        f"{one} of the second chart": of_request("chart compared with", one)
+        for one in ("beam", "options")
     },
-    **{
-        f"second chart {k}": of_request("chart compared with", k)
-        for k in ("beam", "over", "options")
-    },
-    **{f"map {k}": of_request("map", k) for k in ("beam", "over", "ranges", "options")},
-    **{f"run-up {k}": of_request("run-up", k) for k in ("case", "per_rev", "damping", "stop")},
-    **{f"motion {k}": of_request("motion", k) for k in ("beam", "options", "experiment")},
-    **{f"pull {k}": of_request("pull", k) for k in ("beam", "options", "at", "deflection")},
-    **{f"veering {k}": of_request("veering", k) for k in ("chart", "event")},
-    **{
-        f"methods {k}": of_request("method timing", k)
-        for k in ("numbers", "options", "units", "blade")
-    },
-    "loads": of_request("loads", ""),
-    "lesson": of_request("lesson", ""),
+    **{f"{one} of the map": of_request("map", one) for one in ("beam", "options")},
+    **{f"{one} of the run-up": of_request("run-up", one) for one in ("case", "damping")},
+    **{f"{one} of the motion": of_request("motion", one) for one in ("beam", "experiment")},
+    "beam of the loads": of_request("loads", ""),
     "second beam": of_second_beam,
-    "first beam": of_first_beam,
+    "options of the solver": of_first_beam,
     "case of the solver": of_argument("visitor.solver", "request", 0),
-    "run-up reacts": of_nothing("", "react", run_up.RunUpTab),
-    "motion reacts": of_nothing("", "react", motion_tab.MotionTab),
-    "lessons notice": of_nothing("", "notice", lessons.Lessons),
-    "mass drag reacts": of_nothing("mass_drag", "react"),
-    "beam pull reacts": of_nothing("beam_pull", "react"),
+    "speed of a run-up": of_nothing("react", run_up.RunUpTab),
+    "place of the camera": of_argument("visitor.camera", "look", 0),
     "sleeve": of_argument("beam_pull", "offer", "offered"),
-    "camera": of_argument("visitor.camera", "look", 0),
-    "camera fit": of_argument("visitor.camera", "look", 1),
-    "camera frame": of_argument("visitor.camera", "look", 2),
-    "hides": of_nothing("view.beam", "hide"),
-    "dark floor": of_argument("view.beam.surroundings", "show", "dark"),
-    "frame of floor": of_argument("view.beam.surroundings", "show", "rotating_frame"),
-    "speed": of_argument("view.beam.surroundings", "speed_text", 0),
-    "ghosts": of_argument("view.beam.reference", "show", "visible"),
-    "section of ghosts": of_argument("view.beam.reference", "show", 1),
+    "frame of the beam": of_argument("view.beam", "choose_frame", 0),
+    "theme of the floor": of_argument("view.beam.surroundings", "show", "dark"),
+    "frame of the floor": of_argument("view.beam.surroundings", "show", "rotating_frame"),
+    "text of the speed": of_argument("view.beam.surroundings", "speed_text", 0),
+    "undeformed beam": of_argument("view.beam.reference", "show", "visible"),
+    "section of the undeformed beam": of_argument("view.beam.reference", "show", 1),
     "colour of bodies": of_argument("view.beam.bodies", "show", 1),
-    "thick bodies": of_argument("view.beam.bodies", "show", "thicken"),
-    "nodes": of_argument("view.beam.nodes", "show", 2),
-    "joint": of_argument("view.beam.joint", "show", 2),
-    "warning": of_argument("view.beam.warning", "show", 0),
-    "title": of_argument("view.beam.title", "show", 0),
-    "height": of_argument("view.beam", "choose_frame", 0),
-    "sends again": of_nothing("visitor.page", "show_again"),
+    "nodes of the modes": of_argument("view.beam.nodes", "show", 2),
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lie", LIES)
-def test_a_lie_is_found(coarse, monkeypatch, lie):
-    """What a session remembers of an earlier frame, and shows, is found."""
+def test_what_a_session_remembers_is_found(coarse, monkeypatch, lie):
+    """Within the first run."""
     plant(monkeypatch, LIES[lie])
     assert is_found()
