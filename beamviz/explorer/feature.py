@@ -48,11 +48,8 @@ class Feature(Declared):
                 visitor.bind_choice(choice)
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
-        """Edit the state as an answer or time, `elapsed` [s] since the last frame, demands."""
-
-    def notice(self, snapshot: Snapshot) -> None:
-        """Keep in the state what a snapshot shows, in the frame that shows it: there may be no
-        other."""
+        """Edit the state as a snapshot demands, in the frame that shows it, `elapsed` [s] after the
+        one before: the next frame shows the edit."""
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The requests whose answers the page needs for a snapshot, by the names of the jobs; None

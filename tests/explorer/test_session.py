@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.server import http_get, raw_socket, wait_until
+from live.server import CAMERA_MESSAGE, frame_loop_at, http_get, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
@@ -89,6 +89,19 @@ def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
     for xs in places.values():
         assert (len(xs) == 1) == still
         assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
+
+
+@pytest.mark.parametrize(("key", "value"), [("plane", "flapwise"), ("all_modes", True)])
+def test_a_view_that_was_turned_is_kept_until_the_beam_would_leave_it(guest, session, key, value):
+    """A larger hub, for which a beam fitted into the page is seen from farther away, keeps it."""
+    turned = CAMERA_MESSAGE | {"position": (1.0, -2.0, 1.5), "look_at": (0.5, 0.0, 0.0)}
+    guest.send(**turned)
+    wait_until(lambda: session.snapshot.chosen)
+    placed = guest.camera
+    guest.edit(delta=2.0)
+    guest.edit(delta=3.0)
+    assert guest.camera == placed
+    guest.choose(key, value, until=lambda _: guest.camera != placed)
 
 
 def test_the_documented_stations_of_a_slider_move_exist():
@@ -240,7 +253,7 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
         for guest in (one, other):
             guest.says(">twice the mass, ")
             guest.wait(lambda _, guest=guest: guest.parts.get("open") == "compare")
-        sessions = list(frame_loops[-1].sessions.values())
+        sessions = list(frame_loop_at(hall, frame_loops).sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
@@ -291,7 +304,7 @@ def test_a_presenter_may_leave_and_return(hall, frame_loops):
             lead.choose("gamma", 21.0)
             one.shows(PAPER.replace(gamma=21))
             lead.choose("playing", False)
-        wait_until(lambda: len(frame_loops[-1].sessions) == 1)
+        wait_until(lambda: len(frame_loop_at(hall, frame_loops).sessions) == 1)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{hall}/?token={KEY}") as lead:
             lead.choose("gamma", 5.0)

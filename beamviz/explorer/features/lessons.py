@@ -94,7 +94,7 @@ class Lessons(Feature):
             found = visitor.state.before_lesson
             visitor.change(left, loads=True, replaced=RETURNED)
             if found and found.reserved is None:  # that of a page before its own address
-                visitor.set_state(replace(visitor.state, replaced=STARTED))
+                visitor.update(lambda state: replace(state, replaced=STARTED))
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
@@ -123,17 +123,14 @@ class Lessons(Feature):
     def keep_met(self, names: Any) -> None:
         """Take the lessons whose challenge was met in the same browser before."""
         known = {*str(names).split()} & {*NAMES}
-        state = self.visitor.state
-        self.visitor.set_state(replace(state, met=state.met | known))
+        self.visitor.update(lambda state: replace(state, met=state.met | known))
 
-    def notice(self, snapshot: Snapshot) -> None:
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Remember a challenge that is met."""
         name, *rest = verdict_reads(snapshot)
         verdict = verdict_of(name, *rest)
-        with self.visitor.lock:
-            state = self.visitor.state
-            if verdict and verdict.met and name not in state.met:
-                self.visitor.set_state(replace(state, met=state.met | {name}))
+        if verdict and verdict.met and name not in snapshot.state.met:
+            self.visitor.update(lambda state: replace(state, met=state.met | {name}))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The facts of the open lesson."""

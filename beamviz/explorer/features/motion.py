@@ -218,14 +218,12 @@ class MotionTab(Feature):
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused."""
-        state, visitor = snapshot.state, self.visitor
+        state, visitor, moment = snapshot.state, self.visitor, snapshot.clock.moment
         if snapshot.is_led or state.view.playing or state.hold or snapshot.film is None:
             return
         with visitor.lock:
-            clock = visitor.clock
-            shown = clock.film is snapshot.film and visitor.state is state
-            if shown and clock.moment != state.moment:
-                visitor.set_state(state.at_moment(round(clock.moment, PAUSED_DIGITS)))
+            if visitor.state is state and moment != state.moment:
+                visitor.set_state(state.at_moment(round(moment, PAUSED_DIGITS)))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""
