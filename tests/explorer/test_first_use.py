@@ -216,8 +216,8 @@ def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
 
 
 def test_a_met_challenge_is_seen(desk):
-    """In the lesson; on a phone, whose slider may be far from it, over the page."""
-    for size, shown in (((1280, 720), by_id("verdict")), ((390, 844), by_id("toast"))):
+    """In the lesson; on a phone, whose slider may be far from it, in the scene."""
+    for size, shown in (((1280, 720), by_id("verdict")), ((390, 844), by_id("lesson-reading"))):
         desk.resize(*size)
         desk.send("lesson", "paradox", until=says("A theory that predicts"))
         desk.send("lesson_step", 2, until="!!document.querySelector('#verdict p')")
@@ -228,6 +228,26 @@ def test_a_met_challenge_is_seen(desk):
         desk.wait(f"""(([words, dock]) => words.top >= 0 && words.bottom <= innerHeight
           && (innerWidth < 500 || words.top > dock.top + 36))({ends})""")
         desk.send("lesson", "", until=f"{by_id('lesson')}.hidden")
+
+
+@pytest.mark.parametrize("size", [(390, 844), *slow(((960, 1080),))], ids=str)
+@pytest.mark.parametrize("name", ["mode-shift", *slow("veering"), *slow("nodes")])
+def test_what_a_lesson_watches_is_in_view_beside_every_slider(desk, size, name):
+    """The frequencies, and in the challenge its number, while any slider of the beam is dragged."""
+    desk.resize(*size)
+    desk.send("lesson", name, until=f"!!document.querySelector('.guesses') && {says('expect?')}")
+    told = f"{by_id('lesson-reading')}"
+    for step, words in ((0, "B3"), (2, "Now: ")):
+        desk.send("lesson_step", step, until=f"{told}.innerText.includes('{words}')")
+        for number in ("alpha", "beta", "gamma"):
+            desk.box(by_id(f"{number}-slider"))
+            seen = f"""(([words, slider, scene]) => words.top >= 0 && words.bottom <= scene.bottom
+              && slider.top >= scene.bottom && slider.bottom <= innerHeight)
+              ([{told}, {by_id(f"{number}-slider")}, {by_id("scene")}]
+              .map(e => e.getBoundingClientRect()))"""
+            desk.wait(seen)
+    before = desk.evaluate(f"{told}.innerText")
+    desk.send("alpha", 1.23, until=f"{told}.innerText !== {before!r}")
 
 
 def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):

@@ -127,7 +127,7 @@ const beamviz = (() => {
       byId("lesson").scrollIntoView({ block: "nearest" });
     }
     if (turned) byId("lesson").scrollTop = 0;
-    else if (!met && isMet()) showVerdict();
+    else if (!met && isMet()) byId("verdict").scrollIntoView({ block: "nearest" }); // else it is in the scene
     else if (!guessed) found("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
     if (update.address !== undefined) setAddress(update.address);
@@ -139,13 +139,6 @@ const beamviz = (() => {
   const lessonStep = () => all("#lesson h3, #lesson [aria-current]").map((e) => e.textContent).join();
 
   const isMet = () => Boolean(byId("verdict").querySelector(".met"));
-
-  /* Shows that a challenge is met: in the lesson, or where that is out of view, as on a phone, over the page. */
-  function showVerdict() {
-    const verdict = byId("verdict"), { top, bottom } = verdict.getBoundingClientRect();
-    if (media("min-width: 1100px").matches) verdict.scrollIntoView({ block: "nearest" });
-    else if (bottom > innerHeight || top < byId("scene").getBoundingClientRect().bottom) say(verdict.innerText, true);
-  }
 
   /**
    * What makes an address that of another scene: its lesson, or a real beam.
