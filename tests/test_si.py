@@ -26,7 +26,7 @@ BLADE = {  # a tapered steel blade, 600 mm long, a rectangle of 40 x 12 mm at it
     "axial_stiffness": [1.008e8, 7.56e7, 6.7e7, 5.04e7],
     "flap_stiffness": [13440.0, 5670.0, 5000.0, 1680.0],
     "hub_radius": 0.1,
-    "rotation_rpm": 3000.0,
+    "in rpm, not rad/s": 3000.0,
     "masses": [{"mass": 0.2, "position": 0.45, "inertia": (1e-5, 2e-5, 2.5e-5)}],
     "root_stiffness": 1e5,
 }
@@ -243,7 +243,7 @@ MISTAKES = [  # values in another unit, and words of the warning
     (STEEL, {"density": 7.85, "youngs_modulus": 210.0}, "GPa"),
     (PLAIN, {"axial_stiffness": 3e4, "bending_stiffness": 0.044}, "kN"),
     (PLAIN, {"mass_per_length": 1.2e-3}, "t/m"),
-    (PLAIN, {"rotation_speed": 800.0}, "rotation_rpm"),
+    (PLAIN, {"rotation_speed": 800.0}, "in rpm, not rad/s"),
     (PLAIN, {"mass": 50.0}, "a mass in g"),
     (PLAIN, {"masses": [{"mass": 0.1, "position": 1, "inertia": [1, 1, 1]}]}, "kg mm^2"),
     (PLAIN, {"flap_stiffness": 4.4e5}, "another unit"),

@@ -50,6 +50,7 @@ def test_a_link_is_parsed(query, found):
         ("length=1", ["the link: missing key 'density'"]),
         ("alpha=-1&beta=3", ["alpha = -1: must lie in 0 .. 100", "beta = 3: must lie in 0 .. 1"]),
         ("colour=1&lenght=1", ["'colour': did you mean 'colouring'", "did you mean 'length'"]),
+        ("foo=1", ["unknown key 'foo': known: "]),
         (
             "length=-1&density=iron&mass=1",
             ["missing key 'area'", "length = -1", "density = 'iron'"],
