@@ -26,7 +26,7 @@ BLADE = {  # a tapered steel blade, 600 mm long, a rectangle of 40 x 12 mm at it
     "axial_stiffness": [1.008e8, 7.56e7, 6.7e7, 5.04e7],
     "flap_stiffness": [13440.0, 5670.0, 5000.0, 1680.0],
     "hub_radius": 0.1,
-    "in rpm, not rad/s": 3000.0,
+    "rotation_rpm": 3000.0,
     "masses": [{"mass": 0.2, "position": 0.45, "inertia": (1e-5, 2e-5, 2.5e-5)}],
     "root_stiffness": 1e5,
 }

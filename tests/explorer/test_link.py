@@ -50,6 +50,9 @@ def test_a_link_is_parsed(query, found):
         ("length=1", ["the link: missing key 'density'"]),
         ("alpha=-1&beta=3", ["alpha = -1: must lie in 0 .. 100", "beta = 3: must lie in 0 .. 1"]),
         ("colour=1&lenght=1", ["'colour': did you mean 'colouring'", "did you mean 'length'"]),
+        ("shares=[2,0.5,-3,a]", ["shares = '"]),  # which is no list of TOML
+        ("shares=[2,0.5,-3]", ["shares = 2, -3: must lie in 0 .. 1"]),
+        ("position=[2e3,0,-3e3]", ["position = 2000, -3000: must lie in -1000 .. 1000"]),
         ("foo=1", ["unknown key 'foo': known: "]),
         (
             "length=-1&density=iron&mass=1",
