@@ -270,6 +270,33 @@ def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):
     desk.wait(f"{gap} <= 0")
 
 
+ROWS = """(() => {
+  const { camera, canvas } = window.__viserMutable, r = canvas.getBoundingClientRect();
+  const texts = [...document.querySelectorAll('#caption-layer > span:not([hidden])')];
+  const clamps = [1, 2, 3, 4, 5].map(k => {
+    const node = window.__viserMutable.nodeRefFromName[`/mode ${k}/rotor`];
+    const at = node?.localToWorld(node.position.clone().set(0, 0, 0)).project(camera);
+    return at && r.left + r.width * (1 + at.x) / 2; });
+  return texts.length === 5 && clamps.every(Boolean)
+    && [clamps, texts.map(e => e.getBoundingClientRect().toJSON())]; })()"""
+
+
+@pytest.mark.parametrize("size", [(390, 844), *slow(((1440, 900),))], ids=str)
+def test_the_titles_of_all_modes_are_beside_their_beams(desk, size):
+    """None covers another, nor its beam, which begins at its clamp."""
+    desk.resize(*size)
+    desk.evaluate("scrollTo(0, 0)")
+    desk.send("all_modes", True)
+
+    def apart() -> bool:
+        clamps, titles = desk.wait(ROWS)
+        ends = [title["right"] for title in titles]
+        beside = all(end < clamp for end, clamp in zip(ends, clamps, strict=True))
+        return beside and are_apart(titles)
+
+    wait_until(apart)
+
+
 def test_a_replaced_scene_is_offered_back(desk):
     """A stray N, which begins a lesson, or R takes nothing away: a button brings it back."""
     offered = f"!!{by_id('replaced')}.querySelector('button')"
