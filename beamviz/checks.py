@@ -26,7 +26,7 @@ def checked(value: object, low: float, high: float) -> tuple[float | None, str]:
     return number + 0.0, ""  # -0.0 becomes 0.0
 
 
-def as_float(value: float | Real) -> float:
+def as_float(value: Any) -> float:
     """A number as a float, infinite where it is too large for one."""
     try:
         return float(value)

@@ -116,8 +116,8 @@ def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
     guest.do("tab", "map")
     map_shown(guest, columns=str(few_columns))
     guest.choose("method", "ancf-planar")
+    running = r"computing: map .* [1-9]\d? %"
     for action, place in (("cancel_jobs", "work"), (None, "map-chart-wait")):
-        running = r"computing: map .* [1-9]\d? %"
         guest.wait(lambda _, p=place: re.search(running, guest.texts[p]))
         for part in ("map-chart", "map-text"):
             told = guest.props[part]["data-outdated"]

@@ -42,7 +42,7 @@ STARTED = (
 )
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
-FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
+FINE_STEPS = "Fine steps: type the number beside a slider, or click the slider and use arrow keys."
 AWAITED = '<p class="soft">The answer is being computed …</p>'
 CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a tab
     **{parameter.slider_label: name for name, parameter in NUMBERS.items()},
