@@ -114,7 +114,8 @@ STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.
             f"{STEEL}&masses=[{{mass=-1,position=0.1}},{{mass=1,position=9}}]",
             STEEL,
             [
-                "masses 1: mass = -1: must be 0 or more; masses 2: position = 9: must lie in 0 .. 0.5"
+                "masses 1: mass = -1: must be 0 or more;"
+                " masses 2: position = 9: must lie in 0 .. 0.5"
             ],
         ),
         (f"{STEEL}&mass=-1&mass_position=3", STEEL, ["mass = -1: must", "mass_position = 3: must"]),

@@ -357,7 +357,8 @@ def test_a_long_motion_is_cancelled(guest):
     guest.do("tab", "motion")
     guest.do("gamma", 20.0)
     guest.do("motion.until", 60.0)
-    guest.do("motion.pull", 30.0, until=lambda _: "computing: motion" in guest.texts["work"])
+    guest.do("motion.pull", 30.0, until=lambda _: "Cancel" in guest.texts["motion-wait"])
+    assert "computing" not in guest.texts["work"]  # it is told once
     guest.do("cancel_jobs", until="cancelled: motion")
     guest.do("motion.pull", 0.5)
     guest.do("motion.until", 2.0)
