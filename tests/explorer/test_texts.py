@@ -127,6 +127,15 @@ def test_the_help_says_what_the_letters_in_its_formulas_are():
     assert "T* = " in paragraphs
 
 
+def test_the_help_explains_the_words_that_lessons_and_tabs_use():
+    """Each with a meaning."""
+    help_text = package_text("explorer/page/page.html")
+    words = re.search('aria-label="words">(.*?)</table>', help_text, re.DOTALL)[1]
+    explained = dict(re.findall("<tr><td>(.*?)</td><td>(.+?)</td></tr>", words))
+    for word in ("mode", "node", "crossing", "veering", "resonance", "flapwise", "per-rev"):
+        assert any(word in known for known in explained)
+
+
 def test_the_table_of_an_exported_page_marks_the_modes_shown():
     """One of five."""
     assert solution_table(solve(PAPER), ["B2"]).count("shown") == 1
