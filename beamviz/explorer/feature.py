@@ -10,11 +10,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Declared
+from beamviz.explorer.declarations import Declared, Tab, tabs
 from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION
+from beamviz.explorer.state import write_tab
 from beamviz.explorer.visitor import Visitor
 
 
@@ -85,10 +86,15 @@ def progress(jobs: Collection[JobStatus]) -> str:
     return text + (cancel if any(job.slow for job in jobs) else "")
 
 
-def waiting(id: str, *jobs: str) -> Part:
-    """The part that says in an empty place of a tab, an element by its id, which of these jobs its
-    first result waits for, or offers to compute it again. They follow each other."""
-    return Part(lambda s: (lacking(s, jobs),), partial(waiting_content, id), (id,))
+def waiting(id: str, tab: Tab) -> Part:
+    """The part that says in an empty place of a tab, an element by its id, which of its jobs its
+    first result waits for, or offers to compute it again."""
+    return Part(lambda s: (lacking(s, tab.waits_for),), partial(waiting_content, id), (id,))
+
+
+def told_elsewhere(snapshot: Snapshot) -> JobStatus | None:
+    """The job that the open tab says it waits for."""
+    return lacking(snapshot, tabs()[write_tab(snapshot.state.tab)].waits_for)
 
 
 def lacking(snapshot: Snapshot, jobs: Iterable[str]) -> JobStatus | None:

@@ -168,14 +168,20 @@ def test_a_number_out_of_range_is_named(guest):
         assert "mass α" in guest.said[0]["text"]
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
+    guest.choose("alpha", 200.0, until="mass α = 200: must lie in 0 .. 100")
+    guest.choose("delta", 50.0, until="hub δ = 50: must lie in")
+    guest.says("mass α = 200: must lie in 0 .. 100")
+    guest.choose("alpha", 2.0)
+    guest.edit(delta=0.0, alpha=2.0)
+    guest.says("Stable equilibrium")
     for bad in ("fast", None, True):
         guest.said.clear()
         guest.do("gamma", bad, until=lambda _: guest.said)
         assert guest.said[0]["error"]
         assert "gamma" in guest.said[0]["text"]
-    guest.choose("gamma", 10**40, until="out of range")
+    guest.choose("gamma", 10**40, until="Out of range")
     guest.edit(gamma=12.0)
-    guest.wait(lambda _: "out of range" not in guest.text)
+    guest.wait(lambda _: "Out of range" not in guest.text)
 
 
 def test_an_unstable_state_is_shown_with_its_growth(guest):
