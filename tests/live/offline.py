@@ -22,7 +22,7 @@ from live.visitor import Visitor as Socket
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.explorer import jobs, page, session, solutions, visitor
 from beamviz.explorer.jobs import PENDING, Callback
-from beamviz.explorer.session import LONGEST_STEP, Session
+from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
@@ -199,15 +199,15 @@ class Offline(Socket):
 class OfflineGuest(Guest):
     """A visitor in this process, whose frames come when they are waited for.
 
-    start: the scene of the server; checked: called after each frame that shows edits and answers,
-    with this and the time [s] since the frame before; errors: what it found.
+    start: the scene of the server; checked: called with this after each frame that shows edits and
+    answers; errors: what it found.
     """
 
     def __init__(
         self,
         start: Scene,
         seed: int = 0,
-        checked: "Callable[[OfflineGuest, float], list[str]] | None" = None,
+        checked: "Callable[[OfflineGuest], list[str]] | None" = None,
     ):
         self.chance, self.start, self.checked = random.Random(seed), start, checked
         self.workers, self.woken, self.errors = Workers(self.chance), True, list[str]()
@@ -247,7 +247,6 @@ class OfflineGuest(Guest):
         now = CLOCK.time
         if chance.random() < AT_ONCE:
             self.workers.run()
-        elapsed = min(now - own.last_tick, LONGEST_STEP)
         is_full = self.woken or own.is_busy
         if not (is_full or own.is_moving):
             return
@@ -259,7 +258,7 @@ class OfflineGuest(Guest):
             own.move(now)
         self.visitor.receive()
         if self.checked and is_full:
-            self.errors += self.checked(self, elapsed)
+            self.errors += self.checked(self)
         if self.visitor.camera != before:  # as the browser tells
             run(own.camera_moved(None))
 
@@ -288,22 +287,22 @@ def offline() -> Iterator[None]:
 # Without a memory
 
 
-def forgetful(guest: OfflineGuest, snapshot: Snapshot, elapsed: float) -> Offline:
+def forgetful(guest: OfflineGuest, snapshot: Snapshot) -> Offline:
     """A visitor who has just come, and sees a snapshot of another one."""
     other = Offline(guest.start, Workers())
     own = other.session
     own.snapshot = own.with_picture(replace(snapshot, picture=None))
-    own.draw(own.snapshot, elapsed)
+    own.draw(own.snapshot)
     own.show_page(own.snapshot)
     other.receive()
     return other
 
 
-def memories(guest: OfflineGuest, elapsed: float) -> list[str]:
+def memories(guest: OfflineGuest) -> list[str]:
     """Where a visitor sees something else than one who has just come would see of the snapshot of
     the last frame: what is remembered of an earlier one."""
     snapshot = guest.session.snapshot
-    other = forgetful(guest, snapshot, elapsed)
+    other = forgetful(guest, snapshot)
     seen, expected = contents(guest.visitor), contents(other)
     found = [
         *(f"page{one}" for one in left(seen, expected)),
