@@ -124,12 +124,15 @@ class Session:
         visitor.client.flush()
 
     def advanced_clock(self, now: float) -> Clock:
-        """The clock at the time `now` [s] of what the last frame shows."""
+        """The clock at the time `now` [s] of what the last frame shows; that of the presenter while
+        the visitor follows one."""
         elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         snapshot, clock = self.snapshot, self.visitor.clock
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
-        if not snapshot.is_moving or snapshot.is_led:
+        if snapshot.is_led and (led := self.visitor.presenter()):
+            return fitted_clock(replace(led.clock, transition=clock.transition), snapshot.picture)
+        if not snapshot.is_moving:
             return clock
         time, picture = elapsed * snapshot.rate * snapshot.state.view.pace, snapshot.picture
         if film := picture.film:
