@@ -43,7 +43,7 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import COMPARISONS, NO_COMPARISON
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import forced_response
-from beamviz.lessons import NAMES
+from beamviz.lessons import NAMES, lesson
 from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import START, Scene
 
@@ -72,7 +72,10 @@ ONE_BY_ONE = 0.8  # the part of the edits that a frame shows before the next one
 SOLVED = 0.6  # the part of those of which the modes are waited for
 POSSIBLE_PART = 0.75  # the part of the rounds in which the beam has a solution and a motion
 LEFT = 0.5  # the part of the rounds in which an open lesson is left, or a size that is known
+MET = 0.5  # the part of the rounds about lessons in which the challenge is met
 MOST = 100  # edits of a round
+PLAYING = "playing", "motion.play"  # actions after which the scene may move
+PLAYED = 3  # frames of that
 PANELS = "real", "blade"  # keys of the edits that belong to panels beside the tabs
 
 
@@ -109,9 +112,11 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("pace", chance.choice((0.0, 0.5, 2.0))),
             *[
                 (name, chance.random() < 0.5)
-                for name in ("rotating_frame", "ghosts", "nodes", "thicken", "dark")
+                for name in ("rotating_frame", "ghosts", "nodes", "thicken", "dark", "playing")
             ],
-            ("all_modes", chance.random() < 0.3),
+            *[("all_modes", chance.random() < 0.5)] * 2,
+            ("preferences", chance.choice(("", "still", "still dark"))),
+            *[("turn", (chance.uniform(-2.0, 2.0), chance.uniform(0.7, 1.5)))] * 3,
             ("colouring", chance.choice(("displacement", "axial strain"))),
             *[("rate", chance.choice((0.2, None, "never")))] * 2,
             ("reset_view", None),
@@ -125,7 +130,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("lesson_turn", chance.choice((1, -1)))] * 2,
             ("lesson_step", chance.randrange(3)),
             ("lesson_guess", chance.randrange(3)),
-            ("drag", (MASS, chance.uniform(-0.3, 0.3))),
+            *[("drag", (MASS, chance.uniform(-0.3, 0.3)))] * 3,
         ],
         "frequencies": [
             *[(f"per_rev_{chance.randrange(1, 7)}", chance.random() < 0.7)] * 3,
@@ -156,7 +161,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
         ],
         "loads": [*several, ("state", "stable"), ("delta", 1.0)],
         "run-up": [
-            ("force_per_rev", str(chance.randrange(1, 7))),
+            *[("force_per_rev", str(chance.randrange(1, 7)))] * 2,
             ("damping", chance.uniform(0, 30)),
             *[("run_up", None)] * 2,
             *[("gamma", round(chance.uniform(0, 10), 2))] * 2,
@@ -168,7 +173,8 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             (f"motion.{chosen}", chance.choice([*MOTION_CHOICES[chosen], "flies"])),
             ("motion.unstiffened", chance.random() < 0.5),
             *[("moment", chance.choice((0.0, 0.1, 0.2, 5.0)))] * 2,
-            ("drag", (SLEEVE, chance.uniform(-0.5, 0.5))),
+            *[("drag", (SLEEVE, chance.uniform(-0.5, 0.5)))] * 3,
+            *[("motion.play", None)] * 3,
             ("only", 0),
             ("gamma", round(chance.uniform(0, 9), 2)),
             ("real.preset", chance.choice(list(PRESETS))),
@@ -329,16 +335,25 @@ def coarse_motion(compute: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def do(guest: Guest, action: str, value: Any) -> None:
-    """An action of the page, or a drag in the scene from the middle of the beam."""
+    """An action of the page, a turn of the view, or a drag in the scene from the middle of the
+    beam; what is played goes on for some frames."""
+    if action == "turn":
+        guest.turn(*value)
+        return
     if action != "drag":
         guest.visitor.do(action, value)
+        if action in PLAYING:
+            guest.wait(guest.is_handled)
+            guest.play(PLAYED)
         return
     node, far = value
+    guest.wait(guest.is_handled)
+    if node == SLEEVE and not guest.session.beam_pull.offered:
+        return
     delta = guest.session.snapshot.picture.modes.beam.delta
     x, y = (far, 0.0) if node == MASS else (0.0, far)
     points = [(delta + 0.7 + part * x, part * y, 0.0) for part in (0, 0.5, 1, 1)]
-    guest.wait(guest.is_handled)
-    guest.visitor.drag(node, *points)
+    guest.drag(node, *points)
 
 
 class Edits:
@@ -381,9 +396,14 @@ class Edits:
         """The edit after which a panel, or a lesson, is there."""
         state, chance = self.guest.state, self.chance
         if about == "lessons":
-            if not state.lesson or chance.random() < LEFT:
-                yield "lesson", chance.choice(NAMES)
+            name = state.lesson
+            if not name or chance.random() < LEFT:
+                name = chance.choice(NAMES)
+                yield "lesson", name
             yield chance.choice((("lesson_step", 2), ("lesson_step", 2), ("tab", "lessons")))
+            if chance.random() < MET:
+                one = lesson(name)
+                yield f"{'motion.' * (one.number == 'pull_at')}{one.number}", one.answer
         if about == "compare" and state.comparison == NO_COMPARISON:
             yield "comparison", chance.choice(COMPARISONS)
         if about == "run-up" and state.forced_response:

@@ -4,24 +4,27 @@ is opened fresh on the resulting address."""
 import asyncio
 import itertools
 import json
+import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 from urllib.parse import parse_qsl
 
 import numpy as np
-from live.server import TIMEOUT, wait_until
+from live.server import CAMERA_MESSAGE, TIMEOUT, wait_until
 from live.visitor import Visitor, visitor
 
 from beamviz.explorer.declarations import tabs
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import State
-from beamviz.scene import Scene
+from beamviz.scene import Camera, Scene
 
 T = TypeVar("T")
+Place = tuple[float, ...]
 # Parts of the page that only one tab shows, by the beginnings of their ids.
 INSIDE = {
     "loci-": "frequencies",
@@ -83,11 +86,12 @@ class Guest:
         return self.is_handled() and is_shown and not solver.busy
 
     def is_at_rest(self) -> bool:
-        """Whether nothing is computed or moves, and the last frame shows all answers."""
+        """Whether nothing is computed, moves or is in the hand, and the last frame shows all
+        answers."""
         session = self.session
         answers = {key: job.answer for key, job in session.visitor.jobs.items()}
         seen = {key: status.answer for key, status in session.snapshot.jobs.items()}
-        busy = session.is_busy or session.is_moving
+        busy = session.is_busy or session.is_moving or self.state.grip or self.state.hold
         return self.is_handled() and not busy and answers == seen
 
     def wait(self, condition: Callable[[], bool]) -> None:
@@ -104,6 +108,27 @@ class Guest:
         self.on_loop(lambda: self.session.visitor.page.say(token))
         self.visitor.wait(lambda _: any(one["text"] == token for one in self.visitor.said))
 
+    def drag(self, node: str, *points: tuple[float, float, float]) -> None:
+        """Drag a node of the scene along points, the first of which takes it."""
+        self.visitor.drag(node, *points)
+        self.visitor.do("met", "")  # handled after the drag, and changes nothing
+
+    def turn(self, angle: float, zoom: float) -> None:
+        """Turn the view about a vertical axis [rad], and change its distance by a factor."""
+        position, look_at = turned(self.session.visitor.camera.present, angle, zoom)
+        self.visitor.send(**CAMERA_MESSAGE | {"position": position, "look_at": look_at})
+        self.visitor.camera = position
+        self.visitor.do("met", "")  # handled after it, and changes nothing
+
+    def play(self, count: int) -> None:
+        """Wait for some frames, if anything moves."""
+        for _ in range(count):
+            self.wait(partial(self.has_moved, self.session.last_tick))
+
+    def has_moved(self, last_tick: float) -> bool:
+        """Whether there has been a frame after the one of a time [s], or nothing moves."""
+        return self.session.last_tick != last_tick or not self.session.is_moving
+
     def take_clock(self, other: "Guest") -> None:
         """Take the moment of another visitor, which no address has; a motion in time keeps its
         own."""
@@ -116,6 +141,16 @@ class Guest:
             mine.wake()
 
         self.on_loop(take)
+
+
+def turned(camera: Camera, angle: float, zoom: float) -> tuple[Place, Place]:
+    """Position and target of a camera turned about a vertical axis [rad] through its target, at
+    its distance times a factor; with the digits that an address has."""
+    x, y, z = zoom * np.subtract(camera.position, camera.look_at)
+    cosine, sine = math.cos(angle), math.sin(angle)
+    away = np.array([cosine * x - sine * y, sine * x + cosine * y, z])
+    position, look_at = np.round([camera.look_at + away, camera.look_at], 4).tolist()
+    return tuple(position), tuple(look_at)
 
 
 Opening = Callable[[], AbstractContextManager[Guest]]
@@ -136,6 +171,8 @@ def compare_with_fresh(guest: Guest, opening: Opening, start: Scene) -> list[str
     told = guest.state
     if told.refused or told.replaced:  # which no address has, and any edit ends
         guest.visitor.do("forget_refused")
+    if told.view.playing:
+        guest.visitor.do("playing", False)
     guest.settle()
     seen, scene = page_of(guest.visitor), scene_of(guest.visitor)
     address = guest.visitor.parts["address"] or start.to_query(without=("dark", "playing"))

@@ -15,7 +15,7 @@ from typing import Any, Self
 
 import numpy as np
 import pytest
-from live.fresh import Guest, differences, visible_nodes
+from live.fresh import Guest, differences, turned, visible_nodes
 from live.server import CAMERA_MESSAGE
 from live.visitor import Visitor as Socket
 
@@ -30,6 +30,7 @@ from beamviz.scene import Scene
 
 AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
 STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
+IN_A_FRAME = 0.6  # the part of the steps of a drag that a frame shows before the next one
 IN_HASTE = 0.1  # the part of the frames that come late
 MOST = 500  # frames until a page is at rest
 
@@ -166,8 +167,14 @@ class Offline(Socket):
         own.bridge.value = json.dumps([self.actions, action, value])
         run(own.received(SimpleNamespace(client_id=0)))
 
-    def drag(self, node: str, *points: tuple[float, float, float]) -> None:
-        """Drag a node of the scene along points, the first of which takes it."""
+    def drag(
+        self,
+        node: str,
+        *points: tuple[float, float, float],
+        between: Callback = lambda: None,
+    ) -> None:
+        """Drag a node of the scene along points, the first of which takes it. between: called after
+        each of them."""
         own = self.session
         handler = own.mass_drag.dragged if node.endswith("mass") else own.beam_pull.dragged
         phases = ["start", *["update"] * (len(points) - 2), "end"]
@@ -182,6 +189,7 @@ class Offline(Socket):
                     )
                 )
             )
+            between()
 
     def receive(self, timeout: float = 0.0) -> list[dict[str, Any]]:
         """Take what was sent."""
@@ -226,6 +234,20 @@ class OfflineGuest(Guest):
 
     def on_loop(self, function: Callable[[], Any]) -> Any:
         return function()
+
+    def drag(self, node: str, *points: tuple[float, float, float]) -> None:
+        """Drag a node of the scene along points, of which frames show some."""
+        self.visitor.drag(node, *points, between=self.frame_or_none)
+
+    def frame_or_none(self) -> None:
+        if self.chance.random() < IN_A_FRAME:
+            self.frame()
+
+    def turn(self, angle: float, zoom: float) -> None:
+        """Turn the view about a vertical axis [rad], and change its distance by a factor."""
+        camera = self.visitor.client.camera
+        camera.position, camera.look_at = turned(self.session.visitor.camera.present, angle, zoom)
+        run(self.session.camera_moved(None))
 
     def is_drawn(self) -> bool:
         """Whether a frame has shown all that has changed."""
