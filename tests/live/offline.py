@@ -208,7 +208,7 @@ class OfflineGuest(Guest):
     """A visitor in this process, whose frames come when they are waited for.
 
     start: the scene of the server; checked: called with this after each frame that shows edits and
-    answers; errors: what it found.
+    answers; errors: what it found; asked: see `asked_of`, of the frame before the last one.
     """
 
     def __init__(
@@ -221,6 +221,7 @@ class OfflineGuest(Guest):
         self.workers, self.woken, self.errors = Workers(self.chance), True, list[str]()
         self.visitor = Offline(start, self.workers, self.wake)
         self.session = self.visitor.session
+        self.asked: tuple[int, bool] | None = None
         self.frame()
 
     @classmethod
@@ -281,6 +282,8 @@ class OfflineGuest(Guest):
         self.visitor.receive()
         if self.checked and is_full:
             self.errors += self.checked(self)
+        if not own.snapshot.picture.held:  # else the camera is left alone
+            self.asked = asked_of(own.snapshot)
         if self.visitor.camera != before:  # as the browser tells
             run(own.camera_moved(None))
 
@@ -331,11 +334,31 @@ def memories(guest: OfflineGuest) -> list[str]:
         *differences({key: seen.get(key) for key in expected}, expected, "page"),
         *wrong_requests(guest.session, other.session),
     ]
-    if not snapshot.picture.held and snapshot.clock.transition is None:
-        found += differences(visible_nodes(guest.visitor), visible_nodes(other), "scene")
-        if snapshot.chosen is None:
-            found += differences([*guest.visitor.camera], [*other.camera], "camera")
-    return found
+    if snapshot.clock.transition or guest.session.visitor.clock.transition:
+        return found
+    drawn, expected_nodes = visible_nodes(guest.visitor), visible_nodes(other)
+    if snapshot.picture.held:  # the scene stays at its place, which is that of an earlier frame
+        del drawn["/scene"], expected_nodes["/scene"]
+    else:
+        expected_view = view_expected(guest, other)
+        found += differences([*guest.visitor.camera], [*expected_view], "camera")
+    return [*found, *differences(drawn, expected_nodes, "scene")]
+
+
+def view_expected(guest: OfflineGuest, other: Offline) -> tuple[float, ...]:
+    """Where the camera is after the last frame: where the visitor has turned it to, until another
+    viewpoint is asked for; else, where one who has just come has it."""
+    snapshot = guest.session.snapshot
+    chosen = snapshot.chosen
+    is_turned = chosen is not None and chosen != snapshot.state.camera
+    if chosen is None or not is_turned or guest.asked != asked_of(snapshot):
+        return other.camera
+    return (*chosen.position, *chosen.look_at)
+
+
+def asked_of(snapshot: Snapshot) -> tuple[int, bool]:
+    """What places the camera, wherever the visitor has turned the view to, where it changes."""
+    return snapshot.state.fit, snapshot.state.view.rotating_frame
 
 
 def contents(guest: Offline) -> dict[str, Any]:
