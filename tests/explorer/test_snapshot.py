@@ -4,7 +4,7 @@ has seen nothing before."""
 
 import pickle
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from operator import attrgetter
@@ -89,6 +89,8 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
     of_motion = chance.choice(list(RANGES))
     first, last, _ = RANGES[of_motion].slider
     chosen = chance.choice(list(MOTION_CHOICES))
+    turn = "turn", (chance.uniform(-2.0, 2.0), chance.uniform(0.7, 1.5))
+    amplitude = "amplitude", chance.uniform(0.0, 0.5)
     return {
         ALL: [
             *several,
@@ -108,7 +110,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ("only", chance.randrange(6)),
             ("only", chance.randrange(3)),
             (f"share-{chance.randrange(5)}", chance.random()),
-            ("amplitude", chance.uniform(0, 0.5)),
+            amplitude,
             ("pace", chance.choice((0.0, 0.5, 2.0))),
             *[
                 (name, chance.random() < 0.5)
@@ -116,7 +118,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             ],
             *[("all_modes", chance.random() < 0.5)] * 2,
             ("preferences", chance.choice(("", "still", "still dark"))),
-            *[("turn", (chance.uniform(-2.0, 2.0), chance.uniform(0.7, 1.5)))] * 3,
+            *[turn] * 3,
             ("colouring", chance.choice(("displacement", "axial strain"))),
             *[("rate", chance.choice((0.2, None, "never")))] * 2,
             ("reset_view", None),
@@ -164,6 +166,8 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("force_per_rev", str(chance.randrange(1, 7)))] * 2,
             ("damping", chance.uniform(0, 30)),
             *[("run_up", None)] * 2,
+            turn,
+            amplitude,
             *[("gamma", round(chance.uniform(0, 10), 2))] * 2,
             (number, usual),
         ],
@@ -175,6 +179,8 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             *[("moment", chance.choice((0.0, 0.1, 0.2, 5.0)))] * 2,
             *[("drag", (SLEEVE, chance.uniform(-0.5, 0.5)))] * 3,
             *[("motion.play", None)] * 3,
+            turn,
+            amplitude,
             ("only", 0),
             ("gamma", round(chance.uniform(0, 9), 2)),
             ("real.preset", chance.choice(list(PRESETS))),
@@ -437,14 +443,18 @@ def begun(servers: Servers) -> Iterator[Guest]:
         yield guest
 
 
+def subjects(*, blades: bool) -> list[str]:
+    """What the edits of a run are about: each tab, each panel and all else. blades: also beams
+    whose properties vary, which take long to solve."""
+    return [ALL, *tabs(), *PANELS[: 1 + blades]]
+
+
 def comparisons(
-    guest: Guest, fresh: Opening, seed: int, rounds: int, *, blades: bool = False
+    guest: Guest, fresh: Opening, seed: int, rounds: int, subjects: Sequence[str]
 ) -> Iterator[tuple[list[Action], list[str]]]:
     """The last edits of a visitor, and where their page then differs from a fresh one, in some
-    rounds about each tab, each panel and all else: after some edits, and after one more. blades:
-    also of beams whose properties vary, which take long to solve."""
+    rounds about each of the subjects: after some edits, and after one more."""
     chance = random.Random(seed)
-    subjects = [ALL, *tabs(), *PANELS[: 1 + blades]]
     edits = Edits(chance, guest)
     for _ in range(rounds):
         for about in chance.sample(subjects, len(subjects)):
@@ -462,12 +472,13 @@ def test_a_page_equals_a_fresh_one_on_its_address(servers, seed):
     """After every few edits, with reduced motion: no clock runs."""
     rounds, blades = RUNS[seed]
     with begun(servers) as guest:
-        for done, found in comparisons(guest, servers.fresh, seed, rounds, blades=blades):
+        about = subjects(blades=blades)
+        for done, found in comparisons(guest, servers.fresh, seed, rounds, about):
             assert not found, "\n".join([*map(str, done), *found])
 
 
 def offline_comparisons(
-    seed: int, rounds: int, *, blades: bool = False
+    seed: int, rounds: int, subjects: Sequence[str]
 ) -> Iterator[tuple[list[Action], list[str]]]:
     """The last edits of a visitor without a connection, and where a frame differed from that of a
     session without a memory, or the page then differs from a fresh one."""
@@ -476,7 +487,7 @@ def offline_comparisons(
         guest.visitor.do("preferences", "still")
         guest.visitor.do("link", "")
         fresh = partial(OfflineGuest.opened, ELSEWHERE)
-        for done, found in comparisons(guest, fresh, seed, rounds, blades=blades):
+        for done, found in comparisons(guest, fresh, seed, rounds, subjects):
             yield done, guest.errors + found
 
 
@@ -489,7 +500,7 @@ def test_each_frame_equals_that_of_a_session_without_a_memory(coarse, seed):
     """So whatever is kept from one frame to the next is found at once; and the page equals a fresh
     one, which has other answers of jobs in its past too."""
     rounds, blades = OFFLINE_RUNS[seed]
-    for done, found in offline_comparisons(seed, rounds, blades=blades):
+    for done, found in offline_comparisons(seed, rounds, subjects(blades=blades)):
         assert not found, "\n".join([*map(str, done), *found])
 
 
@@ -500,7 +511,7 @@ def is_found() -> bool:
     """Whether a frame differs from that of a session without a memory, or the page from a fresh
     one, or the page never comes to rest, in the run of the fast test."""
     try:
-        return any(found for _, found in offline_comparisons(11, OFFLINE_RUNS[11][0]))
+        return any(found for _, found in offline_comparisons(11, 1, subjects(blades=False)))
     except TimeoutError:
         return True
 

@@ -79,6 +79,10 @@ class Guest:
         last = json.loads(text)[0] if text else 0
         return last == self.visitor.actions and self.is_drawn()
 
+    def is_let_go(self) -> bool:
+        """Whether all actions are handled, and neither a body nor the beam is in the hand."""
+        return self.is_handled() and self.state.grip is None and self.state.hold is None
+
     def is_solved(self) -> bool:
         """Whether a frame has shown the modes of the beam as well."""
         solver, snapshot = self.session.visitor.solver, self.session.snapshot
@@ -91,8 +95,8 @@ class Guest:
         session = self.session
         answers = {key: job.answer for key, job in session.visitor.jobs.items()}
         seen = {key: status.answer for key, status in session.snapshot.jobs.items()}
-        busy = session.is_busy or session.is_moving or self.state.grip or self.state.hold
-        return self.is_handled() and not busy and answers == seen
+        busy = session.is_busy or session.is_moving
+        return self.is_let_go() and not busy and answers == seen
 
     def wait(self, condition: Callable[[], bool]) -> None:
         """Wait until a condition holds between two frames."""
@@ -167,7 +171,7 @@ def compare_with_fresh(guest: Guest, opening: Opening, start: Scene) -> list[str
     """Where the page of a visitor differs from one that is opened on its address. opening: opens a
     page of a server that begins with another scene; start: the scene that an empty address means to
     the visitor."""
-    guest.wait(guest.is_handled)
+    guest.wait(guest.is_let_go)
     told = guest.state
     if told.refused or told.replaced:  # which no address has, and any edit ends
         guest.visitor.do("forget_refused")
