@@ -354,9 +354,10 @@ def do(guest: Guest, action: str, value: Any) -> None:
         return
     node, far = value
     guest.wait(guest.is_handled)
-    if node == SLEEVE and not guest.session.beam_pull.offered:
-        return
-    delta = guest.session.snapshot.picture.modes.beam.delta
+    session = guest.session
+    if not (session.beam_pull.offered if node == SLEEVE else session.view.beam.frame.visible):
+        return  # the browser shows nothing to drag
+    delta = session.snapshot.picture.modes.beam.delta
     x, y = (far, 0.0) if node == MASS else (0.0, far)
     points = [(delta + 0.7 + part * x, part * y, 0.0) for part in (0, 0.5, 1, 1)]
     guest.drag(node, *points)

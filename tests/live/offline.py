@@ -338,7 +338,8 @@ def memories(guest: OfflineGuest) -> list[str]:
         return found
     drawn, expected_nodes = visible_nodes(guest.visitor), visible_nodes(other)
     if snapshot.picture.held:  # the scene stays at its place, which is that of an earlier frame
-        del drawn["/scene"], expected_nodes["/scene"]
+        for nodes in (drawn, expected_nodes):
+            nodes.pop("/scene", None)
     else:
         expected_view = view_expected(guest, other)
         found += differences([*guest.visitor.camera], [*expected_view], "camera")
