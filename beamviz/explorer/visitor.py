@@ -68,7 +68,7 @@ class Visitor:
         presenter: Callable[[], Snapshot | None] | None = None,
         presents: bool = False,
     ):
-        self.client, self.page = client, Page(client)
+        self.client, self.page = client, Page(client, schedule)
         self.wake, self.presenter = schedule, presenter or (lambda: None)
         self.may_follow, self.presents = presenter is not None, presents
         self.state, self.history, self.clock = state, History(), Clock()

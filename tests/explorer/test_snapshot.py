@@ -505,6 +505,18 @@ def test_each_frame_equals_that_of_a_session_without_a_memory(coarse, seed):
         assert not found, "\n".join([*map(str, done), *found])
 
 
+def test_a_control_shows_the_state_again_where_an_action_leaves_that_as_it_is():
+    """In a frame of its own, not that of the next edit, as for an event that a new chart does not
+    have any more."""
+    with offline():
+        guest = OfflineGuest(STILL)
+        guest.settle()
+        shown = guest.visitor.values["go_to_event"]
+        guest.visitor.do("go_to_event", "B9 S9 1")
+        guest.settle()
+        assert guest.visitor.values["go_to_event"] == shown
+
+
 # Tests of the test: what is planted is found. Each lie is told to a session when it opens.
 
 

@@ -136,12 +136,13 @@ def names(content: Content) -> set[str]:
 class Page:
     """Sends changes to the page, those between two messages at once, and handles its actions.
 
-    sent: the content of the page, by path; waiting: what the next message will change; touched:
-    paths of what the visitor has set in the page, which may not be what the state has.
+    wake: tells the frame loop that an action was handled; sent: the content of the page, by path;
+    waiting: what the next message will change; touched: paths of what the visitor has set in the
+    page, which may not be what the state has.
     """
 
-    def __init__(self, client: ClientHandle):
-        self.client, self.lock = client, threading.Lock()
+    def __init__(self, client: ClientHandle, wake: Callable[[], None]):
+        self.client, self.wake, self.lock = client, wake, threading.Lock()
         self.actions: dict[str, Action] = {}
         self.sent: Content = {}
         self.waiting: Content = {}
@@ -231,6 +232,7 @@ class Page:
             return
         self.touched.add(("open",) if action == "tab" else ("values", action))
         handler(chosen)
+        self.wake()  # also where the state stays, and the control is to show that again
 
 
 # Data of charts
