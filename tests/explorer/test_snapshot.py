@@ -465,12 +465,12 @@ def comparisons(
 
 
 # Seeds, with the number of rounds and whether there are blades; the first is for the fast test.
-RUNS = {5: (1, False), 1: (4, False), 2: (4, True), 3: (4, True)}
+RUNS = {5: (1, False), 1: (2, False), 2: (2, True)}
 
 
-@pytest.mark.parametrize("seed", [5, *slow(1, 2, 3)])
+@pytest.mark.parametrize("seed", [5, *slow(1, 2)])
 def test_a_page_equals_a_fresh_one_on_its_address(servers, seed):
-    """After every few edits, with reduced motion: no clock runs."""
+    """After every few edits, and a pause if anything is played."""
     rounds, blades = RUNS[seed]
     with begun(servers) as guest:
         about = subjects(blades=blades)
@@ -493,7 +493,7 @@ def offline_comparisons(
 
 
 # As RUNS. Jobs end, and frames come, in another order with each seed.
-OFFLINE_RUNS = {11: (1, False), 12: (4, False), 13: (4, True)}
+OFFLINE_RUNS = {11: (1, False), 12: (2, False), 13: (2, True)}
 
 
 @pytest.mark.parametrize("seed", [11, *slow(12, 13)])
@@ -519,12 +519,14 @@ def test_a_control_shows_the_state_again_where_an_action_leaves_that_as_it_is():
 
 # Tests of the test: what is planted is found. Each lie is told to a session when it opens.
 
+SEVERAL = 25  # rounds about a subject, in which most kinds of its edits are dealt
 
-def is_found() -> bool:
+
+def is_found(seed: int, about: str) -> bool:
     """Whether a frame differs from that of a session without a memory, or the page from a fresh
-    one, or the page never comes to rest, in the run of the fast test."""
+    one, or the page never comes to rest, after edits about a subject."""
     try:
-        return any(found for _, found in offline_comparisons(11, 1, subjects(blades=False)))
+        return any(found for _, found in offline_comparisons(seed, SEVERAL, [about]))
     except TimeoutError:
         return True
 
@@ -649,6 +651,15 @@ def of_nothing(method: str, kind: type[Any]) -> Callable[[Session], None]:
     return lie
 
 
+def of_method(path: str, method: str) -> Callable[[Session], None]:
+    """A method of an object of the session does nothing."""
+
+    def lie(own: Session) -> None:
+        setattr(attrgetter(path)(own), method, lambda *given, **named: None)
+
+    return lie
+
+
 def of_second_beam(own: Session) -> None:
     """The beam compared with is that of an earlier comparison."""
     solver, seconds = own.visitor.solver, list[Any]()
@@ -690,47 +701,98 @@ def shown_of(history: Any) -> Any:
     return controls.history_content(bool(history.past), bool(history.future))
 
 
+class Planted(NamedTuple):
+    """A lie, and what the edits are about that find it soon; seed: of these edits."""
+
+    lie: Callable[[Session], None]
+    about: str
+    seed: int = 11
+
+
 LIES = {
-    "marked rows of the table": of_part(answer.answer_content, 1),
-    "curves of the second beam": of_part(loci_chart.chart_content, 1),
-    "per-rev lines": of_part(loci_chart.chart_content, 2),
-    "quantity of the map": of_part(map_tab.map_content, 1),
-    "veering": of_part(veering.event_content, 1),
-    "undo": of_part(controls.history_content, 0),
-    "what is no reading": of_history,
-    "modes of the picture": of_memo("pictures", 0),
-    "view of the picture": of_memo("pictures", 1),
-    "scale of the picture": of_memo("pictures", 2),
-    "motion that is played": of_memo("films", 1),
-    **{f"{one} of the chart": of_request("chart", one) for one in ("beam", "options", "per_rev")},
+    "marked rows of the table": Planted(of_part(answer.answer_content, 1), ALL),
+    "what is no reading": Planted(of_history, ALL),
+    "undo": Planted(of_part(controls.history_content, 0), ALL),
+    "modes of the picture": Planted(of_memo("pictures", 0), ALL),
+    "view of the picture": Planted(of_memo("pictures", 1), ALL),
+    "scale of the picture": Planted(of_memo("pictures", 2), ALL),
+    "body in the hand": Planted(of_memo("pictures", 8), ALL),
+    "modes of the viewpoint": Planted(of_memo("viewpoints", 0), ALL),
+    "frame of the viewpoint": Planted(of_memo("viewpoints", 1), ALL),
+    "options of the solver": Planted(of_first_beam, ALL),
+    "case of the solver": Planted(of_argument("visitor.solver", "request", 0), ALL),
+    "place of the camera": Planted(of_argument("visitor.camera", "look", 0), ALL),
+    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), ALL),
+    "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), ALL),
+    "beam beside its modes": Planted(of_method("view.beam", "hide"), ALL),
+    "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), ALL),
+    "frame of the floor": Planted(
+        of_argument("view.beam.surroundings", "show", "rotating_frame"), ALL
+    ),
+    "text of the speed": Planted(of_argument("view.beam.surroundings", "speed_text", 0), ALL),
+    "undeformed beam": Planted(of_argument("view.beam.reference", "show", "visible"), ALL),
+    "section of the undeformed beam": Planted(of_argument("view.beam.reference", "show", 1), ALL),
+    "colour of bodies": Planted(of_argument("view.beam.bodies", "show", 1), ALL),
+    "thick bodies": Planted(of_argument("view.beam.bodies", "show", "thicken"), ALL),
+    "nodes of the modes": Planted(of_argument("view.beam.nodes", "show", 2), ALL),
+    "warning": Planted(of_argument("view.beam.warning", "show", 0), ALL),
+    "root joint": Planted(of_argument("view.beam.joint", "show", 0), "blade"),
+    "curves of the second beam": Planted(of_part(loci_chart.chart_content, 1), "frequencies"),
+    "per-rev lines": Planted(of_part(loci_chart.chart_content, 2), "frequencies"),
     **{
-        f"{one} of the second chart": of_request("chart compared with", one)
+        f"{one} of the chart": Planted(of_request("chart", one), "frequencies")
+        for one in ("beam", "over", "options", "per_rev")
+    },
+    **{
+        f"{one} of the second chart": Planted(of_request("chart compared with", one), "compare")
         for one in ("beam", "options")
     },
-    **{f"{one} of the map": of_request("map", one) for one in ("beam", "options")},
-    **{f"{one} of the run-up": of_request("run-up", one) for one in ("case", "damping")},
-    **{f"{one} of the motion": of_request("motion", one) for one in ("beam", "experiment")},
-    "beam of the loads": of_request("loads", ""),
-    "second beam": of_second_beam,
-    "options of the solver": of_first_beam,
-    "case of the solver": of_argument("visitor.solver", "request", 0),
-    "speed of a run-up": of_nothing("react", run_up.RunUpTab),
-    "place of the camera": of_argument("visitor.camera", "look", 0),
-    "sleeve": of_argument("beam_pull", "offer", "offered"),
-    "frame of the beam": of_argument("view.beam", "choose_frame", 0),
-    "theme of the floor": of_argument("view.beam.surroundings", "show", "dark"),
-    "frame of the floor": of_argument("view.beam.surroundings", "show", "rotating_frame"),
-    "text of the speed": of_argument("view.beam.surroundings", "speed_text", 0),
-    "undeformed beam": of_argument("view.beam.reference", "show", "visible"),
-    "section of the undeformed beam": of_argument("view.beam.reference", "show", 1),
-    "colour of bodies": of_argument("view.beam.bodies", "show", 1),
-    "nodes of the modes": of_argument("view.beam.nodes", "show", 2),
+    "second beam": Planted(of_second_beam, "compare"),
+    "title of the second beam": Planted(of_memo("pictures", 4), "compare"),
+    "place of the second beam": Planted(of_memo("pictures", 5), "compare"),
+    "title of the beam": Planted(of_argument("view.beam.title", "show", 0), "compare"),
+    "quantity of the map": Planted(of_part(map_tab.map_content, 1), "map"),
+    **{
+        f"{one} of the map": Planted(of_request("map", one), "map")
+        for one in ("beam", "over", "options")
+    },
+    "shapes of the veering": Planted(of_part(veering.event_content, 1), "veering"),
+    **{
+        f"{one} of the veering": Planted(of_request("veering", one), "veering")
+        for one in ("chart", "event")
+    },
+    "beam of the loads": Planted(of_request("loads", ""), "loads"),
+    **{
+        f"{one} of the run-up": Planted(of_request("run-up", one), "run-up")
+        for one in ("case", "damping", "per_rev")
+    },
+    "speed of a run-up": Planted(of_nothing("react", run_up.RunUpTab), "run-up"),
+    "run of the response": Planted(of_memo("responses", 0), "run-up"),
+    "beam of the response": Planted(of_memo("responses", 1), "run-up"),
+    "view of the response": Planted(of_memo("responses", 2), "run-up"),
+    "beam that is held": Planted(of_memo("films", 0), "motion"),
+    "motion that is played": Planted(of_memo("films", 1), "motion"),
+    "film of the picture": Planted(of_memo("played", 1), "motion"),
+    "view of the film": Planted(of_memo("played", 2), "motion"),
+    **{
+        f"{one} of the motion": Planted(of_request("motion", one), "motion")
+        for one in ("beam", "options", "experiment")
+    },
+    "deflection of a pull": Planted(of_request("pull", "deflection"), "motion"),
+    "beam that is let go": Planted(of_method("beam_pull", "react"), "motion"),
+    "moment of a pause": Planted(of_nothing("react", motion_tab.MotionTab), "motion"),
+    "sleeve": Planted(of_argument("beam_pull", "offer", "offered"), "motion"),
+    "numbers of the methods": Planted(of_request("method timing", "numbers"), "methods"),
+    "options of the methods": Planted(of_request("method timing", "options"), "methods"),
+    "facts of the lesson": Planted(of_request("lesson", ""), "lessons"),
+    "body that is let go": Planted(of_method("mass_drag", "react"), ALL),
 }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lie", LIES)
-def test_what_a_session_remembers_is_found(coarse, monkeypatch, lie):
-    """Within the first run."""
-    plant(monkeypatch, LIES[lie])
-    assert is_found()
+@pytest.mark.parametrize("name", LIES)
+def test_what_a_session_remembers_is_found(coarse, monkeypatch, name):
+    """Soon: within edits about one subject."""
+    lie, about, seed = LIES[name]
+    plant(monkeypatch, lie)
+    assert is_found(seed, about)
