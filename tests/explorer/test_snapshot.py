@@ -49,6 +49,11 @@ from beamviz.scene import START, Scene
 
 Action = tuple[str, Any]
 ALL = "all"  # key of the edits that belong to no tab
+SCENE = "scene"  # key of those of them that change what the scene shows of a beam
+OF_SCENE = (
+    *("rotating_frame", "ghosts", "nodes", "thicken", "dark", "all_modes", "colouring"),
+    *("amplitude", "only", "turn", "reset_view", "drag", "plane", "state", "alpha", "preferences"),
+)
 MASS, SLEEVE = "/scene/rotor/mass", "/scene/rotor/sleeve"  # nodes of the scene that can be dragged
 # What the server of fresh pages begins with: nothing of it is to be seen after a link.
 ELSEWHERE = Scene(Beam(alpha=0.3, beta=0.9, gamma=2.5, delta=0.1, mu=55)).changed(
@@ -91,7 +96,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
     chosen = chance.choice(list(MOTION_CHOICES))
     turn = "turn", (chance.uniform(-2.0, 2.0), chance.uniform(0.7, 1.5))
     amplitude = "amplitude", chance.uniform(0.0, 0.5)
-    return {
+    found: dict[str, list[Action]] = {
         ALL: [
             *several,
             (number, chance.choice((1e9, -3.0, "fast", 0.0, 1.0))),
@@ -224,6 +229,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             (number, usual),
         ],
     }
+    return found | {SCENE: [one for one in found[ALL] if one[0] in OF_SCENE]}
 
 
 POSSIBLE: dict[str, Any] = {"strain": "green", "spin_up": 0.0, "method": "auto"}
@@ -716,25 +722,25 @@ LIES = {
     "modes of the picture": Planted(of_memo("pictures", 0), ALL),
     "view of the picture": Planted(of_memo("pictures", 1), ALL),
     "scale of the picture": Planted(of_memo("pictures", 2), ALL),
-    "body in the hand": Planted(of_memo("pictures", 8), ALL),
-    "modes of the viewpoint": Planted(of_memo("viewpoints", 0), ALL),
-    "frame of the viewpoint": Planted(of_memo("viewpoints", 1), ALL),
+    "body in the hand": Planted(of_memo("pictures", 8), SCENE),
+    "modes of the viewpoint": Planted(of_memo("viewpoints", 0), SCENE),
+    "frame of the viewpoint": Planted(of_memo("viewpoints", 1), SCENE),
     "options of the solver": Planted(of_first_beam, ALL),
     "case of the solver": Planted(of_argument("visitor.solver", "request", 0), ALL),
-    "place of the camera": Planted(of_argument("visitor.camera", "look", 0), ALL),
-    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), ALL),
-    "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), ALL),
-    "beam beside its modes": Planted(of_method("view.beam", "hide"), ALL),
-    "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), ALL),
+    "place of the camera": Planted(of_argument("visitor.camera", "look", 0), SCENE),
+    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), SCENE),
+    "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), SCENE),
+    "beam beside its modes": Planted(of_method("view.beam", "hide"), SCENE),
+    "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), SCENE),
     "frame of the floor": Planted(
-        of_argument("view.beam.surroundings", "show", "rotating_frame"), ALL
+        of_argument("view.beam.surroundings", "show", "rotating_frame"), SCENE
     ),
     "text of the speed": Planted(of_argument("view.beam.surroundings", "speed_text", 0), ALL),
-    "undeformed beam": Planted(of_argument("view.beam.reference", "show", "visible"), ALL),
+    "undeformed beam": Planted(of_argument("view.beam.reference", "show", "visible"), SCENE),
     "section of the undeformed beam": Planted(of_argument("view.beam.reference", "show", 1), ALL),
-    "colour of bodies": Planted(of_argument("view.beam.bodies", "show", 1), ALL),
-    "thick bodies": Planted(of_argument("view.beam.bodies", "show", "thicken"), ALL),
-    "nodes of the modes": Planted(of_argument("view.beam.nodes", "show", 2), ALL),
+    "colour of bodies": Planted(of_argument("view.beam.bodies", "show", 1), SCENE),
+    "thick bodies": Planted(of_argument("view.beam.bodies", "show", "thicken"), SCENE),
+    "nodes of the modes": Planted(of_argument("view.beam.nodes", "show", 2), SCENE),
     "warning": Planted(of_argument("view.beam.warning", "show", 0), ALL),
     "root joint": Planted(of_argument("view.beam.joint", "show", 0), "blade"),
     "curves of the second beam": Planted(of_part(loci_chart.chart_content, 1), "frequencies"),
@@ -785,7 +791,7 @@ LIES = {
     "numbers of the methods": Planted(of_request("method timing", "numbers"), "methods"),
     "options of the methods": Planted(of_request("method timing", "options"), "methods"),
     "facts of the lesson": Planted(of_request("lesson", ""), "lessons"),
-    "body that is let go": Planted(of_method("mass_drag", "react"), ALL),
+    "body that is let go": Planted(of_method("mass_drag", "react"), SCENE),
 }
 
 
