@@ -10,24 +10,54 @@ from beamviz.errors import InvalidInput
 
 def check_float(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
     """`value` as a float in low .. high, or InvalidInput with its name and the range."""
+    number, rule = checked(value, low, high)
+    if number is None:
+        raise InvalidInput(f"{name} = {shown_text(value)}: must {rule}")
+    return number
+
+
+def checked(value: object, low: float, high: float) -> tuple[float | None, str]:
+    """`value` as a float in low .. high; else None, and what it must do."""
     if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
-        raise InvalidInput(f"{name} = {value!r}: must be a {number_text(low, high)}")
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
+        return None, f"be a {number_text(low, high)}"
+    number = as_float(value)
     if not (math.isfinite(number) and low <= number <= high):
-        raise InvalidInput(f"{name} = {full_text(number)}: must {range_text(low, high)}")
-    return number + 0.0  # -0.0 becomes 0.0
+        return None, range_text(low, high)
+    return number + 0.0, ""  # -0.0 becomes 0.0
+
+
+def as_float(value: Any) -> float:
+    """A number as a float, infinite where it is too large for one."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def shown_text(value: object) -> str:
+    """A value in the text of an error."""
+    is_number = isinstance(value, (float, int, Real)) and not isinstance(value, bool)
+    return full_text(as_float(value)) if is_number else repr(value)
 
 
 def check_floats(
     name: str, values: object, low: float = -math.inf, high: float = math.inf
 ) -> tuple[float, ...]:
-    """A sequence of numbers as a tuple of floats in low .. high, or InvalidInput."""
+    """A sequence of numbers as a tuple of floats in low .. high, or InvalidInput with all values
+    that are not."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise InvalidInput(f"{name} = {values!r}: must be a sequence of numbers")
-    return tuple(check_float(name, value, low, high) for value in values)
+    found, wrong = [], dict[str, list[str]]()  # wrong: the values by what they must do
+    for value in values:
+        number, rule = checked(value, low, high)
+        if number is None:
+            wrong.setdefault(rule, []).append(shown_text(value))
+        else:
+            found.append(number)
+    if wrong:
+        texts = (f"{name} = {', '.join(those)}: must {rule}" for rule, those in wrong.items())
+        raise InvalidInput("; ".join(texts))
+    return tuple(found)
 
 
 def check_choice(name: str, value: Any, choices: Collection[str]) -> str:

@@ -86,7 +86,7 @@ def unknown_keyword(
     import difflib
 
     others, units = synonyms or {}, units or {}
-    near = difflib.get_close_matches(name, [*known, *others], n=1, cutoff=0.5)
+    near = difflib.get_close_matches(name, [*known, *others], n=1, cutoff=0.6)
     meant = others.get(near[0], near[0]) if near else ""
     unit = f" [{units[meant]}]" if meant in units else ""
     hint = f"did you mean {meant!r}{unit}?" if near else f"known: {', '.join(known)}"

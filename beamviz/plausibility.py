@@ -104,7 +104,7 @@ RULES = (
     Rule(
         *("speed of the tip", "m/s", tip_speed, 0.0, 600.0),
         below="",
-        above="rotation_speed is in rad/s, rotation_rpm in 1/min: given as the other one?",
+        above="a rotation speed in rpm, not rad/s?",
         reason="Fans of engines reach 450 m/s; flywheels of fibre more. 12.1 rpm as rad/s: 760.",
     ),
     Rule(

@@ -11,7 +11,7 @@ from typing import Any, Self
 from urllib.parse import parse_qsl, urlencode
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, from_record
-from beamviz.checks import check_choice, check_float, check_int, check_positive
+from beamviz.checks import check_choice, check_float, check_floats, check_int, check_positive
 from beamviz.errors import InvalidInput
 from beamviz.input_files import check_keys, parse_toml, read_small
 from beamviz.si import FILE_KEYS, SI_KEYS, PhysicalBeam, check_si_table
@@ -46,8 +46,8 @@ class Camera:
         for name, point in asdict(self).items():
             if not isinstance(point, list | tuple) or len(point) != 3:
                 raise InvalidInput(f"{name} = {point!r}: must be three numbers")
-            checked = (check_float(name, x, -MAX_DISTANCE, MAX_DISTANCE) for x in point)
-            object.__setattr__(self, name, tuple(checked))
+            checked = check_floats(name, point, -MAX_DISTANCE, MAX_DISTANCE)
+            object.__setattr__(self, name, checked)
         if self.position == self.look_at:
             raise InvalidInput(f"position = {list(self.position)}: must differ from look_at")
 
@@ -114,7 +114,7 @@ def check_option(name: str, default: Any, value: Any) -> Any:
         return check_choice(name, value, COLOURINGS)
     if not isinstance(value, list | tuple) or len(value) > MAX_SHARES:
         raise InvalidInput(f"{name} = {value!r}: must be a list of at most {MAX_SHARES} numbers")
-    return tuple(check_float(name, share, 0.0, 1.0) for share in value)
+    return check_floats(name, value, 0.0, 1.0)
 
 
 def check_bool(name: str, value: Any) -> bool:

@@ -389,13 +389,21 @@ def speed(values: Mapping[str, Any]) -> float:
 
 
 def bodies(records: Any, length: float) -> tuple[Body, ...]:
-    """The bodies of a list of tables; InvalidInput names the number of a wrong one, from 1."""
+    """The bodies of a list of tables; InvalidInput names the numbers of wrong ones, from 1."""
     if isinstance(records, str | Mapping) or not isinstance(records, Iterable):
         raise InvalidInput(f"masses = {records!r}: must be {SI_KEYS['masses']}")
     records = list(records)
     if len(records) > MAX_MASSES:
         raise InvalidInput(f"{len(records)} masses: must be at most {MAX_MASSES}")
-    return tuple(body(record, f"masses {k}", length) for k, record in enumerate(records, 1))
+    found, errors = [], []
+    for k, record in enumerate(records, 1):
+        try:
+            found.append(body(record, f"masses {k}", length))
+        except InvalidInput as error:
+            errors.append(str(error))
+    if errors:
+        raise InvalidInput("; ".join(errors))
+    return tuple(found)
 
 
 def body(record: Any, name: str, length: float) -> Body:

@@ -99,9 +99,11 @@ def guest(request: pytest.FixtureRequest, url: str) -> Iterator[Any]:
 
 
 @pytest.fixture
-def session(guest, frame_loops) -> Any:
+def session(guest, url, frame_loops) -> Any:
     """The session of `guest` in the explorer of the file."""
-    sessions = frame_loops[0].sessions
+    from live.server import frame_loop_at
+
+    sessions = frame_loop_at(url, frame_loops).sessions
     return sessions[max(sessions)]
 
 

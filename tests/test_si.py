@@ -243,7 +243,7 @@ MISTAKES = [  # values in another unit, and words of the warning
     (STEEL, {"density": 7.85, "youngs_modulus": 210.0}, "GPa"),
     (PLAIN, {"axial_stiffness": 3e4, "bending_stiffness": 0.044}, "kN"),
     (PLAIN, {"mass_per_length": 1.2e-3}, "t/m"),
-    (PLAIN, {"rotation_speed": 800.0}, "rotation_rpm"),
+    (PLAIN, {"rotation_speed": 800.0}, "in rpm, not rad/s"),
     (PLAIN, {"mass": 50.0}, "a mass in g"),
     (PLAIN, {"masses": [{"mass": 0.1, "position": 1, "inertia": [1, 1, 1]}]}, "kg mm^2"),
     (PLAIN, {"flap_stiffness": 4.4e5}, "another unit"),

@@ -95,6 +95,7 @@ class BeamView:
             clamp = points[0] if view.rotating_frame else np.zeros(3)
             folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
             beside = TITLE_PLACE if view.all_modes else BELOW
+            self.title.anchor = "right" if view.all_modes and not folded else "bottom"
             self.title.show(drawn.title, clamp + (OPPOSITE if folded else beside))
         self.frame.visible = True
 

@@ -4,7 +4,7 @@
 const beamvizCaptions = (() => {
   const EDGE = 4; // [px] from the edge of the picture
   /** @type {Record<string, number>} */
-  const SIDES = { top: 0, center: -0.5, bottom: -1 }; // of the text at its point: its offset
+  const SIDES = { top: 0, center: -0.5, bottom: -1, right: -0.5 }; // of the text at its point: its offset
   /** @typedef {{ name: string, text: string, anchor: string }} Text name of the node, key of SIDES */
   /** @type {(Text & { element: HTMLElement, width: number, height: number })[]} */
   let captions = [];
@@ -39,7 +39,8 @@ const beamvizCaptions = (() => {
       one.element.hidden = !pixel;
       if (!pixel) continue;
       const across = canvas.clientWidth - one.width - EDGE;
-      const left = Math.max(EDGE, Math.min(pixel[0] - one.width / 2, across));
+      const before = one.anchor === "right" ? 1 : 0.5; // the part of the text left of the point
+      const left = Math.max(EDGE, Math.min(pixel[0] - before * one.width, across));
       let top = pixel[1] + SIDES[one.anchor] * one.height;
       for (const other of placed) {
         const beside = left > other.left + other.width || other.left > left + one.width;

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import NUMBERS, Beam
-from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
+from beamviz.checks import check_float
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.solver.solution import Solution
 from beamviz.units import DisplayUnit, Units, display_unit, suited_unit, unit_for
 
@@ -122,14 +123,21 @@ def described(beam: Beam) -> str:
 
 
 def out_of_range(numbers: Mapping[str, Any], units: Units | None) -> str:
-    """The first number of a beam in SI units that is out of range, in its own unit, with its
-    limits; "" for none, and for one without a unit."""
-    for name, parameter in NUMBERS.items():
-        shown, value = measure(name, units), numbers[name]
-        known = shown.unit and isinstance(value, int | float)
-        if known and not parameter.limits[0] <= value <= parameter.limits[1]:
-            low, high = (significant(shown.factor * end, 6) for end in parameter.limits)
+    """The numbers of a beam that are out of range, as the page calls them, each with its limits in
+    its own unit; "" for none."""
+    return "; ".join(filter(None, (range_error(name, numbers[name], units) for name in NUMBERS)))
+
+
+def range_error(name: str, value: Any, units: Units | None) -> str:
+    """A number that is out of range or none, with its limits; "" for a valid one."""
+    shown, limits = measure(name, units), NUMBERS[name].limits
+    try:
+        check_float(name, value, *limits)
+    except InvalidInput as error:
+        if shown.unit and isinstance(value, int | float):
+            low, high = (significant(shown.factor * end, 6) for end in limits)
             return f"{shown.label} = {shown.factor * value:.6g}: must lie in {low} .. {high}"
+        return in_words(str(error), units)
     return ""
 
 
@@ -246,7 +254,7 @@ def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
             return f"No equilibrium above {speed.text(error.limit, 4)}{law}"
         return f"No equilibrium at {speed.text(beam.gamma, 6)}{law}"
     return {
-        "invalid-input": "A value is out of range",
+        "invalid-input": "Out of range",
         "not-converged": "The calculation did not converge",
         "cancelled": "The calculation was cancelled",
     }.get(error.kind, "No solution")

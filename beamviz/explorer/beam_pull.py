@@ -65,7 +65,8 @@ class BeamPull:
         visitor, hold = self.visitor, self.visitor.state.hold
         if event.phase == "end":
             if hold:
-                visitor.set_state(replace(visitor.state, hold=hold._replace(held=False)))
+                released = hold._replace(held=False)
+                visitor.update(lambda state: replace(state, hold=released))
             return
         sight = self.line_of_sight(np.asarray(event.end_position, float))
         deflection = in_plane(sight)
@@ -76,7 +77,8 @@ class BeamPull:
             x = 1.0 if x > TIP else max(round(x, DIGITS - 1), LEAST_PLACE)
             hold = Hold(x, 0.0)
         if deflection is not None:
-            visitor.set_state(replace(visitor.state, hold=hold._replace(deflection=deflection)))
+            hold = hold._replace(deflection=deflection)
+            visitor.update(lambda state: replace(state, hold=hold))
 
     def react(self, snapshot: Snapshot) -> None:
         """Offer the beam to be pulled where a motion is chosen; let go of it after a drag."""
@@ -87,14 +89,14 @@ class BeamPull:
         try:
             request = PullRequest.of(snapshot.state)
         except InvalidInput:  # the page says which number is out of range
-            visitor.set_state(replace(visitor.state, hold=None))
+            visitor.update(not_held)
             return
         answer = snapshot.job_answer(PULL_JOB)
         if answer is None or answer.request != request:
             return
         if answer.result is None:
             visitor.page.say(answer.message, error=True)
-            visitor.set_state(replace(visitor.state, hold=None))
+            visitor.update(not_held)
             return
         force = answer.result.force
         visitor.change(lambda state: let_go(state, hold, force))
@@ -109,6 +111,10 @@ class BeamPull:
             self.sleeve.on_drag(self.dragged)
         else:
             self.sleeve.remove_drag_callback(self.dragged)
+
+
+def not_held(state: State) -> State:
+    return replace(state, hold=None)
 
 
 def let_go(state: State, hold: Hold, force: float) -> State:

@@ -312,7 +312,8 @@ def in_words(text: str, physical: PhysicalBeam) -> str:
     except InvalidInput:  # the values are too extreme
         return text
     gamma, mu, (low, high) = numbers["gamma"], numbers["mu"], PARAMETERS["mu"].limits
-    if reason := out_of_range(numbers, units):
+    others = numbers | {"mu": low}  # an own sentence below tells of mu
+    if reason := out_of_range(others, units):
         text = reason
         if gamma > PARAMETERS["gamma"].limits[1]:
             text += ": this blade is too soft for more, with its EI and mass at the root"

@@ -98,29 +98,36 @@ class Transition:
 
 class PageCamera:
     """The camera of a page, which the visitor moves too: the server only moves it where another
-    viewpoint is wanted than the last one.
+    viewpoint is wanted than the last one, and a view that the visitor has turned only when asked.
 
     initial: set in every page that opens; placed, before: the last two that the server set; wanted:
-    for which request and frame; eased: changes of the frame take time.
+    for which request and frame.
     """
 
     def __init__(self, view: CameraHandle, initial: Camera):
         self.view, self.initial = view, initial
         self.placed = self.before = initial
         self.wanted: tuple[object, ...] = ()
-        self.eased = False
 
     def look(
-        self, camera: Camera, fit: int, rotating_frame: bool, transition: Transition | None
+        self,
+        camera: Camera,
+        fit: int,
+        rotating_frame: bool,
+        transition: Transition | None,
+        *,
+        eased: bool,
     ) -> Transition | None:
-        """Look from a viewpoint, unless that was wanted already. Returns the transition to it: a
-        new one where the frame changes, None where the page is there at once."""
+        """Look from a viewpoint, unless that was wanted already, or the visitor has turned the view
+        since `fit` viewpoints were asked for. Returns the transition to it, None where the page is
+        there at once; eased: a change of the frame takes time."""
         wanted = fit, rotating_frame
-        if wanted == self.wanted and camera == self.placed:
+        is_there = camera == self.placed or self.is_turned(transition)
+        if wanted == self.wanted and is_there:
             return transition
-        turned = self.wanted and self.wanted[1] != rotating_frame
+        changes = self.wanted and self.wanted[1] != rotating_frame
         self.wanted, self.before, self.placed = wanted, self.placed, camera
-        if turned and self.eased:
+        if changes and eased:
             return self.transition(camera, rotating_frame, transition)
         if transition:
             return replace(transition, end=camera)
@@ -134,10 +141,8 @@ class PageCamera:
             return Transition(last.camera, end, (last.rotating_share, share), last.angle)
         return Transition(self.present, end, (1 - share, share))
 
-    def followed(self, moved: np.ndarray, share: float) -> Transition | None:
+    def followed(self, moved: np.ndarray, share: float) -> Transition:
         """Ease the view after the scene was moved by `moved` (3,); share: of the rotating frame."""
-        if not (self.eased and moved.any()):
-            return None
         now = np.array([self.view.position, self.view.look_at])
         return Transition(Camera(*(now + moved).tolist()), self.present, (share, share))
 
@@ -147,9 +152,13 @@ class PageCamera:
 
     def chosen(self, given: Camera | None, transition: Transition | None) -> Camera | None:
         """The visitor's viewpoint; `given`, None to fit the beam, where they have not moved."""
-        if transition or self.outdated or self.is_at(self.placed):
+        if not self.is_turned(transition):
             return given
         return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
+
+    def is_turned(self, transition: Transition | None) -> bool:
+        """Whether the visitor has turned the view since the server placed it."""
+        return not (transition or self.outdated or self.is_at(self.placed))
 
     def is_at(self, *cameras: Camera) -> bool:
         """Whether the page has the position of one of these cameras, and the target of one."""

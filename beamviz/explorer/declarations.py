@@ -98,12 +98,14 @@ def choices_of(record: type[Any]) -> dict[str, Choice[Any]]:
 
 
 class Tab(NamedTuple):
-    """A tab: its name, its place among the others, in ascending order, and its content (HTML),
-    which a feature may replace by `html("tab-<key>", ...)`."""
+    """A tab: its name, its place among the others, in ascending order, its content (HTML), which a
+    feature may replace by `html("tab-<key>", ...)`, and the jobs that its first result waits for,
+    which follow each other."""
 
     name: str
     place: int
     content: str = ""
+    waits_for: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:

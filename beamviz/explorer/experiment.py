@@ -26,7 +26,7 @@ class Range(NamedTuple):
 
 RANGES = {
     "pull": Range((-50.0, 50.0), (-5.0, 5.0, 0.05)),
-    "pull_at": Range((0.0, 1.0), (0.0, 1.0, 0.001)),
+    "pull_at": Range((0.05, 1.0), (0.05, 1.0, 0.001)),  # at the clamp a force moves nothing
     "B1": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
     "B2": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),
     "B3": Range((-0.5, 0.5), (-0.3, 0.3, 0.005)),

@@ -10,11 +10,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from beamviz.explorer import page
-from beamviz.explorer.declarations import Declared
+from beamviz.explorer.declarations import Declared, Tab, tabs
 from beamviz.explorer.jobs import JobStatus, percentage
 from beamviz.explorer.page import Content, faded, names
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION
+from beamviz.explorer.state import write_tab
 from beamviz.explorer.visitor import Visitor
 
 
@@ -48,11 +49,8 @@ class Feature(Declared):
                 visitor.bind_choice(choice)
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
-        """Edit the state as an answer or time, `elapsed` [s] since the last frame, demands."""
-
-    def notice(self, snapshot: Snapshot) -> None:
-        """Keep in the state what a snapshot shows, in the frame that shows it: there may be no
-        other."""
+        """Edit the state as a snapshot demands, in the frame that shows it, `elapsed` [s] after the
+        one before: the next frame shows the edit."""
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The requests whose answers the page needs for a snapshot, by the names of the jobs; None
@@ -88,10 +86,15 @@ def progress(jobs: Collection[JobStatus]) -> str:
     return text + (cancel if any(job.slow for job in jobs) else "")
 
 
-def waiting(id: str, *jobs: str) -> Part:
-    """The part that says in an empty place of a tab, an element by its id, which of these jobs its
-    first result waits for, or offers to compute it again. They follow each other."""
-    return Part(lambda s: (lacking(s, jobs),), partial(waiting_content, id), (id,))
+def waiting(id: str, tab: Tab) -> Part:
+    """The part that says in an empty place of a tab, an element by its id, which of its jobs its
+    first result waits for, or offers to compute it again."""
+    return Part(lambda s: (lacking(s, tab.waits_for),), partial(waiting_content, id), (id,))
+
+
+def told_elsewhere(snapshot: Snapshot) -> JobStatus | None:
+    """The job that the open tab says it waits for."""
+    return lacking(snapshot, tabs()[write_tab(snapshot.state.tab)].waits_for)
 
 
 def lacking(snapshot: Snapshot, jobs: Iterable[str]) -> JobStatus | None:

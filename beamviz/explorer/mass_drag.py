@@ -36,7 +36,7 @@ class MassDrag:
         visitor, grip = self.visitor, self.visitor.state.grip
         if event.phase == "end":
             if grip:
-                visitor.set_state(replace(visitor.state, grip=replace(grip, held=False)))
+                visitor.update(let_go)
             return
         sight = self.line_of_sight(np.asarray(event.end_position, float))
         x = nearest_coordinate(self.view.shapes, sight)
@@ -65,13 +65,18 @@ class MassDrag:
         if x is not None and beta is not None and abs(grip.position(x) - beta) > SETTLED:
             visitor.change(lambda state: moved(state, x))
         if not grip.held:
-            visitor.set_state(replace(visitor.state, grip=None))
+            visitor.update(lambda state: replace(state, grip=None))
 
     def line_of_sight(self, point: np.ndarray) -> Ray:
         """The present line of sight through a point (3,) of the scene."""
         turn_back = SO3(np.array(self.view.rotor.wxyz)).inverse()
         eye, middle = np.array(self.visitor.client.camera.position), self.view.frame.position
         return turn_back.apply(eye - middle), turn_back.apply(point - middle)
+
+
+def let_go(state: State) -> State:
+    """With the body only moved under the pointer once more."""
+    return replace(state, grip=replace(state.grip, held=False)) if state.grip else state
 
 
 def moved(state: State, x: float) -> State:

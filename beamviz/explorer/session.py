@@ -19,6 +19,7 @@ from viser import CameraHandle
 from beamviz.drawing.camera import place
 from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
+from beamviz.explorer.clock import Clock
 from beamviz.explorer.computed_motion import film_of, film_reads, played_reads
 from beamviz.explorer.feature import Feature, Memo, Shown
 from beamviz.explorer.features import FEATURES
@@ -58,6 +59,7 @@ class Session:
         )
         visitor.client.camera.on_update(self.camera_moved)
         self.snapshot = self.with_picture(visitor.next_snapshot())
+        visitor.clock = self.snapshot.clock
         visitor.page.send(True, "ready")  # all actions have handlers
 
     async def camera_moved(self, _: CameraHandle) -> None:
@@ -68,30 +70,20 @@ class Session:
         self.visitor.wake()
 
     def with_picture(self, snapshot: Snapshot) -> Snapshot:
-        """A snapshot with what the scene shows of it."""
+        """A snapshot with what the scene shows of it, and the moment of that."""
         response = self.responses(response_drawn, *response_reads(snapshot))
         picture = self.pictures(picture_of, *picture_reads(snapshot, response))
-        if film := self.films(film_of, *film_reads(snapshot)):
+        film, state = self.films(film_of, *film_reads(snapshot)), snapshot.state
+        snapshot = replace(snapshot, clock=snapshot.clock.with_film(film, state.moment, state.cue))
+        if film:
             picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
-        return replace(snapshot, picture=picture)
+        return replace(snapshot, picture=picture, clock=fitted_clock(snapshot.clock, picture))
 
     @property
     def is_moving(self) -> bool:
         """Whether there is something to do in the next frame."""
         is_eased = self.visitor.clock.transition is not None
-        return self.snapshot.is_moving or is_eased or self.postponed or self.is_motion_late
-
-    @property
-    def is_motion_late(self) -> bool:
-        """Whether a body or the beam was let go, or the state or the page lack the moment of a
-        motion."""
-        snapshot, moment = self.snapshot, self.visitor.clock.moment
-        if taken := snapshot.state.grip or snapshot.state.hold:
-            return not taken.held
-        if snapshot.film is None or snapshot.is_led:
-            return False
-        paused = not snapshot.state.view.playing
-        return snapshot.clock.moment != moment or (paused and snapshot.state.moment != moment)
+        return self.snapshot.is_moving or is_eased or self.postponed
 
     @property
     def is_busy(self) -> bool:
@@ -102,17 +94,15 @@ class Session:
         """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
         computed for a beam that the last frame had too."""
         visitor, before = self.visitor, self.snapshot.state.case
-        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
         since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
-        for feature in self.features:
-            feature.react(self.snapshot, since)
-        self.mass_drag.react(self.snapshot)
-        self.beam_pull.react(self.snapshot)
+        visitor.clock = self.advanced_clock(now)
         self.snapshot = snapshot = self.with_picture(visitor.next_snapshot())
         for feature in self.features:
-            feature.notice(snapshot)
+            feature.react(snapshot, since)
+        self.mass_drag.react(snapshot)
+        self.beam_pull.react(snapshot)
         with visitor.client.atomic():
-            self.draw(snapshot, elapsed)
+            self.draw(snapshot)
             self.postponed = in_haste and snapshot.state.case is not before
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
@@ -124,16 +114,28 @@ class Session:
 
     def move(self, now: float) -> None:
         """Draw the moment of the time `now` [s] of what the last frame shows."""
-        visitor = self.visitor
-        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
-        state = self.snapshot.state
+        visitor, state = self.visitor, self.snapshot.state
         taken = state.grip or state.hold
         if self.postponed or state.run_speed is not None or taken or self.snapshot.film:
             visitor.wake()
-        self.snapshot = replace(self.snapshot, clock=visitor.clock)
+        self.snapshot = replace(self.snapshot, clock=self.advanced_clock(now))
         with visitor.client.atomic():
-            self.draw(self.snapshot, elapsed)
+            self.draw(self.snapshot)
         visitor.client.flush()
+
+    def advanced_clock(self, now: float) -> Clock:
+        """The clock at the time `now` [s] of what the last frame shows."""
+        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        snapshot, clock = self.snapshot, self.visitor.clock
+        if clock.transition:
+            clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
+        if not snapshot.is_moving or snapshot.is_led:
+            return clock
+        time, picture = elapsed * snapshot.rate * snapshot.state.view.pace, snapshot.picture
+        if film := picture.film:
+            return clock.at(film.advanced(clock.moment, time))
+        second = picture.second.shapes if picture.second else None
+        return clock.advanced(time, picture.modes, second)
 
     def show_page(self, snapshot: Snapshot) -> None:
         """Show the parts whose readings have changed."""
@@ -161,20 +163,9 @@ class Session:
             if snapshot.jobs[name].late and not job.status.late:
                 self.visitor.wake()  # to take back what the page says of it
 
-    def draw(self, snapshot: Snapshot, elapsed: float) -> None:
-        """Draw the scene, its clock `elapsed` [s] after the snapshot."""
-        visitor, picture, state = self.visitor, snapshot.picture, snapshot.state
-        clock = fitted_clock(snapshot.clock, picture)
-        clock = clock.with_film(picture.film, state.moment, state.cue)
-        if clock.transition:
-            clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
-        if snapshot.is_moving and not snapshot.is_led:
-            time = elapsed * snapshot.rate * state.view.pace
-            second = picture.second.shapes if picture.second else None
-            if film := picture.film:
-                clock = clock.at(film.advanced(clock.moment, time))
-            else:
-                clock = clock.advanced(time, picture.modes, second)
+    def draw(self, snapshot: Snapshot) -> None:
+        """Draw the scene, and place the camera."""
+        visitor, picture, clock = self.visitor, snapshot.picture, snapshot.clock
         moved = np.zeros(3)
         if self.scene_shown.differs_from(picture):
             moved = self.view.show(picture)
@@ -193,9 +184,10 @@ class Session:
         frame = state.view.rotating_frame
         shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights), snapshot.covered
         wanted = state.camera or self.viewpoints(viewpoint, *shapes)
-        if moved.any():
+        eased = not state.still
+        if moved.any() and eased:
             transition = camera.followed(moved, float(frame))
-        transition = camera.look(wanted, state.fit, frame, transition)
+        transition = camera.look(wanted, state.fit, frame, transition, eased=eased)
         if transition:
             place(camera.view, transition.camera)
         return transition

@@ -67,7 +67,7 @@ class SolverAnswer(Answer[Case, SampledModes]):
 
 
 def case_error(text: str, case: Case) -> str:
-    """An error of a case in the words of the page; a number out of range in its own unit."""
+    """An error of a case in the words of the page; all numbers out of range in their own units."""
     return out_of_range(case.numbers, case.units) or in_words(text, case.units)
 
 

@@ -47,6 +47,8 @@ STEPS = 200  # that can be undone
 BETA_DIGITS = 3  # of a position in the hand: finer than a pointer
 PAUSE = 1.0  # [s] after which another edit of the same values is another step
 VIEW_KEYS = tuple(entry.name for entry in fields(ViewOptions))
+# In a view that was turned to before them, beams would leave the picture.
+REFITTED = ("plane", "rotating_frame", "all_modes", "stacked")
 AXES = ("over", "across")  # of the map; no number is on both
 RATES = (1e-6, 1e6)  # [T*] in a second on the screen
 FOLLOWS = "auto"  # in links: the rate of a clock that is not locked
@@ -359,26 +361,27 @@ class State:
         return vars(self) | vars(self.view) | case.options | case.structure | case.numbers
 
     def changed(self, name: str, value: Any) -> Self:
-        """With the value of that name as a browser sent it. A fixed viewpoint is dropped where the
-        beam would leave the picture; a switched term keeps the case before for comparison; a motion
-        that goes on is at no moment to keep, and that of another beam begins at its start."""
-        camera = None if name in ("plane", "rotating_frame", "all_modes") else self.camera
+        """With the value of that name as a browser sent it. The beam is fitted into the page again
+        where it would leave the picture; a switched term keeps the case before for comparison; a
+        motion that goes on is at no moment to keep, and that of another beam begins at its start.
+        """
+        own = self.with_viewpoint(None) if name in REFITTED else self
         if name in VIEW_KEYS:
-            view = self.view.changed(name, value)
+            view = own.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            moment = 0.0 if name == "playing" and view.playing else self.moment
-            return replace(self, view=view, camera=camera, moment=moment)
+            moment = 0.0 if name == "playing" and view.playing else own.moment
+            return replace(own, view=view, moment=moment)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
-                return replace(self, per_rev=check_per_rev(value))
-            return self
+                return replace(own, per_rev=check_per_rev(value))
+            return own
         if name in SHARED:
             choice = SHARED[name]
-            state = self.with_choice(choice, choice.picked(value, self[choice])).ended(name)
+            state = own.with_choice(choice, choice.picked(value, own[choice])).ended(name)
             return state.without_run_up() if name == "force_per_rev" else state
-        kept = self.keep_for_comparison() if name in TERMS else self
-        state = replace(kept, case=self.case.changed(name, value), camera=camera, run_speed=None)
+        kept = own.keep_for_comparison() if name in TERMS else own
+        state = replace(kept, case=own.case.changed(name, value), run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
 
     def with_body_at(self, body: int, beta: float) -> Self:

@@ -28,7 +28,16 @@ from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
-from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, VIEW_KEYS, History, State
+from beamviz.explorer.state import (
+    CHOICES,
+    LASTING,
+    SHARED,
+    TERMS,
+    VIEW_KEYS,
+    History,
+    Refused,
+    State,
+)
 from beamviz.lessons import lesson
 from beamviz.scene import Scene, ViewOptions
 
@@ -78,19 +87,20 @@ class Visitor:
     def change(
         self, edit: Callable[[State], State], *, loads: bool = False, replaced: str = ""
     ) -> None:
-        """Replace the state by `edit(state)`, from any thread; this ends following a presenter, and
-        what was said of a refused entry or a replaced scene. loads: the edit is a step to undo of
-        its own; replaced: what to say if it replaces a scene that the visitor has made."""
+        """Replace the state by `edit(state)`, from any thread. This ends following a presenter, and
+        what was said of a replaced scene; with another case also what was said of a refused entry.
+        loads: the edit is a step to undo of its own; replaced: what to say if it replaces a scene
+        that the visitor has made."""
         with self.lock:
             before = self.state
             state = edit(before)
             own = replaced and self.history.past and state.differences(before)
-            said: dict[str, Any] = {"replaced": replaced if own else ""}
-            if state.following and before.following:
-                said["following"] = False
-            if state.refused is before.refused and state is not before:
-                said["refused"] = None
-            state = replace(state, **said)
+            state = replace(
+                state,
+                replaced=replaced if own else "",
+                following=state.following and not before.following,
+                refused=refused_after(before, state),
+            )
             self.history.record(before, state, time.monotonic(), loaded=loads)
             self.set_state(state)
 
@@ -102,10 +112,14 @@ class Visitor:
                 state = state.with_viewpoint(state.camera)
             self.set_state(state)
 
-    def set_state(self, state: State) -> None:
-        """Set the state, without a step in the history."""
+    def update(self, edit: Callable[[State], State]) -> None:
+        """Replace the state by `edit(state)`, from any thread, without a step in the history: it is
+        no edit of the scene."""
         with self.lock:
-            self.state = state
+            self.set_state(edit(self.state))
+
+    def set_state(self, state: State) -> None:
+        self.state = state
         self.wake()
 
     def open(self, scene: Scene) -> None:
@@ -252,6 +266,12 @@ class Visitor:
         """Close all jobs."""
         for job in self.jobs.values():
             job.close()
+
+
+def refused_after(before: State, after: State) -> Refused | None:
+    """The entry that is refused after an edit: an earlier one only while case and choices stay."""
+    stays = after.case is before.case and after.chosen is before.chosen
+    return after.refused if stays or after.refused is not before.refused else None
 
 
 def changed(name: str, state: State, value: Any) -> State:

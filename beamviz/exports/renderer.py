@@ -216,7 +216,8 @@ class Renderer:
             face = font(max(min(letters, RELATIVE_LINE * self.width / widest), 1.0))
             line = sum(face.getmetrics())
             width = math.ceil(max(map(face.getlength, lines)) + 2 * CAPTION_PADDING * line)
-            left = max(min(round(x / distance - width / 2), self.width - width), 0)
+            before = (1.0 if caption.anchor == "right" else 0.5) * width  # left of the point
+            left = max(min(round(x / distance - before), self.width - width), 0)
             height, right = len(lines) * line, left + width
             above = {"top": 0.0, "bottom": 1.0}.get(caption.anchor, 0.5) * height
             top = round(y / distance - above)

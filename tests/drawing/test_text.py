@@ -66,7 +66,7 @@ def test_a_beam_whose_vibrations_grow_vibrates_in_pictures():
 
 
 def test_a_number_out_of_range_is_named_in_its_own_unit():
-    """With its limits in that unit; a number without a unit is left to the error itself."""
+    """With its limits in that unit, or without a unit; and so is each of several."""
     beam = Beam.from_si(**ROD)
     numbers, units = {name: getattr(beam, name) for name in NUMBERS}, beam.units
     assert out_of_range(numbers, units) == ""
@@ -76,8 +76,11 @@ def test_a_number_out_of_range_is_named_in_its_own_unit():
     fast = out_of_range(numbers | {"gamma": 1e300}, units)
     assert fast.startswith("speed [rpm] = ")
     assert len(fast) < 100
-    assert out_of_range(numbers | {"delta": 30.0}, None) == ""
-    assert out_of_range(numbers | {"gamma": None, "mu": 1.0}, units) == ""
+    assert out_of_range(numbers | {"delta": 30.0}, None) == "hub δ = 30: must lie in -2 .. 20"
+    several = out_of_range(numbers | {"alpha": 1e6, "gamma": None, "mu": 1.0}, units)
+    for told in ("mass [kg] = ", "speed", "slenderness μ = 1: must lie in 10 .. 10000"):
+        assert told in several
+    assert out_of_range(numbers | {"alpha": 100.0, "mu": 10.0}, None) == ""
 
 
 def test_a_beam_is_described_in_its_units():

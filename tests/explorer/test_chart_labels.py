@@ -82,3 +82,25 @@ def test_the_title_of_the_y_axis_covers_none_of_its_numbers(shown, url):
     assert are_apart(found), found
     edge = shown.evaluate(f"{by_id('loci-chart')}.getBoundingClientRect().left")
     assert all(edge <= one["left"] for one in found)
+
+
+LABEL_AND_SIGNS = """(() => {
+  const chart = document.getElementById('loci-chart');
+  const boxOf = (e) => { const r = e.getBoundingClientRect();
+    return {left: r.left, right: r.right, top: r.top + 3, bottom: r.bottom - 3}; };
+  const ended = [...chart.querySelectorAll('text.label')].find(e => e.textContent === 'B4');
+  const signs = [...chart.querySelectorAll('.events > .mark')].map(e => {
+    const r = e.getBoundingClientRect(), x = (r.left + r.right) / 2, y = (r.top + r.bottom) / 2;
+    return {left: x - 8, right: x + 8, top: y - 8, bottom: y + 8}; });
+  return ended && [boxOf(ended), ...signs, boxOf(chart.querySelector('.operating'))]; })()"""
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
+@pytest.mark.parametrize("gamma", [46.0, 48.5, 49.0])
+def test_a_label_within_the_chart_covers_no_mark_and_no_line_of_the_beam(shown, url, size, gamma):
+    """That of a mode which is none of the first five at higher speeds, close to where it ends."""
+    shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma={gamma}")
+    shown.resize(*size)
+    shown.wait(f"{READY} && ({LABEL_AND_SIGNS})?.length > 2")
+    label, *signs = shown.evaluate(LABEL_AND_SIGNS)
+    assert all(are_apart([label, sign]) for sign in signs)

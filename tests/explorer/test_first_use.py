@@ -163,8 +163,7 @@ def test_a_bad_value_stays_with_its_reason_where_the_server_is_slow(desk):
 
 
 def test_an_emptied_field_shows_the_number_of_the_beam(desk):
-    """Not the value that was refused before, whose reason goes; a text that is no number stays,
-    also when the panel is drawn again."""
+    """Not the value that was refused before, whose reason goes."""
     select_thickness(desk)
     desk.call("Input.insertText", text="400")
     desk.key("Enter", until=f"{THICKNESS}.closest('.field').innerText.includes('too thick')")
@@ -172,15 +171,19 @@ def test_an_emptied_field_shows_the_number_of_the_beam(desk):
     desk.evaluate("document.execCommand('delete')")
     desk.key("Tab", until=f"{THICKNESS}.value === '5'")
     desk.wait(f"!{THICKNESS}.closest('.field').innerText.includes('too thick')")
-    desk.click(THICKNESS)
-    desk.evaluate(f"{THICKNESS}.select()")
-    desk.call("Input.insertText", text="thin")
-    desk.key("Tab", until=says("thin: write a number"))
-    desk.send("gamma", 60.0, until=f"{by_id('gamma-field')}.value === '60'")
+
+
+@pytest.mark.parametrize("another", ["steel beam", "steel ruler"])
+def test_a_text_that_is_no_number_stays_until_another_edit(desk, another):
+    """Then the field shows the number of the beam, also where that is the one before."""
+    select_thickness(desk)
+    desk.call("Input.insertText", text="30 mm")
+    desk.key("Tab", until=says("30 mm: write a number"))
     desk.evaluate(AFTER_LATER)
-    assert desk.evaluate(f"{THICKNESS}.value") == "thin"
+    assert desk.evaluate(f"{THICKNESS}.value") == "30 mm"
     assert desk.evaluate(f"{THICKNESS}.hasAttribute('aria-invalid')")
-    desk.send("real.preset", "steel ruler", until=f"{THICKNESS}.value === '1'")
+    desk.send("real.preset", another)
+    desk.wait(f"{THICKNESS}.value === '{5 if another == 'steel beam' else 1}'")
     assert not desk.evaluate(f"{THICKNESS}.hasAttribute('aria-invalid')")
 
 
@@ -216,8 +219,8 @@ def test_a_guess_brings_what_to_look_for_into_view(desk, size, name):
 
 
 def test_a_met_challenge_is_seen(desk):
-    """In the lesson; on a phone, whose slider may be far from it, over the page."""
-    for size, shown in (((1280, 720), by_id("verdict")), ((390, 844), by_id("toast"))):
+    """In the lesson; on a phone, whose slider may be far from it, in the scene."""
+    for size, shown in (((1280, 720), by_id("verdict")), ((390, 844), by_id("lesson-reading"))):
         desk.resize(*size)
         desk.send("lesson", "paradox", until=says("A theory that predicts"))
         desk.send("lesson_step", 2, until="!!document.querySelector('#verdict p')")
@@ -228,6 +231,26 @@ def test_a_met_challenge_is_seen(desk):
         desk.wait(f"""(([words, dock]) => words.top >= 0 && words.bottom <= innerHeight
           && (innerWidth < 500 || words.top > dock.top + 36))({ends})""")
         desk.send("lesson", "", until=f"{by_id('lesson')}.hidden")
+
+
+@pytest.mark.parametrize("size", [(390, 844), *slow(((960, 1080),))], ids=str)
+@pytest.mark.parametrize("name", ["mode-shift", *slow("veering"), *slow("nodes")])
+def test_what_a_lesson_watches_is_in_view_beside_every_slider(desk, size, name):
+    """The frequencies, and in the challenge its number, while any slider of the beam is dragged."""
+    desk.resize(*size)
+    desk.send("lesson", name, until=f"!!document.querySelector('.guesses') && {says('expect?')}")
+    told = f"{by_id('lesson-reading')}"
+    for step, words in ((0, "B3"), (2, "Now: ")):
+        desk.send("lesson_step", step, until=f"{told}.innerText.includes('{words}')")
+        for number in ("alpha", "beta", "gamma"):
+            desk.box(by_id(f"{number}-slider"))
+            seen = f"""(([words, slider, scene]) => words.top >= 0 && words.bottom <= scene.bottom
+              && slider.top >= scene.bottom && slider.bottom <= innerHeight)
+              ([{told}, {by_id(f"{number}-slider")}, {by_id("scene")}]
+              .map(e => e.getBoundingClientRect()))"""
+            desk.wait(seen)
+    before = desk.evaluate(f"{told}.innerText")
+    desk.send("alpha", 1.23, until=f"{told}.innerText !== {before!r}")
 
 
 def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):
@@ -245,6 +268,33 @@ def test_on_a_phone_a_lesson_is_beside_the_slider_that_it_names(desk):
     gap = f"""{by_id("loci-chart")}.getBoundingClientRect().bottom
       - {by_id("controls")}.getBoundingClientRect().top"""
     desk.wait(f"{gap} <= 0")
+
+
+ROWS = """(() => {
+  const { camera, canvas } = window.__viserMutable, r = canvas.getBoundingClientRect();
+  const texts = [...document.querySelectorAll('#caption-layer > span:not([hidden])')];
+  const clamps = [1, 2, 3, 4, 5].map(k => {
+    const node = window.__viserMutable.nodeRefFromName[`/mode ${k}/rotor`];
+    const at = node?.localToWorld(node.position.clone().set(0, 0, 0)).project(camera);
+    return at && r.left + r.width * (1 + at.x) / 2; });
+  return texts.length === 5 && clamps.every(Boolean)
+    && [clamps, texts.map(e => e.getBoundingClientRect().toJSON())]; })()"""
+
+
+@pytest.mark.parametrize("size", [(390, 844), *slow(((1440, 900),))], ids=str)
+def test_the_titles_of_all_modes_are_beside_their_beams(desk, size):
+    """None covers another, nor its beam, which begins at its clamp."""
+    desk.resize(*size)
+    desk.evaluate("scrollTo(0, 0)")
+    desk.send("all_modes", True)
+
+    def apart() -> bool:
+        clamps, titles = desk.wait(ROWS)
+        ends = [title["right"] for title in titles]
+        beside = all(end < clamp for end, clamp in zip(ends, clamps, strict=True))
+        return beside and are_apart(titles)
+
+    wait_until(apart)
 
 
 def test_a_replaced_scene_is_offered_back(desk):

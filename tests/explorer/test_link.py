@@ -50,6 +50,10 @@ def test_a_link_is_parsed(query, found):
         ("length=1", ["the link: missing key 'density'"]),
         ("alpha=-1&beta=3", ["alpha = -1: must lie in 0 .. 100", "beta = 3: must lie in 0 .. 1"]),
         ("colour=1&lenght=1", ["'colour': did you mean 'colouring'", "did you mean 'length'"]),
+        ("shares=[2,0.5,-3,a]", ["shares = '"]),  # which is no list of TOML
+        ("shares=[2,0.5,-3]", ["shares = 2, -3: must lie in 0 .. 1"]),
+        ("position=[2e3,0,-3e3]", ["position = 2000, -3000: must lie in -1000 .. 1000"]),
+        ("foo=1", ["unknown key 'foo': known: "]),
         (
             "length=-1&density=iron&mass=1",
             ["missing key 'area'", "length = -1", "density = 'iron'"],
@@ -105,6 +109,14 @@ STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.
             "motion={pull=2,until=-1,colour=3}",
             "motion={pull=2}",
             ["until = -1: must lie in", "motion: unknown key 'colour'"],
+        ),
+        (
+            f"{STEEL}&masses=[{{mass=-1,position=0.1}},{{mass=1,position=9}}]",
+            STEEL,
+            [
+                "masses 1: mass = -1: must be 0 or more;"
+                " masses 2: position = 9: must lie in 0 .. 0.5"
+            ],
         ),
         (f"{STEEL}&mass=-1&mass_position=3", STEEL, ["mass = -1: must", "mass_position = 3: must"]),
         ("method=power-series&terms=101", "method=power-series", ["terms = 101: a page solves"]),

@@ -116,8 +116,9 @@ def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
     guest.do("tab", "map")
     map_shown(guest, columns=str(few_columns))
     guest.choose("method", "ancf-planar")
-    for action in ("cancel_jobs", None):
-        guest.wait(lambda _: re.search(r"computing: map .* [1-9]\d? %", guest.texts["work"]))
+    running = r"computing: map .* [1-9]\d? %"
+    for action, place in (("cancel_jobs", "work"), (None, "map-chart-wait")):
+        guest.wait(lambda _, p=place: re.search(running, guest.texts[p]))
         for part in ("map-chart", "map-text"):
             told = guest.props[part]["data-outdated"]
             assert re.search(r"outdated: computing … [1-9]\d? %", told)
@@ -142,6 +143,9 @@ def test_an_empty_tab_says_what_is_computed_and_how_far_it_is(guest, session):
     told = r"computing: map .* [1-9]\d? %.*Cancel"
     guest.wait(lambda _: re.search(told, guest.texts["map-chart-wait"]))
     assert not guest.charts["map-chart"]
+    assert "computing: map" not in guest.texts["work"]
+    guest.do("tab", "export", until=lambda _: re.search(told, guest.texts["work"]))
+    guest.do("tab", "map", until=lambda _: "computing: map" not in guest.texts["work"])
     guest.do("cancel_jobs")
     guest.wait(lambda _: "Compute again" in guest.texts["map-chart-wait"])
 

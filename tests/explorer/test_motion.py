@@ -353,11 +353,18 @@ def test_a_button_removes_what_a_motion_has_not(guest, action, value):
 
 
 def test_a_long_motion_is_cancelled(guest):
-    """And computed again on request."""
+    """And computed again on request. It is told once: in the tab while that waits for its first
+    motion, else over the scene."""
+
+    def told() -> list[str]:
+        texts = guest.texts["work"] + guest.texts["motion-wait"]
+        return re.findall("computing: motion[^:]*Cancel", texts)
+
     guest.do("tab", "motion")
     guest.do("gamma", 20.0)
     guest.do("motion.until", 60.0)
-    guest.do("motion.pull", 30.0, until=lambda _: "computing: motion" in guest.texts["work"])
+    guest.do("motion.pull", 30.0, until=lambda _: told())
+    assert len(told()) == 1
     guest.do("cancel_jobs", until="cancelled: motion")
     guest.do("motion.pull", 0.5)
     guest.do("motion.until", 2.0)
@@ -521,7 +528,8 @@ def test_times_and_forces_have_the_units_of_a_real_beam(guest):
 @pytest.mark.parametrize(
     ("size", "name", "value", "words", "taken"),
     [
-        ("", "pull_at", 2.0, r"pull at x / L = 2: must lie in 0 \.\. 1", 1.0),
+        ("", "pull_at", 2.0, r"pull at x / L = 2: must lie in 0\.05 \.\. 1", 1.0),
+        ("", "pull_at", 0.0, r"pull at x / L = 0: must lie in 0\.05 \.\. 1", 0.05),  # the clamp
         ("", "until", 1e3, r"length of the motion \[T\*\] = 1000: .* 0\.5 \.\. 60", 60.0),
         ("steel beam", "until", 1e9, r"length of the motion \[s\] = 1e\+09: .* \.\. 8\.03", 8.03),
     ],
@@ -541,8 +549,8 @@ def test_a_number_of_a_motion_out_of_range_is_told(guest, size, name, value, wor
 
 
 def test_a_beam_that_stays_at_rest_is_told_so(guest):
-    """Pulled at its clamp: without a distance that is but rounding."""
-    guest.do("link", "?alpha=1&gamma=5&tab=motion&motion={pull_at=0.0,until=2.0}")
+    """Without a force: without a distance that is but rounding."""
+    guest.do("link", "?alpha=1&gamma=5&tab=motion&motion={pull=0.0,until=2.0}")
     guest.wait(lambda _: "less than" in guest.texts["motion-list"])
     assert "at most" not in guest.texts["motion-list"]
 

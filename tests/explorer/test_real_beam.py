@@ -127,6 +127,8 @@ def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     guest.choose("real.length", 0, until="length L [mm] = 0: must be above 0")
     assert guest.values["real.length"] == "0"  # as typed, with the reason below
     assert re.search(r'data-set="real.length"[^>]*aria-invalid="true"', guest.text)
+    guest.choose("playing", False, until=lambda _: guest.values["playing"] is False)
+    assert "must be above 0" in guest.text  # it is no edit of the beam
     guest.choose("real.length", 900, until=lambda _: "must be above 0" not in guest.text)
     guest.wait(lambda _: guest.values["real.length"] == 900)
     assert guest.values["real.wall"] == pytest.approx(2)

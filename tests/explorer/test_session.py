@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.server import http_get, raw_socket, wait_until
+from live.server import CAMERA_MESSAGE, frame_loop_at, http_get, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
@@ -91,6 +91,19 @@ def test_a_change_of_view_is_eased_unless_motion_is_reduced(guest, still):
         assert still or (xs[0] < -0.45 and np.diff(xs).max() < 0.2)
 
 
+@pytest.mark.parametrize(("key", "value"), [("plane", "flapwise"), ("all_modes", True)])
+def test_a_view_that_was_turned_is_kept_until_the_beam_would_leave_it(guest, session, key, value):
+    """A larger hub, for which a beam fitted into the page is seen from farther away, keeps it."""
+    turned = CAMERA_MESSAGE | {"position": (1.0, -2.0, 1.5), "look_at": (0.5, 0.0, 0.0)}
+    guest.send(**turned)
+    wait_until(lambda: session.snapshot.chosen)
+    placed = guest.camera
+    guest.edit(delta=2.0)
+    guest.edit(delta=3.0)
+    assert guest.camera == placed
+    guest.choose(key, value, until=lambda _: guest.camera != placed)
+
+
 def test_the_documented_stations_of_a_slider_move_exist():
     """By names that exist."""
     stations = re.findall(r"^\d+\. `(\w+)\.?(\w*)`", session.__doc__ or "", re.MULTILINE)
@@ -155,14 +168,20 @@ def test_a_number_out_of_range_is_named(guest):
         assert "mass α" in guest.said[0]["text"]
         guest.edit(alpha=2.0 + k)
         guest.says("Stable equilibrium")
+    guest.choose("alpha", 200.0, until="mass α = 200: must lie in 0 .. 100")
+    guest.choose("delta", 50.0, until="hub δ = 50: must lie in")
+    guest.says("mass α = 200: must lie in 0 .. 100")
+    guest.choose("alpha", 2.0)
+    guest.edit(delta=0.0, alpha=2.0)
+    guest.says("Stable equilibrium")
     for bad in ("fast", None, True):
         guest.said.clear()
         guest.do("gamma", bad, until=lambda _: guest.said)
         assert guest.said[0]["error"]
         assert "gamma" in guest.said[0]["text"]
-    guest.choose("gamma", 10**40, until="out of range")
+    guest.choose("gamma", 10**40, until="Out of range")
     guest.edit(gamma=12.0)
-    guest.wait(lambda _: "out of range" not in guest.text)
+    guest.wait(lambda _: "Out of range" not in guest.text)
 
 
 def test_an_unstable_state_is_shown_with_its_growth(guest):
@@ -240,7 +259,7 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
         for guest in (one, other):
             guest.says(">twice the mass, ")
             guest.wait(lambda _, guest=guest: guest.parts.get("open") == "compare")
-        sessions = list(frame_loops[-1].sessions.values())
+        sessions = list(frame_loop_at(hall, frame_loops).sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
@@ -291,7 +310,7 @@ def test_a_presenter_may_leave_and_return(hall, frame_loops):
             lead.choose("gamma", 21.0)
             one.shows(PAPER.replace(gamma=21))
             lead.choose("playing", False)
-        wait_until(lambda: len(frame_loops[-1].sessions) == 1)
+        wait_until(lambda: len(frame_loop_at(hall, frame_loops).sessions) == 1)
         assert frequency_text(PAPER.replace(gamma=21)) in one.text
         with visitor(f"{hall}/?token={KEY}") as lead:
             lead.choose("gamma", 5.0)

@@ -127,6 +127,15 @@ def test_the_help_says_what_the_letters_in_its_formulas_are():
     assert "T* = " in paragraphs
 
 
+def test_the_help_explains_the_words_that_lessons_and_tabs_use():
+    """Each with a meaning."""
+    help_text = package_text("explorer/page/page.html")
+    words = re.search('aria-label="words">(.*?)</table>', help_text, re.DOTALL)[1]
+    explained = dict(re.findall("<tr><td>(.*?)</td><td>(.+?)</td></tr>", words))
+    for word in ("mode", "node", "crossing", "veering", "resonance", "flapwise", "per-rev"):
+        assert any(word in known for known in explained)
+
+
 def test_the_table_of_an_exported_page_marks_the_modes_shown():
     """One of five."""
     assert solution_table(solve(PAPER), ["B2"]).count("shown") == 1
@@ -162,3 +171,15 @@ def test_a_stretch_beyond_real_materials_has_a_caution(gamma, told):
     percent = 100 * (solution.equilibrium.max_stretch - 1)
     assert (f"by up to {percent:.0f} %: γ / μ = {gamma / 70:.2g}" in caution) is told
     assert bool(caution) is told
+
+
+def test_a_growth_that_is_zero_within_its_error_is_called_neutral():
+    """At the limit of stability of an inward beam; a larger one has its value."""
+    limit = 2.9960386598525  # speed gamma at which an inward beam without a mass buckles
+    speeds = [limit + k * 1e-14 for k in range(-20, 40)]  # some of them by rounding only
+    solutions = [solve(Beam(gamma=gamma, delta=-1), modes=1) for gamma in speeds]
+    at_limit = [one for one in solutions if 0 < one.growth_rates[0] <= one.errors[0]]
+    assert at_limit
+    for one in at_limit:
+        assert "neutral" in answer.numbers(one, 0)
+    assert "growth ±" in answer.numbers(solve(Beam(gamma=3.0, delta=-1), modes=1), 0)

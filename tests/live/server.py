@@ -132,6 +132,12 @@ def wait_until(done: Callable[[], Any], timeout: float = TIMEOUT, about: str = "
     return value
 
 
+def frame_loop_at(url: str, loops: list[Any]) -> Any:
+    """The frame loop of the explorer at a URL."""
+    (found,) = (loop for loop in loops if url.endswith(f":{loop.server.get_port()}"))
+    return found
+
+
 def http_get(url: str, path: str = "/", **headers: str) -> tuple[int, dict[str, str], bytes]:
     """Status, headers and body of a GET request; a Host header replaces the usual one."""
     place = url.removeprefix("http://").split("/")[0]

@@ -20,7 +20,7 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import is_before
-from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress
+from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress, told_elsewhere
 from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -37,6 +37,7 @@ STRETCH_ROUNDING = 1e-9  # [%] rounding error of a stretch
 NOTHING = 1e-8  # [beam lengths] a smaller displacement is rounding error
 STRIP, INSET = 84, 4  # [px] length of the drawing of a beam with its nodes, and of its ends
 ANSWER = "playing", "mode-rows", "equilibrium"  # what the panel shows of an answer
+NEUTRAL = "neutral"  # a mode that neither vibrates nor grows: at a limit of stability
 NO_MODES = '<p class="soft">No modes: this beam has no solution.</p>'
 RESPONSE = "Forced response. Click a mode to see its free vibration again."
 IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibration again."
@@ -63,7 +64,7 @@ class AnswerPanel(Feature):
             Part(lambda s: (s.picture, s.answer), scene_content, ("legend",)),
             Part(pace_reads, pace_content, ("pace-text",)),
             Part(self.caption_reads, caption_content, ("scene-caption", "replaced")),
-            Part(lambda s: (work(s.jobs),), work_content, ("work",)),
+            Part(lambda s: (work(s.jobs, told_elsewhere(s)),), work_content, ("work",)),
             fading([], "mode-rows", "equilibrium", "legend", "comparison", "method"),
         )
 
@@ -126,10 +127,10 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
     return page.html("pace-text", f"<span>{pace(rate, units)}</span>{lock}")
 
 
-def work(jobs: Mapping[str, JobStatus]) -> str:
-    """The jobs that have been running for long, with a button that cancels them; or else those
-    cancelled, with one that restarts them."""
-    if slow := [job for job in jobs.values() if job.slow]:
+def work(jobs: Mapping[str, JobStatus], told: JobStatus | None = None) -> str:
+    """The jobs that have been running for long, with a button that cancels them, but for one that
+    is `told` elsewhere; or else those cancelled, with one that restarts them."""
+    if slow := [job for job in jobs.values() if job.slow and job is not told]:
         return progress(slow)
     names = ", ".join(job.name for job in jobs.values() if job.cancelled)
     return f"cancelled: {names}{RETRY}" if names else ""
@@ -306,12 +307,13 @@ def numbers(solution: Solution, k: int) -> str:
     error."""
     units, found = solution.beam.units, ""
     frequency, rate = float(solution.frequencies[k]), float(solution.growth_rates[k])
+    error = float(solution.errors[k])
     if math.isfinite(frequency):
-        found = rounded(frequency, float(solution.errors[k]), frequencies(units).factor)
-    if rate > 0:
+        found = rounded(frequency, error, frequencies(units).factor)
+    if rate > error:  # else it is none, to the digits known
         per_time, unit = (1 / units.time, "/s") if units else (1.0, "")
-        found += rounded(rate, float(solution.errors[k]), per_time, unit, "growth ")
-    return f"<td>{found}</td>"
+        found += rounded(rate, error, per_time, unit, "growth ")
+    return f"<td>{found or NEUTRAL}</td>"
 
 
 def rounded(value: float, error: float, factor: float, unit: str = "", name: str = "") -> str:

@@ -2,6 +2,7 @@
 chart."""
 
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
@@ -12,7 +13,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
-from beamviz.drawing.text import Measure, si_text
+from beamviz.drawing.text import RAISED, Measure, si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.blade_table import (
@@ -59,6 +60,9 @@ TABLES = {"stations": STATIONS, "masses": MASSES}
 PASTE, FILE = "blade.paste", "blade.file"
 ROOTS = {"clamped": "clamped", "hinged": "hinged", "spring": "spring"}
 MOST = 3  # reasons shown
+EXPONENT = re.compile(r"(-?\d+(?:\.\d+)?)e(-?\d+)")
+POWER = re.compile(f" × 10([{''.join(map(chr, RAISED.values()))}]+)")
+LOWERED = {raised: digit for digit, raised in RAISED.items()}
 POINTS = 17  # of a line in a segment of the blade
 
 
@@ -154,10 +158,9 @@ class BladePanel(Feature):
 
     def type(self, name: str, text: Any) -> None:
         """Take a table as the page sends it: the texts of all its cells."""
-        columns = len(TABLES[name])
-        rows = [line.split("\t") for line in str(text).split("\n")]
+        columns, rows = len(TABLES[name]), rows_sent(str(text))
         if all(len(row) == columns for row in rows):
-            self.edit(lambda draft, _: with_rows(draft, name, tuple(map(tuple, rows))))
+            self.edit(lambda draft, _: with_rows(draft, name, rows))
 
     def remove(self, name: str, k: Any) -> None:
         self.edit(lambda draft, _: with_rows(draft, name, removed(name, getattr(draft, name), k)))
@@ -176,7 +179,7 @@ class BladePanel(Feature):
     def paste(self, key: str, text: str) -> None:
         """Take a table from elsewhere; where it is none, say why, and keep its text."""
         try:
-            rows = parse_table(text, STATIONS)
+            rows = parse_table(without_powers(text), STATIONS)
         except InvalidInput as error:
             refused = Refused(key, text if key == PASTE else "", str(error))
             self.visitor.change(lambda state: replace(state, refused=refused))
@@ -298,7 +301,23 @@ def tables_content(
 
 def sent_text(rows: Rows) -> str:
     """The cells of a table as the page takes and sends them."""
-    return "\n".join("\t".join(row) for row in rows)
+    return "\n".join("\t".join(map(with_power, row)) for row in rows)
+
+
+def rows_sent(text: str) -> Rows:
+    """The cells of a table that the page sends: the inverse of `sent_text`."""
+    return tuple(tuple(line.split("\t")) for line in without_powers(text).split("\n"))
+
+
+def with_power(cell: str) -> str:
+    """A number as the page writes it: "1.8 × 10⁹" for "1.8e9"; another text as it is."""
+    number = EXPONENT.fullmatch(cell)
+    return f"{number[1]} × 10{number[2].translate(RAISED)}" if number else cell
+
+
+def without_powers(text: str) -> str:
+    """A text with its numbers as they are before `with_power`."""
+    return POWER.sub(lambda number: f"e{number[1].translate(LOWERED)}", text)
 
 
 def root_kind(root: str) -> str:

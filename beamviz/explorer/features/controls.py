@@ -194,9 +194,7 @@ class Controls(Feature):
         self.visitor.change(partial(State.with_viewpoint, camera=None))
 
     def take_preferences(self, preferences: Any) -> None:
-        visitor, own_theme = self.visitor, self.visitor.state.opened.view.dark
-        visitor.set_state(preferred(visitor.state, str(preferences), own_theme))
-        visitor.camera.eased = not visitor.state.still
+        self.visitor.update(lambda state: preferred(state, str(preferences)))
 
     def lock(self, rate: Any) -> None:
         """Lock the time [T*] that passes in a second on the screen, or let it suit the motion."""
@@ -206,21 +204,21 @@ class Controls(Feature):
     def open_tab(self, tab: Any) -> None:
         """Store the open tab, which is no edit: it ends no presenter mode and cannot be undone."""
         if tab in tabs():
-            self.visitor.set_state(replace(self.visitor.state, tab=tab_named(tab)))
+            self.visitor.update(lambda state: replace(state, tab=tab_named(tab)))
 
 
 PRESENTING = '<span class="soft">You present: the others see this page.</span>'
 FOLLOW_HINT = "Any control switches this off: you explore by yourself. Tick it to follow again"
 
 
-def preferred(state: State, preferences: str, own_theme: bool) -> State:
+def preferred(state: State, preferences: str) -> State:
     """With the preferences of the visitor's system: "dark" (the theme, unless the scene has its
     own) and "still" (reduced motion: paused, without transitions of the view)."""
     words = preferences.split()
     state = replace(state, still="still" in words)
     if state.still:
         state = state.changed("playing", False)
-    return state if own_theme else state.changed("dark", "dark" in words)
+    return state if state.opened.view.dark else state.changed("dark", "dark" in words)
 
 
 def history_content(undo: bool, redo: bool) -> Content:

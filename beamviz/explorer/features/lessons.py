@@ -1,6 +1,7 @@
 """The tab Lessons, with a card for each lesson; the open lesson is shown beside the tabs."""
 
 import contextlib
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -13,11 +14,12 @@ import numpy as np
 from beamviz.beam import NUMBERS
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE
 from beamviz.drawing.modes import rotated
+from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
-from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.feature import Feature, Part, fading
 from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -26,10 +28,11 @@ from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import picture_of
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import loci
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.lessons import LESSONS, NAMES, lesson
 from beamviz.lessons.model import Lesson, Verdict
 from beamviz.scene import Scene
-from beamviz.solver import solve
+from beamviz.solver import Solution, solve
 
 JOB = "lesson"
 RETURNED = "The scene from before the lesson is back."
@@ -39,7 +42,7 @@ STARTED = (
 )
 STEPS = ("Try it", "Why", "Challenge")
 CHALLENGE = len(STEPS) - 1
-FINE_STEPS = "Fine steps: click a slider and use the arrow keys, or type the number beside it."
+FINE_STEPS = "Fine steps: type the number beside a slider, or click the slider and use arrow keys."
 AWAITED = '<p class="soft">The answer is being computed …</p>'
 CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a tab
     **{parameter.slider_label: name for name, parameter in NUMBERS.items()},
@@ -94,7 +97,7 @@ class Lessons(Feature):
             found = visitor.state.before_lesson
             visitor.change(left, loads=True, replaced=RETURNED)
             if found and found.reserved is None:  # that of a page before its own address
-                visitor.set_state(replace(visitor.state, replaced=STARTED))
+                visitor.update(lambda state: replace(state, replaced=STARTED))
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
@@ -123,17 +126,14 @@ class Lessons(Feature):
     def keep_met(self, names: Any) -> None:
         """Take the lessons whose challenge was met in the same browser before."""
         known = {*str(names).split()} & {*NAMES}
-        state = self.visitor.state
-        self.visitor.set_state(replace(state, met=state.met | known))
+        self.visitor.update(lambda state: replace(state, met=state.met | known))
 
-    def notice(self, snapshot: Snapshot) -> None:
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Remember a challenge that is met."""
         name, *rest = verdict_reads(snapshot)
         verdict = verdict_of(name, *rest)
-        with self.visitor.lock:
-            state = self.visitor.state
-            if verdict and verdict.met and name not in state.met:
-                self.visitor.set_state(replace(state, met=state.met | {name}))
+        if verdict and verdict.met and name not in snapshot.state.met:
+            self.visitor.update(lambda state: replace(state, met=state.met | {name}))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The facts of the open lesson."""
@@ -144,6 +144,8 @@ class Lessons(Feature):
         return (
             Part(lesson_reads, lesson_content, ("lesson", "lesson-text")),
             Part(verdict_reads, verdict_content, ("verdict",)),
+            Part(reading_reads, reading_content, ("lesson-reading",)),
+            fading([], "verdict", "lesson-reading"),
             Part(lambda s: (s.state.lesson, s.state.met), cards_content, ("tab-lessons", "met")),
         )
 
@@ -242,16 +244,49 @@ def verdict_of(name: str, answer: SolverAnswer | None, experiment: Experiment) -
 
 def verdict_content(name: str, answer: SolverAnswer | None, experiment: Experiment) -> Content:
     """The verdict, with the present value of the quantity of the challenge."""
+    return page.html("verdict", verdict_html(name, answer, experiment))
+
+
+def verdict_html(name: str, answer: SolverAnswer | None, experiment: Experiment) -> str:
+    """The verdict; "" without a challenge."""
     verdict = verdict_of(name, answer, experiment)
     if verdict is None:
-        return page.html("verdict", "")
+        return ""
     word = "Right!" if verdict.met else "Not yet."
     words = f"<b>{word}</b> {escape(verdict.reason)}"
     if answer and answer.solution and (verdict.met or not verdict.reason):  # no obstacle
         now = lesson(name).measured(answer.solution, experiment.pull_at)
-        words += f"<br>Now: {escape(now)}."
-    text = f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
-    return page.html("verdict", text)
+        words += f" <br>Now: {escape(now)}."
+    return f'<p class="verdict{" met" if verdict.met else ""}">{words}</p>'
+
+
+def reading_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+    """The open lesson, unless it shows a motion in time, and what the verdict depends on."""
+    name = snapshot.state.lesson
+    of_modes = name if name and not lesson(name).motion else ""
+    return of_modes, *verdict_reads(snapshot)
+
+
+def reading_content(
+    of_modes: str, name: str, answer: SolverAnswer | None, experiment: Experiment
+) -> Content:
+    """What the lesson watches, over the scene, which stays in view while a slider is dragged: on
+    narrow pages the lesson and the table of modes may be out of view then."""
+    verdict = verdict_html(name, answer, experiment)
+    solution = answer.solution if answer and of_modes else None
+    watched = frequencies_html(solution) if solution else ""
+    text = f'<div role="status">{verdict}</div>{watched}' if verdict or watched else ""
+    return page.html("lesson-reading", text)
+
+
+def frequencies_html(solution: Solution) -> str:
+    """The names of the modes with their frequencies, in ascending order."""
+    shown = frequencies(solution.beam.units)
+    values = (shown.factor * solution.frequencies).tolist()
+    texts = (significant(one, 4) if math.isfinite(one) else "grows" for one in values)
+    pairs = zip(identify_modes(solution).labels, texts, strict=True)
+    modes = "".join(f"<span><b>{escape(label)}</b> {text}</span>" for label, text in pairs)
+    return f'<p aria-hidden="true"><span>{shown.head}</span>{modes}</p>'
 
 
 def cards_content(name: str, met: frozenset[str]) -> Content:

@@ -55,7 +55,7 @@ class LoadsTab(Feature):
     """The loads on the beam of the answer, computed in the background while the tab is open: those
     of a blade take as long as its modes."""
 
-    tab = Tab("Loads", 5, SKELETON)
+    tab = Tab("Loads", 5, SKELETON, (SOLUTION, JOB))
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -71,7 +71,7 @@ class LoadsTab(Feature):
         return (
             Part(lambda s: (s.job_answer(JOB),), loads_content, SHOWN),
             fading([JOB], *SHOWN),
-            waiting("loads-wait", SOLUTION, JOB),
+            waiting("loads-wait", self.tab),
         )
 
 

@@ -278,7 +278,10 @@ def tools() -> str:
 class LociTab(Feature):
     """The chart and its lists."""
 
-    tab = Tab("Frequencies", 1, page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False))
+    tab = Tab(
+        *("Frequencies", 1, page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False)),
+        (SOLUTION, CHART),
+    )
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -312,7 +315,7 @@ class LociTab(Feature):
             Part(chart_reads, chart_content, ("per-rev", "loci-chart", *LISTS)),
             Part(cursor_reads, cursor_content, ("loci-chart", "go_to_event")),
             fading([CHART], "loci-chart", *LISTS),
-            waiting("loci-chart-wait", SOLUTION, CHART),
+            waiting("loci-chart-wait", self.tab),
         )
 
 

@@ -146,7 +146,7 @@ ENDS: Choice[tuple[float, float] | None] = Choice(
 class MapTab(Feature):
     """The choices, the map and its legend."""
 
-    tab = Tab("Map", 2, page.chart_tab(TOOLS, "map-chart", "map-text"))
+    tab = Tab("Map", 2, page.chart_tab(TOOLS, "map-chart", "map-text"), (SOLUTION, JOB))
     choices = (MAPPED, ENDS)
 
     def __init__(self, visitor: Visitor):
@@ -180,7 +180,7 @@ class MapTab(Feature):
             Part(lambda s: (s.job_answer(JOB), s.state[MAPPED]), map_content, SHOWN),
             Part(lambda s: (s.job_answer(JOB), s.beam), place_content, ("map-chart",)),
             fading([JOB], *SHOWN),
-            waiting("map-chart-wait", SOLUTION, JOB),
+            waiting("map-chart-wait", self.tab),
         )
 
 

@@ -107,7 +107,7 @@ class MethodTimingTab(Feature):
     """The method in use, and the chart of all methods if that is switched on. They are only timed
     while the tab is open: another one needs the processor, and would falsify them."""
 
-    tab = Tab("Methods", 8, page.chart_tab(TOOLS, "timing-chart", "timings"))
+    tab = Tab("Methods", 8, page.chart_tab(TOOLS, "timing-chart", "timings"), (SOLUTION, JOB))
     choices = (TIMED,)
 
     def __init__(self, visitor: Visitor):
@@ -127,7 +127,7 @@ class MethodTimingTab(Feature):
         return (
             Part(self.reads, timing_content, ("method", *SHOWN)),
             fading([JOB], *SHOWN),
-            waiting("timing-chart-wait", SOLUTION, JOB),
+            waiting("timing-chart-wait", self.tab),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:

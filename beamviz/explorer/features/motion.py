@@ -56,7 +56,7 @@ HINTS = {
         for name in MODES
     },
     "pull": PULL_HINT,
-    "pull_at": "Where it is pulled: 0 is the clamp, 1 the tip",
+    "pull_at": "Where it is pulled: 1 is the tip; near the clamp, at 0, it hardly moves",
     "hub": "How the speed of the hub changes; the speed itself is set beside the scene",
     "within": "How long it takes to reach the speed, which is set beside the scene, from rest",
     "torque": "Turns the hub, against the beam that drags on it. Negative: slows it down",
@@ -170,7 +170,7 @@ CONTENT = (
 class MotionTab(Feature):
     """The experiment, its charts, and the moment that the scene plays."""
 
-    tab = Tab("Motion", 7, CONTENT)
+    tab = Tab("Motion", 7, CONTENT, (JOB,))
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -218,14 +218,12 @@ class MotionTab(Feature):
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused."""
-        state, visitor = snapshot.state, self.visitor
+        state, visitor, moment = snapshot.state, self.visitor, snapshot.clock.moment
         if snapshot.is_led or state.view.playing or state.hold or snapshot.film is None:
             return
         with visitor.lock:
-            clock = visitor.clock
-            shown = clock.film is snapshot.film and visitor.state is state
-            if shown and clock.moment != state.moment:
-                visitor.set_state(state.at_moment(round(clock.moment, PAUSED_DIGITS)))
+            if visitor.state is state and moment != state.moment:
+                visitor.set_state(state.at_moment(round(moment, PAUSED_DIGITS)))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""
@@ -248,7 +246,7 @@ class MotionTab(Feature):
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
             Part(playing_reads, play_content, ("motion-play",)),
             fading([JOB], *CHARTS, "motion-list"),
-            waiting("motion-wait", JOB),
+            waiting("motion-wait", self.tab),
         )
 
 

@@ -152,7 +152,7 @@ DAMPED = Choice("damping", 0.02, key=number_key("damping", *DAMPING))  # the rat
 class RunUpTab(Feature):
     """The force, the chart of amplitudes and the resonances; the speed of the beam as it rises."""
 
-    tab = Tab("Run-up", 6, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"))
+    tab = Tab("Run-up", 6, page.chart_tab(TOOLS, "run-up-chart", "run-up-list"), (JOB,))
     choices = (DAMPED,)
 
     def __init__(self, visitor: Visitor):
@@ -184,7 +184,7 @@ class RunUpTab(Feature):
             Part(lambda s: (answer_of(s),), chart_content, SHOWN),
             Part(lambda s: (run_of(s), s.beam), line_content, ("run-up-chart",)),
             fading([JOB], *SHOWN),
-            waiting("run-up-chart-wait", JOB),
+            waiting("run-up-chart-wait", self.tab),
         )
 
 

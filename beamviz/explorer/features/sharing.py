@@ -282,7 +282,7 @@ class Links(Feature):
                     self.report(link)
             if visitor.state.reserved is None:
                 visitor.history = History()
-            visitor.set_state(replace(visitor.state, reserved=reserved))
+            visitor.update(lambda state: replace(state, reserved=reserved))
 
     def report(self, link: Link) -> None:
         """Say which values of a link were left out, and why."""

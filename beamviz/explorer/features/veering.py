@@ -181,7 +181,7 @@ SKELETON = (
 class VeeringTab(Feature):
     """The crossing or veering nearest to the beam along the axis of the chart, magnified."""
 
-    tab = Tab("Veering", 3, SKELETON)
+    tab = Tab("Veering", 3, SKELETON, (SOLUTION, CHART, JOB))
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
@@ -203,7 +203,7 @@ class VeeringTab(Feature):
             Part(self.reads, event_content, SHOWN),
             Part(lambda s: (*self.reads(s), s.beam), line_content, ("veering-chart",)),
             fading([CHART, JOB], *SHOWN),
-            waiting("veering-chart-wait", SOLUTION, CHART, JOB),
+            waiting("veering-chart-wait", self.tab),
         )
 
     def reads(self, snapshot: Snapshot) -> tuple[object, ...]:

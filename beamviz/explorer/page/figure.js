@@ -457,7 +457,7 @@ const beamvizFigure = (() => {
       for (const [value, content] of this.yTicks) {
         const at = this.py(value);
         made += `<path class="grid" d="M${this.left} ${px(at)}H${right}"/>`;
-        made += this.text("tick y", this.left - 7, at + 4.5, content);
+        made += this.text("tick y", this.left - 7, Math.min(at + 4.5, bottom + 1), content); // above the flag
       }
       return `${made}<path class="axis" d="M${this.left} ${bottom}H${right}"/>`
         + (this.low ? this.text("unit", beside, bottom + 17, x.unit || x.symbol)
@@ -547,13 +547,30 @@ const beamvizFigure = (() => {
       return beside.map((one, k) => {
         const free = last.findIndex((y) => heights[k] - y >= LETTERS - 1e-6);
         last[free] = heights[k];
-        const x = one.x + 5 + free * wide;
+        const x = this.besideSigns(one.x + 5 + free * wide, heights[k], one.label);
         return this.text(`label ${one.style}`, x, heights[k] + 4.5, one.label);
       }).join("") + above.map((one, k) => {
         const y = TOP - 5 + (k % rows) * LETTERS, away = Math.abs(places[k] - one.x) > wide / 2;
         const leader = away ? `<path class="leader ${one.style}" d="M${px(places[k])} ${y + 1}L${px(one.x)} ${TOP}"/>` : "";
         return leader + this.text(`label above ${one.style}`, places[k], y, one.label);
       }).join("");
+    }
+
+    /**
+     * The x of a label in the chart, where a line ends: to the right of the line of the beam and of
+     * marks that it would cover.
+     * @param {number} x
+     * @param {number} y
+     * @param {string} label
+     */
+    besideSigns(x, y, label) {
+      const beam = this.data.cursor ? [{ at: this.px(this.place[0]), half: 5 }] : [];
+      const marks = (this.data.marks ?? []).filter((mark) => Math.abs(this.py(mark.y) - y) < LETTERS)
+        .map((mark) => ({ at: this.px(mark.x), half: 9 }));
+      const signs = [...beam, ...marks].filter(({ at, half }) => at + half < this.right);
+      for (const { at, half } of signs.sort((a, b) => a.at - b.at))
+        if (at - half < x + LETTER * label.length && x < at + half) x = at + half;
+      return x;
     }
 
     /* The beam shown, on each line, with the name of its mode if the line ends with another one. */

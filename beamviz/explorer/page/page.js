@@ -60,6 +60,7 @@ const beamviz = (() => {
    */
   function sendAs(action, value) {
     if (action === undefined) return;
+    dropRefused(action);
     if (!bridge) return;
     if (waiting[action]) waiting[action] = {};
     const text = JSON.stringify([++count, action, value]);
@@ -127,10 +128,13 @@ const beamviz = (() => {
       byId("lesson").scrollIntoView({ block: "nearest" });
     }
     if (turned) byId("lesson").scrollTop = 0;
-    else if (!met && isMet()) showVerdict();
+    else if (!met && isMet()) byId("verdict").scrollIntoView({ block: "nearest" }); // else it is in the scene
     else if (!guessed) found("try")?.scrollIntoView({ block: "nearest" }); // which a guess has brought
     if (update.dark !== undefined) document.documentElement.dataset.theme = update.dark ? "dark" : "light";
-    if (update.address !== undefined) setAddress(update.address);
+    if (update.address !== undefined) {
+      dropRefused();
+      setAddress(update.address);
+    }
     if (update.met) localStorage.setItem("beamviz-met", update.met.join(" "));
     for (const one of update.say ?? []) say(one.text, one.error);
   }
@@ -139,13 +143,6 @@ const beamviz = (() => {
   const lessonStep = () => all("#lesson h3, #lesson [aria-current]").map((e) => e.textContent).join();
 
   const isMet = () => Boolean(byId("verdict").querySelector(".met"));
-
-  /* Shows that a challenge is met: in the lesson, or where that is out of view, as on a phone, over the page. */
-  function showVerdict() {
-    const verdict = byId("verdict"), { top, bottom } = verdict.getBoundingClientRect();
-    if (media("min-width: 1100px").matches) verdict.scrollIntoView({ block: "nearest" });
-    else if (bottom > innerHeight || top < byId("scene").getBoundingClientRect().bottom) say(verdict.innerText, true);
-  }
 
   /**
    * What makes an address that of another scene: its lesson, or a real beam.
@@ -204,6 +201,21 @@ const beamviz = (() => {
     if (e.typed) e.removeAttribute("aria-invalid");
     e.typed = false;
     if (e.type === "range") paint(e);
+  }
+
+  /**
+   * A text that is no number stays in its field until another edit, here or of the scene, as a value
+   * that the server refuses; then the field shows the number of the beam.
+   * @param {string} [action] the edit
+   */
+  function dropRefused(action) {
+    for (const e of all("input.number[aria-invalid]")) {
+      const key = e.dataset.set ?? "";
+      if (!e.typed || e === document.activeElement || key === action) continue;
+      e.typed = false;
+      e.removeAttribute("aria-invalid");
+      showValue(e, values[key]);
+    }
   }
 
   // Tables of fields: one text with all of their cells, tabs between them, a line for each row
