@@ -181,6 +181,7 @@ def test_a_text_that_is_no_number_stays_until_another_edit(desk, another):
     desk.key("Tab", until=says("30 mm: write a number"))
     desk.evaluate(AFTER_LATER)
     assert desk.evaluate(f"{THICKNESS}.value") == "30 mm"
+    desk.send("playing", False)
     assert desk.evaluate(f"{THICKNESS}.hasAttribute('aria-invalid')")
     desk.send("real.preset", another)
     desk.wait(f"{THICKNESS}.value === '{5 if another == 'steel beam' else 1}'")

@@ -60,7 +60,7 @@ const beamviz = (() => {
    */
   function sendAs(action, value) {
     if (action === undefined) return;
-    dropRefused(action);
+    if (!LOOKS.includes(action)) dropRefused(action);
     if (!bridge) return;
     if (waiting[action]) waiting[action] = {};
     const text = JSON.stringify([++count, action, value]);
@@ -202,6 +202,9 @@ const beamviz = (() => {
     e.typed = false;
     if (e.type === "range") paint(e);
   }
+
+  /* Actions that change no beam. */
+  const LOOKS = ["playing", "pace", "tab", "rotating_frame", "dark", "preferences"];
 
   /**
    * A text that is no number stays in its field until another edit, here or of the scene, as a value
