@@ -493,3 +493,13 @@ def test_the_beam_does_not_swing_behind_the_invitation(url, size):
         shown.catch_up()
         tip, text = wait_until(lambda: settled(shown, ABOVE_THE_TIP))
         assert text < tip + (LETTERS if size[0] < 500 else 0)
+
+
+@pytest.mark.parametrize("width", [390, 960])
+def test_the_invitation_is_one_text_beside_its_button(desk, width):
+    """Not a column for each of its parts."""
+    desk.resize(width, 844)
+    desk.wait("document.querySelector('#scene-caption button.main')")
+    words = desk.evaluate("document.querySelector('#scene-caption > span').innerText")
+    assert "A beam on a turning hub" in words
+    assert "how does it vibrate, and what changes that?" in words

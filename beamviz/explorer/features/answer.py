@@ -179,8 +179,8 @@ def invitation(met: frozenset[str], *, has_mass: bool, over_speed: bool) -> str:
         text = f"Start lesson {NAMES.index(left[0]) + 1}"
         lesson = page.button(text, data_do="lesson", data_value=left[0], class_="main")
     return (
-        f"A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
-        f'<span class="more"><br>Drag {dragged}{speed}.</span> {lesson}'
+        f"<span>A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
+        f'<span class="more"><br>Drag {dragged}{speed}.</span></span> {lesson}'
     )
 
 
