@@ -485,10 +485,14 @@ def settled(shown: Page, script: str) -> list[float] | None:
     "size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844), (960, 1080)], ids=str
 )
 def test_the_beam_does_not_swing_behind_the_invitation(url, size):
-    """In the stationary frame its tip passes below it, on every screen."""
+    """In the stationary frame its tip passes below it, on every screen. The words of the invitation
+    are one text, not a column for each of its parts."""
     with page(url, *size) as shown:
         shown.resize(*size)
         shown.wait(f"{READY} && !!{by_id('scene-caption')}.querySelector('button')")
+        words = shown.evaluate("document.querySelector('#scene-caption > span').innerText")
+        assert "A beam on a turning hub" in words
+        assert "how does it vibrate, and what changes that?" in words
         shown.send("rotating_frame", False)
         shown.catch_up()
         tip, text = wait_until(lambda: settled(shown, ABOVE_THE_TIP))

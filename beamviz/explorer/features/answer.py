@@ -1,7 +1,7 @@
 """The answer around the scene: state of the equilibrium, table of modes, legend, running jobs."""
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from functools import lru_cache
 from html import escape
 
@@ -21,7 +21,6 @@ from beamviz.drawing.text import (
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import is_before
 from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress, told_elsewhere
-from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
@@ -64,7 +63,7 @@ class AnswerPanel(Feature):
             Part(lambda s: (s.picture, s.answer), scene_content, ("legend",)),
             Part(pace_reads, pace_content, ("pace-text",)),
             Part(self.caption_reads, caption_content, ("scene-caption", "replaced")),
-            Part(lambda s: (work(s.jobs, told_elsewhere(s)),), work_content, ("work",)),
+            Part(lambda s: (work(s),), work_content, ("work",)),
             fading([], "mode-rows", "equilibrium", "legend", "comparison", "method"),
         )
 
@@ -127,12 +126,15 @@ def pace_content(rate: float, own: float, locked: bool, units: Units | None) -> 
     return page.html("pace-text", f"<span>{pace(rate, units)}</span>{lock}")
 
 
-def work(jobs: Mapping[str, JobStatus], told: JobStatus | None = None) -> str:
+def work(snapshot: Snapshot) -> str:
     """The jobs that have been running for long, with a button that cancels them, but for one that
-    is `told` elsewhere; or else those cancelled, with one that restarts them."""
-    if slow := [job for job in jobs.values() if job.slow and job is not told]:
-        return progress(slow)
-    names = ", ".join(job.name for job in jobs.values() if job.cancelled)
+    the open tab tells of; or else those cancelled, with one that restarts them."""
+    jobs = snapshot.jobs.values()
+    if any(job.slow for job in jobs):
+        told = told_elsewhere(snapshot)
+        if slow := [job for job in jobs if job.slow and job is not told]:
+            return progress(slow)
+    names = ", ".join(job.name for job in jobs if job.cancelled)
     return f"cancelled: {names}{RETRY}" if names else ""
 
 
@@ -177,8 +179,8 @@ def invitation(met: frozenset[str], *, has_mass: bool, over_speed: bool) -> str:
         text = f"Start lesson {NAMES.index(left[0]) + 1}"
         lesson = page.button(text, data_do="lesson", data_value=left[0], class_="main")
     return (
-        f"A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
-        f'<span class="more"><br>Drag {dragged}{speed}.</span> {lesson}'
+        f"<span>A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
+        f'<span class="more"><br>Drag {dragged}{speed}.</span></span> {lesson}'
     )
 
 

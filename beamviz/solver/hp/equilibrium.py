@@ -161,7 +161,9 @@ class AxialProblem(NamedTuple):
         while iteration < NEWTON_ITERATIONS and not np.fmax.reduce(error) < accuracy:
             iteration += 1
             residual = w * law.force(f) - np.matvec(A, f) - static
-            tangent = self.mesh.eye * (w * law.stiffness(f))[:, None, :] - A
+            tangent = -A
+            diagonals = tangent.reshape(len(f), -1)[:, :: f.shape[-1] + 1]  # a view
+            diagonals += w * law.stiffness(f)
             try:
                 step = np.linalg.solve(tangent, residual[..., None])[..., 0]
             except np.linalg.LinAlgError:  # singular: off the stable branch

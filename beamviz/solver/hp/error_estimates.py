@@ -24,8 +24,12 @@ def tail_energies(mesh: Mesh, stiffness: NDArray, v: NDArray) -> NDArray:
 
     stiffness (beams, 2, 2 n): `modes.Matrices.stiffness`; a tension counts by its absolute value.
     """
-    tail = v[..., : mesh.points.shape[-1], :].mT @ mesh.IJT.mT  # (beams, 2, k, 2 n)
-    return (tail * tail) @ (abs(stiffness)[..., None] * mesh.in_element)
+    n = mesh.points.shape[-1]
+    of_unknown = mesh.T @ v[..., :n, :]  # (beams, 2, n, k)
+    of_integral = mesh.J[..., None, :, :] @ of_unknown
+    weights = abs(stiffness)[..., None]
+    energy = weights[..., :n, :] * of_unknown**2 + weights[..., n:, :] * of_integral**2
+    return energy.mT @ mesh.in_element
 
 
 def truncation_errors(

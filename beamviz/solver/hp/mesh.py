@@ -6,8 +6,9 @@ quantities integrated may be discontinuous across elements, as at a concentrated
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -139,27 +140,38 @@ class Grid:
         return rows
 
 
+class Inertia(NamedTuple):
+    """The inertia of a unit line density in terms of the gradient of the displacement."""
+
+    rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
+    G: np.ndarray  # (..., n, n) J' W J
+    G1: np.ndarray  # (..., n) row sums of G
+    g: np.ndarray  # (..., n) J' W 1
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh(Grid):
     """A grid, or a stack of them, with the matrices that stiffness and mass are assembled from.
 
     T projects values at the points onto the two highest Legendre polynomials of each element: of
     the orders for bending, then of those along the beam. `tails` gives the coefficients of the
-    orthonormal multiples of the former. G = J' W J and g = J' W 1 are the inertia of a unit line
-    density in terms of the gradient of the displacement.
+    orthonormal multiples of the former.
     """
 
     grid: Grid  # without the matrices
     J: np.ndarray  # (..., n, n) integrates values at the points from the clamp to each point
-    rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
-    in_element: np.ndarray  # (2 n, elements) 1 for the points of an element, twice; 0 elsewhere
+    in_element: np.ndarray  # (n, elements) 1 for the points of an element, 0 elsewhere
     axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
-    IJT: np.ndarray  # (..., 2, 2 n, n) the identity and, below it, J, times T
+    T: np.ndarray  # (2, n, n)
     tails: np.ndarray  # (..., 2 elements, n)
-    G: np.ndarray  # (..., n, n)
-    G1: np.ndarray  # (..., n) row sums of G
-    g: np.ndarray  # (..., n)
-    eye: np.ndarray  # (n, n)
+
+    @cached_property
+    def inertia(self) -> Inertia:
+        """The inertia of a unit line density; that of a blade does not need it."""
+        rooted = np.sqrt(self.weights)[..., None] * self.J
+        G = rooted.mT @ rooted
+        arrays = rooted, G, G.sum(axis=-1), np.vecmat(self.weights, self.J)
+        return Inertia(*map(read_only, arrays))
 
 
 @lru_cache(maxsize=4)
@@ -191,7 +203,7 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
     grid, stack, n = make_grid(breaks, orders, axial_orders), breaks.shape[:-1], sum(orders)
     weights, J = grid.weights, grid.integration_matrix
     halves, tails = np.diff(breaks)[..., None] / 2, np.zeros((*stack, 2 * len(orders), n))
-    T, axial, eye = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders))), np.eye(n)
+    T, axial = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders)))
     blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
     for k, (order, block, axial_order, columns) in enumerate(blocks):
         e, h = reference(order), halves[..., k, :]
@@ -199,11 +211,8 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
         T[0, block, block] = e.projection(order)
         T[1, block, block] = e.projection(axial_order)
         axial[block, columns] = e.legendre[:, :axial_order]
-    rooted = np.sqrt(weights)[..., None] * J
-    G, g = rooted.mT @ rooted, np.vecmat(weights, J)
-    IJ = np.concatenate((np.broadcast_to(eye, J.shape), J), axis=-2)
-    in_element = np.tile(np.repeat(np.eye(len(orders)), orders, axis=0), (2, 1))
-    arrays = (rooted, in_element, axial, IJ[..., None, :, :] @ T, tails, G, G.sum(axis=-1), g, eye)
+    in_element = np.repeat(np.eye(len(orders)), orders, axis=0)
+    arrays = in_element, axial, T, tails
     of_grid = grid.breaks, orders, axial_orders, grid.points, weights
     return Mesh(*of_grid, grid, J, *map(read_only, arrays))
 

@@ -128,14 +128,15 @@ def properties_of(mesh: Mesh, alpha: NDArray, beta: NDArray, blade: Blade | None
     moment = carried.sum(axis=-2)
     weights = np.atleast_2d(mesh.weights)
     if blade is None:
-        g = mesh.g + moment
+        rooted, G, G1, g = mesh.inertia
+        g = g + moment
         return Properties(
             bending=weights,
             flap=weights,
             axial=weights,
-            rooted=mesh.rooted,
-            G=mesh.G + carried.mT @ to_bodies,
-            G1=mesh.G1 + np.vecmat(beta, carried),
+            rooted=rooted,
+            G=G + carried.mT @ to_bodies,
+            G1=G1 + np.vecmat(beta, carried),
             g=g,
             to_bodies=to_bodies,
             alpha=alpha,
