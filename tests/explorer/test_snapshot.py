@@ -722,76 +722,58 @@ LIES = {
     "modes of the picture": Planted(of_memo("pictures", 0), ALL),
     "view of the picture": Planted(of_memo("pictures", 1), ALL),
     "scale of the picture": Planted(of_memo("pictures", 2), ALL),
-    "body in the hand": Planted(of_memo("pictures", 8), SCENE),
     "modes of the viewpoint": Planted(of_memo("viewpoints", 0), SCENE),
     "frame of the viewpoint": Planted(of_memo("viewpoints", 1), SCENE),
     "options of the solver": Planted(of_first_beam, ALL),
     "case of the solver": Planted(of_argument("visitor.solver", "request", 0), ALL),
     "place of the camera": Planted(of_argument("visitor.camera", "look", 0), SCENE),
-    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), SCENE),
+    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), SCENE, 14),
     "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), SCENE),
     "beam beside its modes": Planted(of_method("view.beam", "hide"), SCENE),
-    "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), SCENE),
-    "frame of the floor": Planted(
-        of_argument("view.beam.surroundings", "show", "rotating_frame"), SCENE
-    ),
+    "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), SCENE, 15),
     "text of the speed": Planted(of_argument("view.beam.surroundings", "speed_text", 0), ALL),
-    "undeformed beam": Planted(of_argument("view.beam.reference", "show", "visible"), SCENE),
-    "section of the undeformed beam": Planted(of_argument("view.beam.reference", "show", 1), ALL),
-    "colour of bodies": Planted(of_argument("view.beam.bodies", "show", 1), SCENE),
-    "thick bodies": Planted(of_argument("view.beam.bodies", "show", "thicken"), SCENE),
-    "nodes of the modes": Planted(of_argument("view.beam.nodes", "show", 2), SCENE),
-    "warning": Planted(of_argument("view.beam.warning", "show", 0), ALL),
-    "root joint": Planted(of_argument("view.beam.joint", "show", 0), "blade"),
-    "curves of the second beam": Planted(of_part(loci_chart.chart_content, 1), "frequencies"),
+    "undeformed beam": Planted(of_argument("view.beam.reference", "show", "visible"), SCENE, 15),
+    "nodes of the modes": Planted(of_argument("view.beam.nodes", "show", 2), SCENE, 15),
+    "curves of the second beam": Planted(of_part(loci_chart.chart_content, 1), "frequencies", 15),
     "per-rev lines": Planted(of_part(loci_chart.chart_content, 2), "frequencies"),
     **{
         f"{one} of the chart": Planted(of_request("chart", one), "frequencies")
-        for one in ("beam", "over", "options", "per_rev")
+        for one in ("beam", "options", "per_rev")
     },
     **{
         f"{one} of the second chart": Planted(of_request("chart compared with", one), "compare")
         for one in ("beam", "options")
     },
     "second beam": Planted(of_second_beam, "compare"),
-    "title of the second beam": Planted(of_memo("pictures", 4), "compare"),
     "place of the second beam": Planted(of_memo("pictures", 5), "compare"),
     "title of the beam": Planted(of_argument("view.beam.title", "show", 0), "compare"),
     "quantity of the map": Planted(of_part(map_tab.map_content, 1), "map"),
-    **{
-        f"{one} of the map": Planted(of_request("map", one), "map")
-        for one in ("beam", "over", "options")
-    },
+    **{f"{one} of the map": Planted(of_request("map", one), "map") for one in ("beam", "options")},
     "shapes of the veering": Planted(of_part(veering.event_content, 1), "veering"),
-    **{
-        f"{one} of the veering": Planted(of_request("veering", one), "veering")
-        for one in ("chart", "event")
-    },
     "beam of the loads": Planted(of_request("loads", ""), "loads"),
     **{
         f"{one} of the run-up": Planted(of_request("run-up", one), "run-up")
-        for one in ("case", "damping", "per_rev")
+        for one in ("case", "per_rev")
     },
+    "damping of the run-up": Planted(of_request("run-up", "damping"), "run-up", 15),
     "speed of a run-up": Planted(of_nothing("react", run_up.RunUpTab), "run-up"),
-    "run of the response": Planted(of_memo("responses", 0), "run-up"),
     "beam of the response": Planted(of_memo("responses", 1), "run-up"),
     "view of the response": Planted(of_memo("responses", 2), "run-up"),
     "beam that is held": Planted(of_memo("films", 0), "motion"),
     "motion that is played": Planted(of_memo("films", 1), "motion"),
     "film of the picture": Planted(of_memo("played", 1), "motion"),
-    "view of the film": Planted(of_memo("played", 2), "motion"),
     **{
         f"{one} of the motion": Planted(of_request("motion", one), "motion")
         for one in ("beam", "options", "experiment")
     },
     "deflection of a pull": Planted(of_request("pull", "deflection"), "motion"),
     "beam that is let go": Planted(of_method("beam_pull", "react"), "motion"),
-    "moment of a pause": Planted(of_nothing("react", motion_tab.MotionTab), "motion"),
+    "moment of a pause": Planted(of_nothing("react", motion_tab.MotionTab), "motion", 15),
     "sleeve": Planted(of_argument("beam_pull", "offer", "offered"), "motion"),
     "numbers of the methods": Planted(of_request("method timing", "numbers"), "methods"),
     "options of the methods": Planted(of_request("method timing", "options"), "methods"),
-    "facts of the lesson": Planted(of_request("lesson", ""), "lessons"),
-    "body that is let go": Planted(of_method("mass_drag", "react"), SCENE),
+    "facts of the lesson": Planted(of_request("lesson", ""), "lessons", 15),
+    "body that is let go": Planted(of_method("mass_drag", "react"), SCENE, 15),
 }
 
 
