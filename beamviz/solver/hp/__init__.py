@@ -27,6 +27,7 @@ from beamviz.solver.solution import (
 )
 
 MOST_CACHED = 1000  # points, more than a chart has: the matrices of integrals of loads are large
+MOST_ENTRIES = 2**18  # of the matrices of a stack of solutions: 2 MB
 
 
 def solve_hp(
@@ -102,7 +103,7 @@ class ModeFields:
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
     """Displacements (solutions, points, 2, modes) of solutions with equally many modes, each at its
-    own x (solutions, points); computed at once where the meshes have the same orders.
+    own x (solutions, points); computed in stacks where the meshes have the same orders.
 
     The phase of each mode is arbitrary, unlike that of `Solution.displacement`.
     """
@@ -111,9 +112,17 @@ def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
         modes = solution.fields.modes if isinstance(solution.fields, ModeFields) else None
         key = k if modes is None else (modes.grid.orders, modes.mode_order is None)
         groups.setdefault(key, []).append(k)
-    places = np.concatenate(list(groups.values()))
-    parts = [_of_group([solutions[k] for k in group], x[group]) for group in groups.values()]
-    return np.concatenate(parts)[places.argsort()]  # in the order of the solutions
+    stacks = [stack for group in groups.values() for stack in _stacks(group, solutions, x)]
+    parts = [_of_group([solutions[k] for k in stack], x[stack]) for stack in stacks]
+    return np.concatenate(parts)[np.concatenate(stacks).argsort()]  # in the order of the solutions
+
+
+def _stacks(group: list[int], solutions: Sequence[Solution], x: np.ndarray) -> list[list[int]]:
+    """A group in stacks whose matrices have at most MOST_ENTRIES together."""
+    fields = solutions[group[0]].fields
+    unknowns = len(fields.modes.grid.points) if isinstance(fields, ModeFields) else 1
+    size = max(1, MOST_ENTRIES // (unknowns * x.shape[1]))
+    return [group[first : first + size] for first in range(0, len(group), size)]
 
 
 def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
