@@ -30,16 +30,20 @@ class MotionShapes:
         self.motion, beam = motion, motion.beam
         self.t = motion.t if t is None else t
         x = stations(beam.beta if beam.alpha else 1.0)
-        positions = motion.position(self.t, x)  # (n, stations, 2)
         unloaded = np.stack([x, np.zeros_like(x)], axis=1)
-        moved = (positions - unloaded).reshape(len(positions), -1)
-        some = moved[:: math.ceil(len(moved) / SAMPLED)]
+
+        def moved(t: NDArray) -> NDArray:
+            """The displacements (len(t), 2 stations) at times; at all of them they take 30 MB."""
+            return (motion.position(t, x) - unloaded).reshape(len(t), -1)
+
+        some = moved(self.t[:: math.ceil(len(self.t) / SAMPLED)])
         _, sizes, shapes = np.linalg.svd(some, full_matrices=False)
         left = np.sqrt(np.append(np.cumsum(sizes[::-1] ** 2)[::-1], 0.0))
         count = min(MAX_SHAPES, max(1, int((left > DRAWN * math.sqrt(some.size)).sum())))
         largest = np.linalg.norm(shapes[:count].reshape(count, len(x), 2), axis=2).max(axis=1)
         largest = np.where(largest > 0, largest, 1.0)
-        self.parts = moved @ shapes[:count].T * largest
+        in_turn = np.split(self.t, np.arange(SAMPLED, len(self.t), SAMPLED))
+        self.parts = np.concatenate([moved(t) @ shapes[:count].T for t in in_turn]) * largest
         self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
         self.sampled = SampledModes(
             *(beam.replace(gamma=0.0), "chordwise", x, unloaded, np.zeros(len(x) - 1)),

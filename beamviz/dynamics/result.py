@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # Samples of a spectrum: for each step, whose polynomials have up to ten coefficients, so that no
-# frequency of the motion appears as a lower one; and at a time, which bounds the memory.
-STEP_SAMPLES, BLOCK = 4, 8192
+# frequency of the motion appears as a lower one; of a block; and at a time: a block takes 30 MB.
+STEP_SAMPLES, BLOCK, AT_ONCE = 4, 8192, 1024
 TABLE_ROWS = 21
 
 
@@ -108,7 +108,7 @@ class Motion:
             raise InvalidInput(f"since = {since:g}: must be before the end of the motion")
         length, blocks = last - since, math.ceil(STEP_SAMPLES * self.stats.steps / BLOCK)
         t = since + np.linspace(0.0, length, BLOCK * blocks, endpoint=False)
-        parts = [self.position(part, [1.0])[:, 0, 1] for part in t.reshape(blocks, BLOCK)]
+        parts = [self.position(part, [1.0])[:, 0, 1] for part in t.reshape(-1, AT_ONCE)]
         deflection = np.concatenate(parts)
         window = np.hanning(len(t) + 1)[:-1]
         amplitude = abs(np.fft.rfft(window * (deflection - deflection.mean()))) * 2 / window.sum()
