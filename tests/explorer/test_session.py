@@ -261,8 +261,9 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
             guest.wait(lambda _, guest=guest: guest.parts.get("open") == "compare")
         sessions = list(frame_loop_at(hall, frame_loops).sessions.values())
         assert len({id(session.visitor.state.view) for session in sessions}) == 1
-        angles = [session.visitor.clock.angle for session in sessions]
-        wait_until(lambda: not {session.visitor.clock.angle for session in sessions} & {*angles})
+        for _ in range(10):  # frames of all three, without an edit
+            angles = [session.visitor.clock.angle for session in sessions]
+            wait_until(lambda last=angles: not {*last} & {s.visitor.clock.angle for s in sessions})
         lead.choose("playing", False)
         wait_until(lambda: not any(session.is_moving for session in sessions))
         wait_until(lambda: len({session.visitor.clock.angle for session in sessions}) == 1)
