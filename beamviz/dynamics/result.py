@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-# Samples of a spectrum: for each step, whose polynomials have up to ten coefficients, so that no
-# frequency of the motion appears as a lower one; of a block; and at a time: a block takes 30 MB.
+# Samples of a spectrum for each step, whose polynomials have up to ten coefficients, so that no
+# frequency of the motion appears as a lower one. Their number is a multiple of BLOCK, and AT_ONCE
+# of them are computed together: a whole block takes 30 MB.
 STEP_SAMPLES, BLOCK, AT_ONCE = 4, 8192, 1024
 TABLE_ROWS = 21
 

@@ -60,29 +60,19 @@ class Graph(SceneGraph):
 class Camera:
     """The camera of a page, which is where it was placed last."""
 
+    position: Any
+    look_at: Any
+
     def __init__(self) -> None:
-        self.at = {name: np.array(CAMERA_MESSAGE[name]) for name in ("position", "look_at")}
-        self.image_height, self.image_width = (
-            CAMERA_MESSAGE[name] for name in ("image_height", "image_width")
-        )
-        self.aspect = self.image_width / self.image_height
+        for name in ("position", "look_at", "image_height", "image_width"):
+            setattr(self, name, CAMERA_MESSAGE[name])
+        self.aspect = CAMERA_MESSAGE["image_width"] / CAMERA_MESSAGE["image_height"]
         self.fov = 0.0
 
-    @property
-    def position(self) -> Any:
-        return self.at["position"]
-
-    @position.setter
-    def position(self, place: Any) -> None:
-        self.at["position"] = np.array(place, float)
-
-    @property
-    def look_at(self) -> Any:
-        return self.at["look_at"]
-
-    @look_at.setter
-    def look_at(self, place: Any) -> None:
-        self.at["look_at"] = np.array(place, float)
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Points are arrays, as those of viser's camera."""
+        is_point = name in ("position", "look_at")
+        super().__setattr__(name, np.array(value, float) if is_point else value)
 
     def on_update(self, handler: Callable[..., Any]) -> None:
         """A test says itself that the camera was moved."""
