@@ -212,19 +212,20 @@ class State:
     state before the first of the lessons, to which leaving them returns; met: the lessons whose
     challenge is met; over: the abscissa of the loci chart and the map; across: the ordinate of the
     map; per_rev: multiples of the speed in the chart; comparison: the kind of second beam; kept:
-    the case kept for it; stacked: it is drawn above the first, not overlaid; force_per_rev: periods
-    per revolution of the force of the run-up; forced_response: the scene shows the response to that
-    force; run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's
-    own, of which an edit ends it; experiment: the motion in time; in_motion: the scene shows it;
-    moment: at which it was paused, or to which it was moved [T*]; cue: how often it was moved to
-    one; rate: time [T*] that passes in a second on the screen, locked, None if it follows the
-    motion; tab: the open one, "" for the first; presented_tab: the tab that a presenter had open
-    last, while the visitor may open another; following: a presenter is followed; last_alpha: of the
-    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
-    pulled; refused: the entry that was refused last; replaced: says that the last edit has replaced
-    the visitor's own scene, "" after another edit; still: the visitor's system prefers reduced
-    motion; reserved: parameters of the address with other readers, None until the page has sent its
-    address; chosen: the choices of single features that are not as usual, see `State.__getitem__`.
+    the case kept for it, kept_by_edit: by an edit, not by the visitor; stacked: it is drawn above
+    the first, not overlaid; force_per_rev: periods per revolution of the force of the run-up;
+    forced_response: the scene shows the response to that force; run_speed: the speed during a run-
+    up, 0 until that is computed, in place of the beam's own, of which an edit ends it; experiment:
+    the motion in time; in_motion: the scene shows it; moment: at which it was paused, or to which
+    it was moved [T*]; cue: how often it was moved to one; rate: time [T*] that passes in a second
+    on the screen, locked, None if it follows the motion; tab: the open one, "" for the first;
+    presented_tab: the tab that a presenter had open last, while the visitor may open another;
+    following: a presenter is followed; last_alpha: of the last beam that had a mass; grip: the mass
+    while it is dragged; hold: the beam while it is pulled; refused: the entry that was refused
+    last; replaced: says that the last edit has replaced the visitor's own scene, "" after another
+    edit; still: the visitor's system prefers reduced motion; reserved: parameters of the address
+    with other readers, None until the page has sent its address; chosen: the choices of single
+    features that are not as usual, see `State.__getitem__`.
     """
 
     opened: Scene
@@ -246,6 +247,7 @@ class State:
         metadata=choice(values=COMPARISONS, key=name_key("compare", COMPARISONS[1:])),
     )
     kept: Case | None = None
+    kept_by_edit: bool = False
     stacked: bool = field(default=False, metadata=choice(values=SWITCH, key=switch_key("stacked")))
     force_per_rev: int = field(
         default=1, metadata=choice(values=PER_REV, key=whole_key("force", 1, max(PER_REV)))
@@ -288,6 +290,7 @@ class State:
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
         view = replace(scene.view, playing=self.view.playing) if self.still else scene.view
         state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
+        state = replace(state, kept_by_edit=False)
         state = state.with_viewpoint(scene.camera)
         state = replace(state.ended("scene"), per_rev=scene.per_rev, rate=None, refused=None)
         state = replace(state.without_run_up().at_moment(0.0), in_motion=False)
@@ -379,6 +382,8 @@ class State:
         if name in SHARED:
             choice = SHARED[name]
             state = own.with_choice(choice, choice.picked(value, own[choice])).ended(name)
+            if name == "comparison":
+                return replace(state, kept_by_edit=False)
             return state.without_run_up() if name == "force_per_rev" else state
         kept = own.keep_for_comparison() if name in TERMS else own
         state = replace(kept, case=own.case.changed(name, value), run_speed=None)
@@ -443,11 +448,22 @@ class State:
 
     def keep(self) -> Self:
         """Keep the case, to compare later ones with, unless it has a number out of range."""
-        return replace(self, kept=self.case, comparison=EARLIER) if self.case.in_range else self
+        if not self.case.in_range:
+            return self
+        return replace(self, kept=self.case, comparison=EARLIER, kept_by_edit=False)
 
     def keep_for_comparison(self) -> Self:
-        """Keep the case unless it is compared with something else."""
-        return self.keep() if self.comparison in (NO_COMPARISON, EARLIER) else self
+        """Keep the case before an edit, unless the visitor chose what it is compared with."""
+        if self.comparison == EARLIER and not self.kept_by_edit:
+            return self if self.kept else self.keep()
+        if self.comparison not in (NO_COMPARISON, EARLIER) or not self.case.in_range:
+            return self
+        return replace(self.keep(), kept_by_edit=True)
+
+    def without_edit_kept(self) -> Self:
+        """Without the case that an edit has kept: with one that the visitor has chosen, if any."""
+        ended: dict[str, Any] = {"kept": None, "comparison": NO_COMPARISON, "kept_by_edit": False}
+        return replace(self, **ended) if self.kept_by_edit else self
 
 
 SHARED = choices_of(State)  # that are fields of the state, by name
@@ -473,7 +489,7 @@ class History:
         names = after.differences(before)
         if not names:
             return
-        goes_on = names <= self.edited or self.edited <= {"comparison", "kept"}
+        goes_on = names <= self.edited or self.edited <= {"comparison", "kept", "kept_by_edit"}
         in_hand = before.grip is not None and self.time > -math.inf
         paused = time - self.time > PAUSE and not in_hand
         if not goes_on or loaded or paused:

@@ -188,6 +188,30 @@ def test_a_kept_beam_stays_while_the_other_changes(guest):
 
 
 @pytest.mark.parametrize(
+    ("edits", "stays"),
+    [
+        ({"coriolis": True}, False),
+        ({"coriolis": True, "comparison": EARLIER}, True),
+        ({"keep": None}, True),
+        ({"keep": None, "coriolis": True}, True),
+    ],
+)
+def test_going_to_an_event_ends_a_comparison_that_the_visitor_did_not_choose(guest, edits, stays):
+    """A switched term keeps the beam before it, which has other numbers than the event."""
+    for action, value in edits.items():
+        guest.do(action, value)
+    guest.wait(lambda _: guest.values["comparison"] == EARLIER)
+    overlay_is(guest, visible=True)
+    guest.wait(lambda _: "B3 S1 1" in guest.texts.get("loci-events", ""))
+    guest.do("go_to_event", "B3 S1 1", until=lambda _: guest.values["share-3"] == 1)
+    overlay_is(guest, visible=stays)
+    assert (guest.values["comparison"] == EARLIER) is stays
+    guest.do("undo")
+    overlay_is(guest, visible=True)
+    assert guest.values["comparison"] == EARLIER
+
+
+@pytest.mark.parametrize(
     ("change", "text"),
     [(230.4, "+230 %"), (-9.14, "−9.1 %"), (0.0123, "+0.012 %"), (np.nan, "–")],
 )

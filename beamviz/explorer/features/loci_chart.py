@@ -385,8 +385,9 @@ def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None
 
 
 def at_event(state: State, over: str, event: Event, modes: tuple[int, ...]) -> State:
-    """With the beam at an event, in equal shares of its modes."""
-    state = state.changed(over, event.at)
+    """With the beam at an event, in equal shares of its modes, and not compared with a beam before
+    an edit, which has other numbers."""
+    state = state.without_edit_kept().changed(over, event.at)
     return state.only(*modes) if modes else state
 
 
