@@ -19,12 +19,12 @@ from beamviz.drawing.text import (
     significant,
 )
 from beamviz.explorer import page
-from beamviz.explorer.computed_motion import is_before
+from beamviz.explorer.computed_motion import can_move, is_before
 from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress, told_elsewhere
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
-from beamviz.explorer.state import NO_COMPARISON
+from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.explorer.view import Picture
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
@@ -43,6 +43,7 @@ IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibr
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
 EARLIER_MOTION = "The motion before the last change: the new one is being computed."
 EARLIER_PICTURE = "The beam before the last change: the new one is being computed."
+MOTION = "motion"  # the tab in which the beam can be pulled
 HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
@@ -69,19 +70,18 @@ class AnswerPanel(Feature):
 
     def caption_reads(self, snapshot: Snapshot) -> tuple[object, ...]:
         """What the picture shows or leaves out, what has replaced the visitor's scene, and what an
-        invitation depends on: whether the first case is shown, whether it has a mass, whether the
-        chart of the speed is below it, and the lessons whose challenge is met."""
+        invitation depends on: whether the first case is shown, whether it has a mass, what can be
+        dragged, and the lessons whose challenge is met."""
         state = snapshot.state
         chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
         first = state.case == self.first and not chosen
-        picture, alpha = snapshot.picture, state.case.numbers["alpha"]
+        picture = snapshot.picture
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
         if picture.film and is_before(snapshot):
             shown = EARLIER_MOTION
         shown = HELD if state.hold else shown
-        has_mass = bool(alpha) or bool(state.case.masses)
         note = shown or picture_note(snapshot)
-        return note, state.replaced, first, has_mass, state.tab == "", state.met
+        return note, state.replaced, first, has_mass(state.case), dragged(state), state.met
 
 
 def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
@@ -157,30 +157,43 @@ def picture_note(snapshot: Snapshot) -> str:
 
 
 def caption_content(
-    note: str, replaced: str, first: bool, has_mass: bool, over_speed: bool, met: frozenset[str]
+    note: str, replaced: str, first: bool, with_mass: bool, drag: str, met: frozenset[str]
 ) -> Content:
     """The caption: a note about the picture, or until the first edit an invitation; after a scene
     was replaced, an offer to undo that."""
     invites = first and not replaced
-    text = note or (invitation(met, has_mass=has_mass, over_speed=over_speed) if invites else "")
+    text = note or (invitation(met, drag, with_mass=with_mass) if invites else "")
     undo = f"{escape(replaced)}{page.button('Undo', data_do='undo')}" if replaced else ""
     return page.html("scene-caption", text) | page.html("replaced", undo)
 
 
-def invitation(met: frozenset[str], *, has_mass: bool, over_speed: bool) -> str:
-    """What this is, for a visitor who comes for the first time, and what to do: drag the mass, if
-    any, or the speed, whose line is in the chart below or not; and the first lesson whose challenge
-    is not met."""
-    mass = '<span class="wide">, with a mass on it</span>' if has_mass else ""
-    dragged = "the mass along the beam, or " if has_mass else ""
-    speed = "the line of the speed in the chart below" if over_speed else "the slider of the speed"
+def has_mass(case: Case) -> bool:
+    """Whether there is a body on the beam."""
+    return bool(case.numbers["alpha"]) or bool(case.masses)
+
+
+def dragged(state: State) -> str:
+    """What a visitor is invited to drag: where a motion can begin the beam, else the mass, if any,
+    or the speed, whose line is in the chart below or not."""
+    if state.tab == MOTION and can_move(state):
+        return "the beam aside, and let it go"
+    speed = (
+        "the line of the speed in the chart below" if not state.tab else "the slider of the speed"
+    )
+    return f"the mass along the beam, or {speed}" if has_mass(state.case) else speed
+
+
+def invitation(met: frozenset[str], drag: str, *, with_mass: bool) -> str:
+    """What this is, for a visitor who comes for the first time, and what to do: what to drag, and
+    the first lesson whose challenge is not met."""
+    mass = '<span class="wide">, with a mass on it</span>' if with_mass else ""
     lesson = ""
     if left := [name for name in NAMES if name not in met]:
         text = f"Start lesson {NAMES.index(left[0]) + 1}"
         lesson = page.button(text, data_do="lesson", data_value=left[0], class_="main")
     return (
         f"<span>A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
-        f'<span class="more"><br>Drag {dragged}{speed}.</span></span> {lesson}'
+        f'<span class="more"><br>Drag {drag}.</span></span> {lesson}'
     )
 
 
