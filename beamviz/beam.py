@@ -3,13 +3,14 @@
 import json
 import math
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 from beamviz.blade import Blade, Mass
-from beamviz.checks import check_float, full_text
+from beamviz.checks import as_float, check_float, full_text, is_number, together
 from beamviz.errors import ImplausibleInput, InvalidInput, unknown_keyword
 from beamviz.input_files import parse_toml, read_small
 from beamviz.plausibility import doubts
@@ -125,18 +126,9 @@ class Beam:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
-        for name, parameter in NUMBERS.items():
-            (low, high), value = parameter.limits, getattr(self, name)
-            valid = type(value) is float and low <= value <= high  # fast
-            if not valid or (value == 0 and math.copysign(1.0, value) < 0):
-                object.__setattr__(self, name, check_float(name, value, low, high))
-        if self.gamma > MAX_GAMMA_OVER_MU * self.mu * (1 + ROUNDING):
-            gamma, mu = full_text(self.gamma), full_text(self.mu)
-            raise InvalidInput(
-                f"gamma / mu = {full_text(self.gamma / self.mu)}: must be at most"
-                f" {MAX_GAMMA_OVER_MU:g} (gamma = {gamma}, mu = {mu})"
-            )
-
+        checks: list[Callable[[], None]] = [partial(self._check, name) for name in NUMBERS]
+        checks.append(lambda: check_joint_limit(self.gamma, self.mu))
+        together(checks)
         if not isinstance(self.blade, Blade | None):
             raise InvalidInput(f"blade = {self.blade!r}: must be a Blade")
         masses: Any = self.masses
@@ -147,6 +139,13 @@ class Beam:
         root: Any = self.root
         if not (isinstance(root, float) and math.isinf(root) and root > 0):
             object.__setattr__(self, "root", check_float("root", root, 0.0))
+
+    def _check(self, name: str) -> None:
+        """InvalidInput for a number out of range; one that is valid becomes a float."""
+        (low, high), value = NUMBERS[name].limits, getattr(self, name)
+        valid = type(value) is float and low <= value <= high  # fast
+        if not valid or (value == 0 and math.copysign(1.0, value) < 0):
+            object.__setattr__(self, name, check_float(name, value, low, high))
 
     @property
     def is_uniform(self) -> bool:
@@ -252,14 +251,16 @@ class Beam:
     @classmethod
     def of_physical(cls, physical: PhysicalBeam) -> Self:
         """The dimensionless beam of a physical one, without warnings. Raises InvalidInput."""
-        numbers = physical.numbers
+        numbers, checks = physical.numbers, list[Callable[[], object]]()
         for name, parameter in NUMBERS.items():
-            low, high = parameter.limits
-            numbers[name] = rounded_into(numbers[name], low, high)
-            try:
-                check_float(f"{physical.formulas[name]} = {name}", numbers[name], low, high)
-            except InvalidInput as error:
-                raise InvalidInput("; ".join([str(error), *doubts(physical)])) from None
+            numbers[name] = rounded_into(numbers[name], *parameter.limits)
+            named = f"{physical.formulas[name]} = {name}"
+            checks.append(partial(check_float, named, numbers[name], *parameter.limits))
+        checks.append(partial(check_joint_limit, numbers["gamma"], numbers["mu"]))
+        try:
+            together(checks)
+        except InvalidInput as error:
+            raise InvalidInput("; ".join([str(error), *doubts(physical)])) from None
         return cls(
             **numbers,
             units=physical.units,
@@ -304,6 +305,25 @@ class Beam:
         bending_stiffness, axial_stiffness and optionally flap_stiffness. values: other keywords of
         `from_si`, as hub_radius and rotation_rpm."""
         return cls.from_si(**read_stations(path), **values)
+
+
+def exceeds_joint_limit(gamma: Any, mu: Any) -> bool:
+    """Whether a speed is too high for the slenderness, each of them at the nearest value in its own
+    range: that of one out of range is told beside. False where one is no number."""
+    if not (is_number(gamma) and is_number(mu)):
+        return False
+    (_, most), (least, _) = PARAMETERS["gamma"].limits, PARAMETERS["mu"].limits
+    return mu > 0 and min(gamma, most) > MAX_GAMMA_OVER_MU * max(mu, least) * (1 + ROUNDING)
+
+
+def check_joint_limit(gamma: Any, mu: Any) -> None:
+    """InvalidInput for a speed too high for the slenderness."""
+    if exceeds_joint_limit(gamma, mu):
+        gamma, mu = as_float(gamma), as_float(mu)
+        raise InvalidInput(
+            f"gamma / mu = {full_text(gamma / mu)}: must be at most {MAX_GAMMA_OVER_MU:g}"
+            f" (gamma = {full_text(gamma)}, mu = {full_text(mu)})"
+        )
 
 
 def rounded_into(value: float, low: float, high: float) -> float:

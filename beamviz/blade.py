@@ -5,13 +5,14 @@ NumPy is imported where properties are evaluated: most beams are uniform, and so
 stays fast.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
-from beamviz.checks import check_float, check_floats, check_int
+from beamviz.checks import check_float, check_floats, check_int, together
 from beamviz.errors import InvalidInput, unknown_keyword
 
 if TYPE_CHECKING:
@@ -42,12 +43,13 @@ class Mass:
     inertia: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        inertia = check_floats("inertia of a mass", self.inertia, 0.0, 100.0)
-        if len(inertia) != 3:
-            raise InvalidInput(f"inertia of a mass = {inertia}: must be three numbers Jx, Jy, Jz")
-        object.__setattr__(self, "alpha", check_float("alpha of a mass", self.alpha, 0.0, 100.0))
-        object.__setattr__(self, "beta", check_float("beta of a mass", self.beta, 0.0, 1.0))
-        object.__setattr__(self, "inertia", inertia)
+        checks: dict[str, Callable[[], Any]] = {
+            "alpha": partial(check_float, "alpha of a mass", self.alpha, 0.0, 100.0),
+            "beta": partial(check_float, "beta of a mass", self.beta, 0.0, 1.0),
+            "inertia": partial(check_inertia, "inertia of a mass", self.inertia, 100.0),
+        }
+        for name, value in zip(checks, together(checks.values()), strict=True):
+            object.__setattr__(self, name, value)
 
     @property
     def record(self) -> dict[str, Any]:
@@ -58,6 +60,14 @@ class Mass:
     def from_record(cls, record: Mapping[str, Any]) -> Self:
         """The mass of values by name. Raises InvalidInput."""
         return cls(**checked_keys(cls, "a mass", record, ("alpha", "beta")))
+
+
+def check_inertia(name: str, values: object, most: float = math.inf) -> tuple[float, ...]:
+    """Three principal moments of inertia from 0 to the largest, or InvalidInput."""
+    inertia = check_floats(name, values, 0.0, most)
+    if len(inertia) != 3:
+        raise InvalidInput(f"{name} = {list(inertia)}: must be three numbers Jx, Jy, Jz")
+    return inertia
 
 
 def checked_keys(

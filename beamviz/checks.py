@@ -1,11 +1,33 @@
 """Checks of input: numbers in a range, choices, and the texts of their errors."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from numbers import Real
-from typing import Any
+from typing import Any, TypeVar
 
 from beamviz.errors import InvalidInput
+
+T = TypeVar("T")
+
+
+def together(checks: Iterable[Callable[[], T]]) -> list[T]:
+    """The values of some checks, or InvalidInput with the errors of all."""
+    values, errors = [], []
+    for check in checks:
+        try:
+            values.append(check())
+        except InvalidInput as error:
+            errors.append(error)
+    if len(errors) > 1:
+        raise InvalidInput("; ".join(map(str, errors)))
+    if errors:
+        raise errors[0]
+    return values
+
+
+def is_number(value: object) -> bool:
+    """Whether a value is a real number: no truth, no text."""
+    return isinstance(value, (float, int, Real)) and not isinstance(value, bool)
 
 
 def check_float(name: str, value: object, low: float = -math.inf, high: float = math.inf) -> float:
@@ -18,7 +40,7 @@ def check_float(name: str, value: object, low: float = -math.inf, high: float = 
 
 def checked(value: object, low: float, high: float) -> tuple[float | None, str]:
     """`value` as a float in low .. high; else None, and what it must do."""
-    if isinstance(value, bool) or not isinstance(value, (float, int, Real)):
+    if not is_number(value):
         return None, f"be a {number_text(low, high)}"
     number = as_float(value)
     if not (math.isfinite(number) and low <= number <= high):
@@ -36,8 +58,7 @@ def as_float(value: Any) -> float:
 
 def shown_text(value: object) -> str:
     """A value in the text of an error."""
-    is_number = isinstance(value, (float, int, Real)) and not isinstance(value, bool)
-    return full_text(as_float(value)) if is_number else repr(value)
+    return full_text(as_float(value)) if is_number(value) else repr(value)
 
 
 def check_floats(

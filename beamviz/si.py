@@ -10,13 +10,14 @@ the area and second moment of a uniform beam.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
-from beamviz.blade import PROPERTY_LIMITS, Blade, Mass
-from beamviz.checks import check_float, check_floats, check_int, check_positive
+from beamviz.blade import PROPERTY_LIMITS, Blade, Mass, check_inertia
+from beamviz.checks import check_float, check_floats, check_int, check_positive, together
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.input_files import read_columns
 from beamviz.units import Units
@@ -395,15 +396,8 @@ def bodies(records: Any, length: float) -> tuple[Body, ...]:
     records = list(records)
     if len(records) > MAX_MASSES:
         raise InvalidInput(f"{len(records)} masses: must be at most {MAX_MASSES}")
-    found, errors = [], []
-    for k, record in enumerate(records, 1):
-        try:
-            found.append(body(record, f"masses {k}", length))
-        except InvalidInput as error:
-            errors.append(str(error))
-    if errors:
-        raise InvalidInput("; ".join(errors))
-    return tuple(found)
+    checks = (partial(body, one, f"masses {k}", length) for k, one in enumerate(records, 1))
+    return tuple(together(checks))
 
 
 def body(record: Any, name: str, length: float) -> Body:
@@ -415,17 +409,20 @@ def body(record: Any, name: str, length: float) -> Body:
             synonyms = {"mass_position": "position", "J": "inertia", "m": "mass", "x": "position"}
             error = unknown_keyword("key", str(key), MASS_KEYS, synonyms, MASS_KEYS)
             raise InvalidInput(f"{name}: {error}")
-    for key in ("mass", "position"):
-        if record.get(key) is None:
-            raise InvalidInput(f"{name}: missing {key!r} [{MASS_KEYS[key]}]")
-    inertia = check_floats(f"{name}: inertia", plain(record.get("inertia", (0.0,) * 3)), 0.0)
-    if len(inertia) != 3:
-        raise InvalidInput(f"{name}: inertia = {list(inertia)}: must be three numbers Jx, Jy, Jz")
-    return Body(
-        mass=check_float(f"{name}: mass", record["mass"], 0.0),
-        position=check_float(f"{name}: position", record["position"], 0.0, length),
-        inertia=inertia,
+    inertia = plain(record.get("inertia", (0.0,) * 3))
+    checks: tuple[Callable[[], Any], ...] = (
+        partial(required_float, name, "mass", record),
+        partial(required_float, name, "position", record, length),
+        partial(check_inertia, f"{name}: inertia", inertia),
     )
+    return Body(*together(checks))
+
+
+def required_float(name: str, key: str, record: Mapping[str, Any], most: float = math.inf) -> float:
+    """The number of a key in the table of a body, from 0 to the largest, or InvalidInput."""
+    if record.get(key) is None:
+        raise InvalidInput(f"{name}: missing {key!r} [{MASS_KEYS[key]}]")
+    return check_float(f"{name}: {key}", record[key], 0.0, most)
 
 
 def stiffness_of_root(value: Any) -> float:

@@ -49,13 +49,25 @@ def test_a_number_is_within_its_limits_or_named(name, value):
         ({"alpha": 10**400}, "alpha = inf: must lie in 0 .. 100"),
         ({"alpha": math.nextafter(100, 101)}, "alpha = 100.00000000000001: must lie in 0 .. 100"),
         ({"gamma": 51, "mu": 10}, "gamma / mu = 5.1: must be at most 5 (gamma = 51, mu = 10)"),
+        (
+            {"alpha": -1, "delta": 30, "gamma": 60, "mu": 10},
+            "alpha = -1: must lie in 0 .. 100; delta = 30: must lie in -2 .. 20;"
+            " gamma / mu = 6: must be at most 5 (gamma = 60, mu = 10)",
+        ),
+        (
+            {"gamma": 500, "mu": 20},
+            "gamma = 500: must lie in 0 .. 200;"
+            " gamma / mu = 25: must be at most 5 (gamma = 500, mu = 20)",
+        ),
+        ({"gamma": 500}, "gamma = 500: must lie in 0 .. 200"),
+        ({"gamma": 45, "mu": 5}, "mu = 5: must lie in 10 .. 10000"),
         ({"gama": 3}, "unknown number 'gama': did you mean 'gamma'?"),
     ],
 )
 def test_a_wrong_number_is_named(numbers, message):
     """A text or a truth is no number; an integer too large for a float does not overflow; a value
-    just outside does not read like its limit; gamma / mu has a limit of its own; a mistyped name
-    is answered with the nearest."""
+    just outside does not read like its limit; gamma / mu has a limit of its own, which is told
+    beside others unless these would keep it; a mistyped name is answered with the nearest."""
     for make in (Beam, Beam().replace):
         with pytest.raises(InvalidInput) as caught:
             make(**numbers)

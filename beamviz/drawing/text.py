@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import NUMBERS, Beam
+from beamviz.beam import NUMBERS, Beam, check_joint_limit
 from beamviz.checks import check_float
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.solver.solution import Solution
@@ -124,8 +124,13 @@ def described(beam: Beam) -> str:
 
 def out_of_range(numbers: Mapping[str, Any], units: Units | None) -> str:
     """The numbers of a beam that are out of range, as the page calls them, each with its limits in
-    its own unit; "" for none."""
-    return "; ".join(filter(None, (range_error(name, numbers[name], units) for name in NUMBERS)))
+    its own unit, and the joint limit of two; "" for none."""
+    errors = [range_error(name, numbers[name], units) for name in NUMBERS]
+    try:
+        check_joint_limit(numbers["gamma"], numbers["mu"])
+    except InvalidInput as error:
+        errors.append(in_words(str(error), units))
+    return "; ".join(filter(None, errors))
 
 
 def range_error(name: str, value: Any, units: Units | None) -> str:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
+from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam, exceeds_joint_limit
 from beamviz.blade import MAX_STATIONS
 from beamviz.drawing.text import out_of_range
 from beamviz.errors import InvalidInput
@@ -312,19 +312,17 @@ def in_words(text: str, physical: PhysicalBeam) -> str:
     except InvalidInput:  # the values are too extreme
         return text
     gamma, mu, (low, high) = numbers["gamma"], numbers["mu"], PARAMETERS["mu"].limits
-    others = numbers | {"mu": low}  # an own sentence below tells of mu
-    if reason := out_of_range(others, units):
-        text = reason
-        if gamma > PARAMETERS["gamma"].limits[1]:
-            text += ": this blade is too soft for more, with its EI and mass at the root"
-    elif not low <= mu <= high:
-        text = f"L √(EA / EI) at the root = {mu:.4g}: must lie in {low:g} .. {high:g}"
-    elif gamma > MAX_GAMMA_OVER_MU * mu:
-        text = f"speed of the tip over that of sound, √(EA / mass per length), = {gamma / mu:.3g}:"
-        text += f" must be at most {MAX_GAMMA_OVER_MU:g}"
-    else:
-        return text
-    return "; ".join([text, *doubts(physical)])
+    reasons = []
+    if of_others := out_of_range(numbers | {"mu": high}, units):  # own sentences tell of mu
+        too_fast = gamma > PARAMETERS["gamma"].limits[1]
+        soft = ": this blade is too soft for more, with its EI and mass at the root"
+        reasons.append(of_others + (soft if too_fast else ""))
+    if not low <= mu <= high:
+        reasons.append(f"L √(EA / EI) at the root = {mu:.4g}: must lie in {low:g} .. {high:g}")
+    if exceeds_joint_limit(gamma, mu):
+        ratio = f"speed of the tip over that of sound, √(EA / mass per length), = {gamma / mu:.3g}"
+        reasons.append(f"{ratio}: must be at most {MAX_GAMMA_OVER_MU:g}")
+    return "; ".join([*reasons, *doubts(physical)]) if reasons else text
 
 
 def column_values(

@@ -111,11 +111,12 @@ STEEL = "length=0.5&density=7850&area=1e-4&second_moment=1e-10&youngs_modulus=2.
             ["until = -1: must lie in", "motion: unknown key 'colour'"],
         ),
         (
-            f"{STEEL}&masses=[{{mass=-1,position=0.1}},{{mass=1,position=9}}]",
+            f"{STEEL}&masses=[{{mass=-1,position=0.1}},{{inertia=[1,-1,1],position=9}}]",
             STEEL,
             [
-                "masses 1: mass = -1: must be 0 or more;"
-                " masses 2: position = 9: must lie in 0 .. 0.5"
+                "masses 1: mass = -1: must be 0 or more; masses 2: missing 'mass' [kg];"
+                " masses 2: position = 9: must lie in 0 .. 0.5;"
+                " masses 2: inertia = -1: must be 0 or more"
             ],
         ),
         (f"{STEEL}&mass=-1&mass_position=3", STEEL, ["mass = -1: must", "mass_position = 3: must"]),

@@ -171,7 +171,11 @@ def test_a_number_out_of_range_is_named(guest):
     guest.choose("alpha", 200.0, until="mass α = 200: must lie in 0 .. 100")
     guest.choose("delta", 50.0, until="hub δ = 50: must lie in")
     guest.says("mass α = 200: must lie in 0 .. 100")
-    guest.choose("alpha", 2.0)
+    guest.choose("delta", 0.0)
+    guest.choose("mu", 10.0)
+    guest.choose("gamma", 60.0, until="= 6: must be at most 5")
+    guest.says("mass α = 200: must lie in 0 .. 100")
+    guest.set(mu=70.0, gamma=10.0)
     guest.edit(delta=0.0, alpha=2.0)
     guest.says("Stable equilibrium")
     for bad in ("fast", None, True):

@@ -9,7 +9,7 @@ from html import escape
 from typing import Any, NamedTuple
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
-from beamviz.checks import check_float
+from beamviz.checks import check_float, together
 from beamviz.drawing.text import si_text
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
@@ -235,6 +235,7 @@ def built(values: dict[str, float]) -> Beam:
     units = PhysicalBeam.of(si).units
     assert units.mass
     max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * slenderness)
+    checks: list[Callable[[], float]] = []
     for name, unit, limits in (
         ("hub_radius", units.length, PARAMETERS["delta"].limits),
         ("rotation_speed", 1 / units.time, (0.0, max_gamma)),
@@ -242,8 +243,10 @@ def built(values: dict[str, float]) -> Beam:
         ("mass", units.mass, PARAMETERS["alpha"].limits),
     ):
         label, factor = field_of(name, units, slenderness)
-        check_float(label, values[name] / factor, *(limit * unit / factor for limit in limits))
+        low, high = (limit * unit / factor for limit in limits)
+        checks.append(partial(check_float, label, values[name] / factor, low, high))
         si[name] = values[name]
+    together(checks)
     si["mass_position"] = values[PERCENT] * values["length"]
     return Beam.of_physical(PhysicalBeam.of(si))
 
