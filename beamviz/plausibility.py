@@ -82,7 +82,7 @@ RULES = (
         reason="Soft rubber has 5e5, diamond 1.2e12; steel in MPa is 2.1e5.",
     ),
     Rule(
-        *("speed of axial waves sqrt(EA / (rho A))", "m/s", wave_speed, 200.0, 20e3),
+        *("speed of axial waves sqrt(EA / (mass per length))", "m/s", wave_speed, 200.0, 20e3),
         below="Young's modulus in GPa or MPa, the axial stiffness in kN or MN, or the mass of a"
         " unit of length in g/m?",
         above="a density in g/cm^3 or t/m^3, or the mass of a unit of length in t/m?",

@@ -10,10 +10,14 @@ import numpy as np
 from beamviz.beam import NUMBERS, Beam, check_joint_limit
 from beamviz.checks import check_float
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
+from beamviz.solver.problem import OPTIONS
 from beamviz.solver.solution import Solution
 from beamviz.units import DisplayUnit, Units, display_unit, suited_unit, unit_for
 
 NUMBER = re.compile(rf"\b({'|'.join(NUMBERS)})\b(?: = (-?[\d.]+(?:e[-+]?\d+)?))?")  # in a message
+OPTION = re.compile(rf"\b({'|'.join(OPTIONS)}) ?= ?('[\w-]+'|True|False)")  # in a message
+TERMS = {"softening": "spin softening", "coriolis": "Coriolis"}  # as the page calls them
+SWITCHED = {"True": "on", "False": "off"}
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
@@ -147,8 +151,8 @@ def range_error(name: str, value: Any, units: Units | None) -> str:
 
 
 def in_words(text: str, units: Units | None) -> str:
-    """A message with the numbers of a beam as the page calls them: 'speed γ = 5' for 'gamma = 5',
-    or 'speed 42.63 rpm' where its size is known."""
+    """A message in the words of the page: 'speed γ = 5' for 'gamma = 5', or 'speed 42.63 rpm' where
+    the size of the beam is known; 'state bent' for "state = 'bent'", and 'stiffening off'."""
 
     def named(found: re.Match[str]) -> str:
         name, value = found.groups()
@@ -158,7 +162,11 @@ def in_words(text: str, units: Units | None) -> str:
         number = f" {shown.text(float(value), 6)}" if value else ""
         return f"{parameter.short_label}{number}"
 
-    return NUMBER.sub(named, text)
+    def chosen(found: re.Match[str]) -> str:
+        name, value = found.groups()
+        return f"{TERMS.get(name, name)} {SWITCHED.get(value) or value[1:-1]}"
+
+    return NUMBER.sub(named, OPTION.sub(chosen, text))
 
 
 def frequencies(units: Units | None) -> Measure:

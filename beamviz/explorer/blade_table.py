@@ -307,6 +307,8 @@ def in_words(text: str, physical: PhysicalBeam) -> str:
     """An error of a beam in SI in the words and units of the page, with what is likely wrong."""
     for column in STATIONS[1:]:
         text = re.sub(rf"\b{column.key}\b", column.head, text)
+    text = re.sub(r"\b(masses \d+), over [^:]*: ", r"\1, relative to the beam: ", text)
+    text = text.replace("alpha of a mass", "mass").replace("inertia of a mass", "inertia")
     try:
         numbers, units = physical.numbers, physical.units
     except InvalidInput:  # the values are too extreme

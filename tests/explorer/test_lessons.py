@@ -20,7 +20,7 @@ from beamviz.explorer.features.lessons import (
     lesson_html,
 )
 from beamviz.explorer.features.run_up import DAMPED
-from beamviz.explorer.page import with_minus_signs
+from beamviz.explorer.page import typeset
 from beamviz.explorer.session import Session
 from beamviz.lessons import LESSONS, lesson
 from beamviz.solver import solve
@@ -86,9 +86,9 @@ def test_next_and_back_go_through_the_steps_and_lessons(guest):
     challenge; then the next lesson, after the last none."""
     for one in LESSONS:
         for words in (one.question, one.proof, one.task):
-            guest.do("lesson_turn", 1, until=with_minus_signs(formatted(words)))
+            guest.do("lesson_turn", 1, until=typeset(formatted(words)))
         guest.shows(one.scene.beam, **one.scene.options)
-    guest.do("lesson_turn", -1, until=with_minus_signs(formatted(LESSONS[-1].proof)))
+    guest.do("lesson_turn", -1, until=typeset(formatted(LESSONS[-1].proof)))
     for _ in range(2):
         guest.do("lesson_turn", 1)
     guest.wait(lambda _: guest.props["lesson"]["hidden"] is True)

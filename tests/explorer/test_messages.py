@@ -64,6 +64,20 @@ def test_negative_numbers_have_a_minus_sign_and_what_is_typed_and_named_a_hyphen
     assert page.html("id", html) == {("html", "id"): expected}
 
 
+def test_no_note_of_the_page_has_signs_of_a_keyboard_or_keywords(guest):
+    """A density in g/cm³ and an impossible choice of the model, which the command line tells in
+    ASCII and in keywords of Python."""
+    steel = "length=0.5&density=7.85&area=1e-4&second_moment=1e-10&youngs_modulus=2.1e11"
+    guest.do("link", f"?{steel}", until="a density in g/cm³ or t/m³, not kg/m³?")
+    guest.says("√(EA / (mass per length))")
+    guest.set(coriolis=True, method="chebyshev")
+    guest.says("Coriolis on: method chebyshev takes no Coriolis forces")
+    guest.set(coriolis=False, state="bent")
+    guest.says("state bent: method chebyshev has no bent states; use method auto")
+    shown = re.sub("<[^>]*>", " ", guest.text)
+    assert not re.search(r"\^|sqrt|\w = '|= (True|False)", shown)
+
+
 # What a visitor does, one after the other, so that all kinds of controls and charts are shown.
 VISIT = [
     *[("tab", key) for key in tabs()],

@@ -45,7 +45,7 @@ def test_every_number_and_every_part_of_the_model_can_be_edited(guest):
     for name, value in (("plane", "flapwise"), ("curvature", "material"), ("strain", "hencky")):
         guest.edit(**{name: value})
     guest.set(softening=False, method="ancf")
-    guest.says("softening = False: method ancf takes no switched-off term")
+    guest.says("spin softening off: method ancf takes no switched-off term")
 
 
 def test_without_a_mass_the_line_of_the_speed_is_dragged_and_a_mass_can_be_added():
@@ -161,7 +161,7 @@ def test_a_number_out_of_range_is_named(guest):
     """With value and range; the next valid one is solved. What is no number is refused with a
     message, and a number without bounds is out of range."""
     for k, bad in enumerate((1e9, -1.0, 1e300)):
-        shown = page.with_minus_signs(f"mass α = {bad:.10g}: must lie in 0 .. 100")
+        shown = page.typeset(f"mass α = {bad:.10g}: must lie in 0 .. 100")
         guest.choose("alpha", bad, until=shown)
         guest.said.clear()
         guest.do("export", ".csv", until=lambda _: guest.said)  # which is refused in the same words

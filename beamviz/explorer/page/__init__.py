@@ -40,7 +40,11 @@ SCRIPTS = (
 MAX_TEXT = 1000  # characters of a value
 DIGITS = 6  # significant, of the numbers of a chart
 
-HYPHEN = re.compile(r"(?<![\w.-])-(?=\.?\d)(?![^<>]*>)")  # before a number, outside tags
+# Outside tags: before a number; powers and roots as messages of the command line have them.
+HYPHEN = re.compile(r"(?<![\w.-])-(?=\.?\d)(?![^<>]*>)")
+POWER = re.compile(r"\^([234])(?!\d)(?![^<>]*>)")
+SQRT = re.compile(r"\bsqrt(?=\()(?![^<>]*>)")
+RAISED = {"2": "²", "3": "³", "4": "⁴"}
 SIGNS = {"point": "", "here": "◎"}  # of marks that are no events
 
 REFUSED = "The server does not know this action: {}. It may be another version: reload the page."
@@ -94,14 +98,16 @@ def choose_theme(side: ClientHandle | ViserServer, *, dark: bool) -> None:
 
 
 def html(id: str, content: str) -> Content:
-    """HTML of the element with this id, with true minus signs. Text in it must be escaped."""
-    return {("html", id): with_minus_signs(content)}
+    """HTML of the element with this id, as it is printed. Text in it must be escaped."""
+    return {("html", id): typeset(content)}
 
 
-def with_minus_signs(text: str) -> str:
-    """A text, or HTML, with a minus sign before each negative number, not a hyphen; attributes, the
-    values of fields among them, and names with digits stay."""
-    return HYPHEN.sub("\u2212", text)
+def typeset(text: str) -> str:
+    """A text, or HTML, as it is printed: with a minus sign before each negative number, not a
+    hyphen, raised powers, as in kg/m³, and √ for sqrt; attributes, the values of fields among them,
+    and names with digits stay."""
+    text = POWER.sub(lambda found: RAISED[found[1]], HYPHEN.sub("\u2212", text))
+    return SQRT.sub("√", text)
 
 
 def value(key: str, shown: Any) -> Content:
@@ -174,7 +180,7 @@ class Page:
 
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
-        one = {"text": with_minus_signs(text), "error": error}
+        one = {"text": typeset(text), "error": error}
         with self.lock:
             waiting = self.waiting.get(("say",), [])
         if one not in waiting:
@@ -261,7 +267,7 @@ def mark(key: str, kind: str, axes: Axes, at: tuple[float, float], text: str, **
         "kind": kind,
         "style": mark_style(kind),
         "sign": sign(kind),
-        "text": with_minus_signs(text),
+        "text": typeset(text),
     }
     return {"key": key, **shown, "x": x, "y": y, **to}
 
