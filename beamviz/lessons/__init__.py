@@ -28,7 +28,7 @@ LESSONS = (
         right=1,
         scene=Scene.of(plane="flapwise", mode=1),
         do="Drag **speed γ** slowly from 0 up to 10.",
-        see="Row B1 of the table, the slowest mode: its frequency ω rises with the speed.",
+        see="The frequency ω of B1, the slowest mode, rises with the speed.",
         meaning="Every piece of the rotating beam pulls outward, so the beam is under tension. A"
         " taut string is harder to push aside than a slack one, and swings back faster:"
         " *centrifugal stiffening*.",
@@ -76,7 +76,7 @@ LESSONS = (
         right=1,
         scene=Scene.of(alpha=1, beta=1, mode=1, over="beta"),
         do="Drag **position β** from 1, the tip, down to 0, the hub.",
-        see="B1 in the table: most of the change happens in the outer half.",
+        see="The frequency of B1: most of the change happens in the outer half.",
         meaning="A mass lowers a frequency by taking part in the motion. The tip moves most; near"
         " the hub there is hardly any motion, and the mass has hardly any effect. What counts is"
         " mass times displacement squared, its share of the *modal mass*.",
@@ -97,7 +97,7 @@ LESSONS = (
         guesses=("No, a mass always slows the beam.", "Yes, there is such a place."),
         right=1,
         scene=Scene.of(alpha=1, beta=0.5, mode=2, over="beta"),
-        do="The picture shows B2. Drag **position β**, then **mass α**, and watch B2 in the table.",
+        do="The picture shows B2. Drag **position β**, then **mass α**, and watch its ω.",
         see="The pink ring: there the beam does not move. With the mass at the ring, making it"
         " heavier no longer changes B2.",
         meaning="In each mode, some places of the beam do not move at all, the *vibration nodes*. A"
@@ -126,7 +126,7 @@ LESSONS = (
         right=1,
         scene=Scene.of(alpha=1, beta=1, mode=4, over="alpha"),
         do="Drag **mass α** from 1 to 2. The picture shows mode 4: the beam stretches.",
-        see="S1 (stretching) and B3 (bending) change places in the table.",
+        see="S1 (stretching) and B3 (bending) change places in the order of frequencies.",
         meaning="A mass at the tip lowers S1, which moves the tip most, and hardly changes B3,"
         " which leaves the tip almost at rest. Labels (S1, B3) belong to the shape, numbers only to"
         " the order of the frequencies: the *mode shift*.",

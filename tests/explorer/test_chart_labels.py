@@ -47,6 +47,39 @@ def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case, size):
     assert all(left <= one["left"] and one["right"] <= left + width for one in found)
 
 
+@pytest.mark.parametrize("end", [0, 1])
+def test_the_name_of_a_region_does_not_touch_the_frame_of_the_map(shown, url, end):
+    """Also of a region at the end of the axis."""
+    shown.call("Page.navigate", url=f"{url}/?tab=map")
+    shown.wait(f"{READY} && document.querySelectorAll('text.region').length")
+    region = f"[{{x: {20000 * end}, y: 1, text: 'modes 10, 11'}}]"
+    shown.evaluate(f"beamviz.apply({{charts: {{'map-chart': {{regions: {region}}}}}}})")
+    shown.wait("document.querySelector('text.region').textContent === 'modes 10, 11'")
+    (left, right), (first, last) = shown.evaluate(
+        "[document.querySelector('text.region'), document.querySelector('.field-of-map')]"
+        ".map(e => e.getBoundingClientRect()).map(r => [r.left, r.right])"
+    )
+    assert first + 4 < left
+    assert right < last - 4
+
+
+CANCEL = "<span>computing: frequencies … 35 %</span><button type=button>Cancel</button>"
+TITLES = """[...document.querySelectorAll('#caption-layer > span, #work')].map(e => {
+  const {left, top, right, bottom} = e.getBoundingClientRect();
+  return {text: e.textContent, left, top, right, bottom}; })"""
+
+
+@pytest.mark.parametrize("choice", ["stacked=true&compare=mass", "all_modes=true"])
+def test_on_a_phone_no_title_of_a_beam_is_under_the_button_that_cancels(shown, url, choice):
+    """Beams above each other begin below the status, in each frame."""
+    shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma=5&rotating_frame=true&{choice}")
+    shown.resize(390, 844)
+    shown.wait(f"{READY} && {by_id('caption-layer')}.childElementCount >= 2")
+    shown.evaluate(f"beamviz.apply({{html: {{work: '{CANCEL}'}}}})")
+    shown.wait(f"{by_id('work')}.innerText.includes('Cancel')")
+    assert are_apart(shown.evaluate(TITLES))
+
+
 FREE_TICKS = """(() => {
   const chart = document.getElementById('loci-chart');
   const flag = chart.querySelector('.flag').getBoundingClientRect();

@@ -75,7 +75,7 @@ const BeamvizMap = (() => {
       /** @type {{ left: number, at: number, half: number, text: string }[]} */
       const placed = [];
       for (const { x, y, text } of this.data.regions) {
-        const half = 4 * text.length, at = this.py(y);
+        const half = 4 * text.length + 8, at = this.py(y);
         const left = clamp(this.px(x), this.left + half, this.right - half);
         const free = placed.every((one) => Math.abs(one.at - at) > 18 || Math.abs(one.left - left) > one.half + half);
         if (free) placed.push({ left, at, half, text });
