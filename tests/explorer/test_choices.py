@@ -12,16 +12,11 @@ from beamviz.explorer.blade_table import Draft
 from beamviz.explorer.declarations import Choice, Tab, features, name_key, tabs
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.blade import DRAFT
+from beamviz.explorer.features.files import FILM
 from beamviz.explorer.features.lessons import STEP
+from beamviz.explorer.features.links import linked, linked_choices, parse_link, query_of
 from beamviz.explorer.features.map import ENDS, MAPPED
 from beamviz.explorer.features.method_timing import TIMED
-from beamviz.explorer.features.sharing import (
-    FILM,
-    linked,
-    linked_choices,
-    parse_link,
-    query_of,
-)
 from beamviz.explorer.page import Content
 from beamviz.explorer.state import SHARED, History, State
 from beamviz.scene import KEYS, Scene

@@ -10,7 +10,7 @@ from live.visitor import Visitor, visitor
 from PIL import Image
 
 from beamviz.beam import Beam
-from beamviz.explorer.features import sharing
+from beamviz.explorer.features import files
 from beamviz.exports import animate
 from beamviz.exports.solved_scene import Loop
 from beamviz.input_files import MAX_TOML_BYTES
@@ -67,7 +67,7 @@ BEGINNINGS[".csv"] = b"mode,label"
 @pytest.mark.parametrize(("kind", "begin"), BEGINNINGS.items())
 def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     """The button sends a complete file in the format of the command line."""
-    monkeypatch.setattr(sharing, "animate", small_film)
+    monkeypatch.setattr(files, "animate", small_film)
     guest.do("export", kind)
     start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart")
     assert start["filename"].startswith("beam.")
@@ -79,7 +79,7 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
 @pytest.mark.slow
 def test_a_film_has_the_length_chosen_and_needs_motion(guest, monkeypatch):
     """Two periods have more frames than one. The message on a film without motion says so."""
-    monkeypatch.setattr(sharing, "animate", small_film)
+    monkeypatch.setattr(files, "animate", small_film)
     frames = []
     for length in ("1 period", "2 periods"):
         guest.choose("film_length", length)
@@ -101,7 +101,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
     def film(path: Path, scene: Scene, **options: Any) -> Loop:
         return (animate if path.suffix == ".gif" else small_film)(path, scene, **options)
 
-    monkeypatch.setattr(sharing, "animate", film)
+    monkeypatch.setattr(files, "animate", film)
     guest.do("export", ".gif", until=lambda _: guest.props["export-progress"].get("value"))
     assert " s left" in guest.texts["export-state"]
     assert guest.props["export-work"]["hidden"] is False
@@ -113,7 +113,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
         assert heard(second, "FileTransferPart")[0]["content"][8:12] == b"WEBP"
         second.wait(lambda _: second.said and second.props["export-work"]["hidden"])
     assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
-    assert not any(sharing.QUEUES.values())
+    assert not any(files.QUEUES.values())
 
 
 @pytest.mark.parametrize(

@@ -13,8 +13,8 @@ from live.visitor import PAPER, Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
+from beamviz.explorer.features.links import parse_link
 from beamviz.explorer.features.real_beam import STEEL_BEAM
-from beamviz.explorer.features.sharing import parse_link
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 

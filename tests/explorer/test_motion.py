@@ -21,8 +21,8 @@ from beamviz.dynamics.drives import Hub
 from beamviz.explorer import computed_motion, explorer
 from beamviz.explorer.computed_motion import TOLERANCE
 from beamviz.explorer.experiment import PULLED, Experiment
+from beamviz.explorer.features.links import parse_link
 from beamviz.explorer.features.motion import PRESETS
-from beamviz.explorer.features.sharing import parse_link
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
 from beamviz.presets import PRESETS as PRESETS_OF_BLADES

@@ -34,8 +34,8 @@ from beamviz.explorer.features import (
 )
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.features import motion as motion_tab
+from beamviz.explorer.features.files import FILM_LENGTHS
 from beamviz.explorer.features.real_beam import PRESETS
-from beamviz.explorer.features.sharing import FILM_LENGTHS
 from beamviz.explorer.frame_loop import FrameLoop
 from beamviz.explorer.jobs import PENDING, Job
 from beamviz.explorer.session import Session

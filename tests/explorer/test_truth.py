@@ -10,7 +10,7 @@ from live.visitor import Visitor, beam_moved, frequency_text, pause, visitor
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
 from beamviz.explorer.feature import Part
-from beamviz.explorer.features import sharing
+from beamviz.explorer.features import files
 from beamviz.explorer.features.lessons import formatted, lesson_rate
 from beamviz.explorer.page import html
 from beamviz.lessons import LESSONS, lesson
@@ -122,12 +122,12 @@ def test_a_slider_has_its_usual_range_again(guest):
 
 def test_a_format_that_cannot_be_written_is_not_offered(monkeypatch):
     """MP4 without PyAV: the button is disabled and says why."""
-    monkeypatch.setattr(sharing, "find_spec", lambda name: None)
-    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', sharing.export_tab())
+    monkeypatch.setattr(files, "find_spec", lambda name: None)
+    button = re.search(r'<button[^>]*data-value="&quot;.mp4&quot;"[^>]*>', files.export_tab())
     assert " disabled" in button[0]
-    assert "Needs the package PyAV" in sharing.export_tab()
-    monkeypatch.setattr(sharing, "find_spec", lambda name: name)
-    assert " disabled" not in sharing.export_tab()
+    assert "Needs the package PyAV" in files.export_tab()
+    monkeypatch.setattr(files, "find_spec", lambda name: name)
+    assert " disabled" not in files.export_tab()
 
 
 def test_an_event_is_shown_in_its_two_modes(guest):

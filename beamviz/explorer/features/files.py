@@ -1,0 +1,233 @@
+"""Files: a scene is saved and loaded, and the tab Export writes it in formats of other programs, in
+the background.
+"""
+
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from html import escape
+from importlib.util import find_spec
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+from beamviz.drawing.text import error_summary
+from beamviz.dynamics import Motion
+from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
+from beamviz.explorer import page
+from beamviz.explorer.computed_motion import JOB as MOTION
+from beamviz.explorer.computed_motion import wanted
+from beamviz.explorer.declarations import Choice, Tab, name_key
+from beamviz.explorer.feature import Feature, Part
+from beamviz.explorer.features.links import within_limits
+from beamviz.explorer.features.motion import MOTION_KINDS
+from beamviz.explorer.jobs import Job, JobStatus
+from beamviz.explorer.page import Content
+from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.visitor import Visitor
+from beamviz.exports import FORMATS, animate, export
+from beamviz.exports.motion_files import animate_motion, export_motion
+from beamviz.input_files import MAX_TOML_BYTES
+from beamviz.scene import Scene
+from beamviz.solver import interruption
+
+POLL = 0.1  # [s] between checks of the files before one that waits
+# By whether they are films, the files of all visitors in order; the first is being written.
+QUEUES: dict[bool, list["File"]] = {True: [], False: []}
+KINDS = {
+    ".gif": ("Film (GIF)", "A seamless loop, for slides"),
+    ".webp": ("Film (WebP)", "The same, smaller"),
+    ".mp4": ("Film (MP4)", "The same, for video software"),
+    ".html": ("Page (HTML)", "One file that plays offline, light or dark as this page is now"),
+    ".glb": ("3D model (GLB)", "Animated, for 3D software"),
+    ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
+    ".npz": ("Numbers (NPZ)", "The same, for Python"),
+}
+
+
+@dataclass(eq=False)
+class File:
+    """A scene, or a motion in time, to be written as a file; film: keywords of `animate`, None for
+    other files."""
+
+    scene: Scene
+    name: str
+    film: dict[str, Any] | None
+    motion: Motion | None = None
+
+
+JOB = "file"
+# Ids of the elements that show the progress of a file, in the tabs Export and Motion.
+PROGRESS = "export-work", "export-progress", "export-state", "motion-file-work", "motion-file-state"
+
+
+FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
+FILM = Choice("film_length", "shortest loop", FILM_LENGTHS, name_key("film", FILM_LENGTHS))
+
+
+class Files(Feature):
+    """Buttons that save and load a scene, and the tab Export with the progress of its files."""
+
+    tab = Tab("Export", 10)
+    choices = (FILM,)
+
+    def __init__(self, visitor: Visitor):
+        super().__init__(visitor)
+        self.job: Job[File, bytes] = visitor.add_job(
+            Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
+        )
+        self.page.on("save", lambda _: self.save())
+        self.page.on("load", self.load, str, max_text=2 * MAX_TOML_BYTES)
+        self.page.on("export", self.start, str)
+        self.page.on("export_motion", self.start_motion, str)
+        self.page.on("cancel_export", lambda _: self.job.cancel())
+
+    @property
+    def parts(self) -> Iterable[Part]:
+        return (
+            Part(lambda s: (), lambda: page.html("tab-export", export_tab()), ("tab-export",)),
+            Part(progress_reads, progress_content, PROGRESS),
+        )
+
+    def save(self) -> None:
+        with self.visitor.reporting("This scene cannot be saved"):
+            self.send("scene.toml", self.visitor.scene_to_save().to_toml().encode())
+
+    def send(self, name: str, content: bytes) -> None:
+        self.visitor.client.send_file_download(name, content, save_immediately=True)
+
+    def load(self, file: Any) -> None:
+        """Show the scene of a file: its name, and its contents from line 2 on; none if invalid."""
+        name, _, content = str(file).partition("\n")
+        with self.visitor.reporting("The scene was not loaded"):
+            scene = within_limits(Scene.from_bytes(content.encode(errors="replace"), name))
+            self.visitor.open(scene)
+
+    def start(self, suffix: Any) -> None:
+        """Export the scene, in place of the visitor's running export."""
+        if suffix not in tuple(KINDS):
+            return
+        size = film_size(suffix)
+        periods = FILM_LENGTHS[self.visitor.state[FILM]]
+        film = {"periods": periods, **size} if suffix in FORMATS else None
+        with self.visitor.reporting("Nothing to export"):
+            self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))
+
+    def start_motion(self, suffix: Any) -> None:
+        """Export the motion in time, in place of the visitor's running export."""
+        computed = self.visitor.jobs[MOTION].status.result
+        if computed and computed.request != wanted(self.visitor.state):
+            self.page.say("The motion is still being computed: download it after that.", error=True)
+        elif suffix in MOTION_KINDS and computed:
+            film = film_size(suffix) if suffix in FORMATS else None
+            scene = Scene(computed.beam, view=self.visitor.state.view)
+            self.begin(File(scene, f"motion{suffix}", film, computed.motion))
+
+    def begin(self, file: File) -> None:
+        """Write a file, in place of the one that is being written."""
+        self.job.withdraw()
+        self.job.request(file)
+        self.visitor.wake()
+
+    def write(self, file: File) -> bytes:
+        """The content of a file, written after those before it."""
+        queue = QUEUES[file.film is not None]
+        queue.append(file)
+        try:
+            while ahead := queue.index(file):
+                self.report(f"{file.name}: waits for {ahead} other{'s' if ahead > 1 else ''}")
+                time.sleep(POLL)
+            self.report(f"{file.name}: working")
+            with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
+                path = Path(folder) / file.name
+                frames, dark = partial(self.frames, file), file.scene.view.dark
+                if file.motion and file.film is not None:
+                    options: dict[str, Any] = {"workers": 1, "dark": dark, **file.film}
+                    animate_motion(path, file.motion, progress=frames, **options)
+                elif file.motion:
+                    export_motion(path, file.motion, dark=dark)
+                elif file.film is None:
+                    export(path, file.scene)
+                else:  # one thread, so that pages stay responsive
+                    animate(path, file.scene, progress=frames, workers=1, **file.film)
+                return path.read_bytes()
+        finally:
+            queue.remove(file)
+
+    def frames(self, file: File, count: int) -> Iterator[int]:
+        """The numbers of the frames of a film, reporting the progress. Raises Cancelled."""
+        start = time.monotonic()
+        for k in range(count):
+            if k:
+                left = (time.monotonic() - start) * (count - k) / k
+                self.report(f"{file.name}: {100 * k / count:.0f} %, {left:.0f} s left", k / count)
+            yield k
+
+    def report(self, progress: str, done: float = 0.0) -> None:
+        """Report the progress of a file. Raises Cancelled."""
+        interruption.get()(done)
+        if (run := self.job.run) and run.note != progress:
+            run.note = progress
+            self.visitor.wake()
+
+    def finish(self) -> None:
+        """Send the file that is complete, or say why there is none."""
+        self.visitor.wake()
+        if (answer := self.job.answer) is None:
+            return
+        file, error, reason = answer.request, answer.error, answer.message
+        if answer.result is not None:
+            self.send(file.name, answer.result)
+        if error is None or isinstance(error, Cancelled):
+            self.page.say(f"{file.name}: {'cancelled' if error else 'done'}")
+            return
+        if isinstance(error, NoEquilibrium):
+            reason = error_summary(error, file.scene.beam)
+        known = isinstance(error, InvalidInput | NoEquilibrium)
+        self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
+
+
+def film_size(suffix: str) -> dict[str, int]:
+    """The size of a film, where it is not the usual one: the files of some formats are large."""
+    return {"width": 480, "height": 270} if suffix == ".gif" else {}
+
+
+def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
+    """The progress of the file that is being written."""
+    job: JobStatus = snapshot.jobs[JOB]
+    return job.busy, job.note, job.done
+
+
+def progress_content(busy: bool, note: str, done: float) -> Content:
+    """The progress, and a button that cancels it, while a file is being written."""
+    content = page.props("export-work", hidden=not busy)
+    content |= page.props("export-progress", value=done or None)
+    content |= page.props("motion-file-work", hidden=not busy)
+    content |= page.html("motion-file-state", escape(note))
+    return content | page.html("export-state", escape(note))
+
+
+def export_tab() -> str:
+    """Buttons for all file formats, and for scene files."""
+    length = page.select("film_length", "length of a film", tuple(FILM_LENGTHS))
+    files = ""
+    for suffix, (name, text) in KINDS.items():
+        missing = suffix == ".mp4" and find_spec("av") is None
+        text = "Needs the package PyAV (pip install av)" if missing else text
+        export_button = page.button(name, data_do="export", data_value=suffix, disabled=missing)
+        files += f'<div class="file">{export_button}<span class="soft">{escape(text)}</span></div>'
+    return (
+        f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'
+        f'<span class="soft">The scene as you see it</span></div>{files}'
+        f'<div class="file">{page.button("Save the scene", data_do="save")}'
+        '<span class="soft">All settings, as a small text file (TOML)</span></div>'
+        '<div class="file"><label class="button" for="scene-file">Load a scene</label>'
+        '<input type="file" id="scene-file" class="hidden" data-do="load" accept=".toml">'
+        '<span class="soft">A file from Save the scene</span></div>'
+        f'<div class="file">{length}</div></div>'
+        '<div id="export-work" class="row" hidden><span id="export-state"></span>'
+        '<progress id="export-progress" aria-label="Progress of the export"></progress>'
+        f"{page.button('Cancel', data_do='cancel_export')}</div>"
+    )
