@@ -49,6 +49,9 @@ from beamviz.scene import START, Scene
 
 Action = tuple[str, Any]
 ALL = "all"  # key of the edits that belong to no tab
+SIZE = "size"  # key of those of a page that changes its size
+# [px] of the scene: two that differ in the strip that the page covers alone, and others.
+SIZES = (1280, 720), (390, 480), (1040, 1280), (820, 610)
 SCENE = "scene"  # key of those of them that change what the scene shows of a beam
 OF_SCENE = (
     *("rotating_frame", "ghosts", "nodes", "thicken", "dark", "all_modes", "colouring"),
@@ -229,7 +232,9 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
             (number, usual),
         ],
     }
-    return found | {SCENE: [one for one in found[ALL] if one[0] in OF_SCENE]}
+    of_scene = [one for one in found[ALL] if one[0] in OF_SCENE]
+    of_size = [*[("resize", size) for size in SIZES], turn, amplitude, ("reset_view", None)]
+    return found | {SCENE: of_scene, SIZE: of_size}
 
 
 POSSIBLE: dict[str, Any] = {"strain": "green", "spin_up": 0.0, "method": "auto"}
@@ -347,10 +352,10 @@ def coarse_motion(compute: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def do(guest: Guest, action: str, value: Any) -> None:
-    """An action of the page, a turn of the view, or a drag in the scene from the middle of the
-    beam; what is played goes on for some frames."""
-    if action == "turn":
-        guest.turn(*value)
+    """An action of the page, a turn of the view, another size, or a drag in the scene from the
+    middle of the beam; what is played goes on for some frames."""
+    if action in ("turn", "resize"):
+        getattr(guest, action)(*value)
         return
     if action != "drag":
         guest.visitor.do(action, value)
@@ -507,7 +512,7 @@ def test_each_frame_equals_that_of_a_session_without_a_memory(coarse, seed):
     """So whatever is kept from one frame to the next is found at once; and the page equals a fresh
     one, which has other answers of jobs in its past too."""
     rounds, blades = OFFLINE_RUNS[seed]
-    for done, found in offline_comparisons(seed, rounds, subjects(blades=blades)):
+    for done, found in offline_comparisons(seed, rounds, [*subjects(blades=blades), SIZE]):
         assert not found, "\n".join([*map(str, done), *found])
 
 
@@ -729,6 +734,8 @@ LIES = {
     "place of the camera": Planted(of_argument("visitor.camera", "look", 0), SCENE),
     "view that is reset": Planted(of_argument("visitor.camera", "look", 1), SCENE, 14),
     "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), SCENE),
+    "width of the page": Planted(of_memo("viewpoints", 2), SIZE),
+    "strip that the page covers": Planted(of_memo("viewpoints", 4), SIZE),
     "beam beside its modes": Planted(of_method("view.beam", "hide"), SCENE),
     "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), SCENE, 15),
     "text of the speed": Planted(of_argument("view.beam.surroundings", "speed_text", 0), ALL),

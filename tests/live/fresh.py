@@ -49,7 +49,10 @@ LONG = 60.0  # [s] for what is computed on a machine however busy
 
 
 class Guest:
-    """A visitor together with their session, which tells when the page is at rest."""
+    """A visitor together with their session, which tells when the page is at rest. size: width and
+    height of the scene [px]."""
+
+    size: tuple[int, int] = (CAMERA_MESSAGE["image_width"], CAMERA_MESSAGE["image_height"])
 
     def __init__(self, socket: Visitor, loop: FrameLoop):
         self.visitor, self.loop, self.tokens = socket, loop, itertools.count()
@@ -124,6 +127,10 @@ class Guest:
         self.visitor.camera = position
         self.visitor.do("met", "")  # handled after it, and changes nothing
 
+    def resize(self, width: int, height: int) -> None:
+        """Give the scene another size."""
+        raise NotImplementedError
+
     def play(self, count: int) -> None:
         """Wait for some frames, if anything moves."""
         for _ in range(count):
@@ -182,6 +189,8 @@ def compare_with_fresh(guest: Guest, opening: Opening, start: Scene) -> list[str
     address = guest.visitor.parts["address"] or start.to_query(without=("dark", "playing"))
     with opening() as other:
         fresh = other.visitor
+        if other.size != guest.size:
+            other.resize(*guest.size)
         fresh.do("preferences", "still dark" if guest.visitor.parts["dark"] else "still")
         fresh.do("met", " ".join(guest.visitor.parts["met"]))
         fresh.do("link", f"?{address}")

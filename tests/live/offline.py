@@ -237,6 +237,12 @@ class OfflineGuest(Guest):
         camera.position, camera.look_at = turned(self.session.visitor.camera.present, angle, zoom)
         run(self.session.camera_moved(None))
 
+    def resize(self, width: int, height: int) -> None:
+        """Give the scene another size, which a browser tells as it does a turn."""
+        camera, self.size = self.visitor.client.camera, (width, height)
+        camera.image_width, camera.image_height, camera.aspect = width, height, width / height
+        run(self.session.camera_moved(None))
+
     def is_drawn(self) -> bool:
         """Whether a frame has shown all that has changed."""
         return not self.session.visitor.outdated
