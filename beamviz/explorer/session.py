@@ -73,8 +73,10 @@ class Session:
         """A snapshot with what the scene shows of it, and the moment of that."""
         response = self.responses(response_drawn, *response_reads(snapshot))
         picture = self.pictures(picture_of, *picture_reads(snapshot, response))
-        film, state = self.films(film_of, *film_reads(snapshot)), snapshot.state
-        snapshot = replace(snapshot, clock=snapshot.clock.with_film(film, state.moment, state.cue))
+        film = self.films(film_of, *film_reads(snapshot))
+        if not snapshot.is_led:
+            clock = snapshot.clock.with_film(film, snapshot.state.moment)
+            snapshot = replace(snapshot, clock=clock)
         if film:
             picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
         return replace(snapshot, picture=picture, clock=fitted_clock(snapshot.clock, picture))

@@ -216,8 +216,7 @@ class State:
     per revolution of the force of the run-up; forced_response: the scene shows the response to that
     force; run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's
     own, of which an edit ends it; experiment: the motion in time; in_motion: the scene shows it;
-    moment: at which it was paused, or to which it was moved [T*]; cue: how often it was moved to
-    one; rate: time [T*] that passes in a second on the screen, locked, None if it follows the
+    moment: at which it stands, or from which it is to go on [T*], None while it goes on; rate: time [T*] that passes in a second on the screen, locked, None if it follows the
     motion; tab: the open one, "" for the first; presented_tab: the tab that a presenter had open
     last, while the visitor may open another; following: a presenter is followed; last_alpha: of the
     last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
@@ -257,11 +256,10 @@ class State:
         metadata=choice(key=Key("motion", Experiment.of, attrgetter("text"), is_table=True)),
     )
     in_motion: bool = field(default=False, metadata=choice(key=switch_key("moving")))
-    moment: float = field(
+    moment: float | None = field(
         default=0.0,
         metadata=choice(key=number_key("moment", 0.0, RANGES["until"].limits[1]), undo="keeps"),
     )
-    cue: int = field(default=0, metadata=KEEPS)
     rate: float | None = field(
         default=None, metadata=choice(key=Key("rate", read_rate, write_rate))
     )
@@ -290,17 +288,13 @@ class State:
         state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
         state = state.with_viewpoint(scene.camera)
         state = replace(state.ended("scene"), per_rev=scene.per_rev, rate=None, refused=None)
-        state = replace(state.without_run_up().at_moment(0.0), in_motion=False)
+        state = replace(state.without_run_up(), in_motion=False, moment=0.0)
         return state.changed("over", scene.over).with_mass_kept()
 
     def with_viewpoint(self, camera: Camera | None) -> Self:
         """Looking from a viewpoint, None to fit the beam into the page, wherever the visitor has
         turned the view to."""
         return replace(self, camera=camera, fit=self.fit + 1, grip=None)
-
-    def at_moment(self, moment: float) -> Self:
-        """With the motion in time at a moment [T*], wherever it has got to."""
-        return replace(self, moment=moment, cue=self.cue + 1)
 
     @property
     def outside(self) -> "State":
@@ -362,16 +356,13 @@ class State:
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. The beam is fitted into the page again
-        where it would leave the picture; a switched term keeps the case before for comparison; a
-        motion that goes on is at no moment to keep, and that of another beam begins at its start.
-        """
+        where it would leave the picture; a switched term keeps the case before for comparison."""
         own = self.with_viewpoint(None) if name in REFITTED else self
         if name in VIEW_KEYS:
             view = own.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            moment = 0.0 if name == "playing" and view.playing else own.moment
-            return replace(own, view=view, moment=moment)
+            return replace(own, view=view)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
                 return replace(own, per_rev=check_per_rev(value))
@@ -413,7 +404,7 @@ class State:
         if experiment.body != "stays" and not alpha:
             state = state.changed("alpha", state.last_alpha)
         state = state.changed("all_modes", False)
-        return replace(state.at_moment(0.0), experiment=experiment, in_motion=True)
+        return replace(state, experiment=experiment, in_motion=True, moment=0.0)
 
     def share(self, value: Any, mode: int) -> Self:
         return replace(self.without_motion(), view=self.view.share(mode, value))

@@ -248,7 +248,7 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))
     if BEFORE in values:
         state = replace(state, kept=changed_case(state.case, values[BEFORE]))
-    return state.at_moment(state.moment)
+    return state
 
 
 def changed_case(case: Case, values: dict[str, Any]) -> Case:
@@ -358,7 +358,11 @@ def extra_pairs(state: State) -> dict[str, Any]:
     if state.kept is not None:
         values[BEFORE] = inline_table(state.kept, state.case) or "{}"
     words = {True: "true", False: "false"}
-    return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
+    return {
+        key: words[one] if isinstance(one, bool) else one
+        for key, one in values.items()
+        if one is not None
+    }
 
 
 def is_same(one: Any, other: Any) -> bool:
