@@ -4,7 +4,7 @@ A move of a slider becomes a picture at these stations:
 
 1. `Page.received`: the page sends the value;
 2. `Visitor.change`: the state is replaced;
-3. `FrameLoop.wake`: the visitor is drawn in the next frame;
+3. `Visitor.wake`: the page is outdated, and drawn in the next frame;
 4. `Job.request`: in that, the new case becomes the latest request of the solver job;
 5. `Job.perform`: a worker thread solves the case and samples its shapes;
 6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
@@ -88,6 +88,13 @@ class Session:
         return self.snapshot.is_moving or is_eased or self.postponed
 
     @property
+    def page_moves(self) -> bool:
+        """Whether the page moves as well, so that the next frame takes a snapshot."""
+        state, film = self.snapshot.state, self.snapshot.film
+        driven = state.grip or state.hold or state.run_speed is not None or film
+        return self.is_moving and bool(driven or self.postponed)
+
+    @property
     def is_busy(self) -> bool:
         """Whether a job is running, whose time the page shows."""
         return any(job.busy for job in self.visitor.jobs.values())
@@ -116,10 +123,7 @@ class Session:
 
     def move(self, now: float) -> None:
         """Draw the moment of the time `now` [s] of what the last frame shows."""
-        visitor, state = self.visitor, self.snapshot.state
-        taken = state.grip or state.hold
-        if self.postponed or state.run_speed is not None or taken or self.snapshot.film:
-            visitor.wake()
+        visitor = self.visitor
         self.snapshot = replace(self.snapshot, clock=self.advanced_clock(now))
         with visitor.client.atomic():
             self.draw(self.snapshot)
