@@ -26,7 +26,8 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 class Clock:
     """A moment. angle: of the hub [rad]; phases: of the modes of the beam (m,) [rad]; other_phases:
     of those of the second beam, which began as the choice `compared` was made; grown: the exponent
-    of the fastest growth, 0 .. EXPONENT + HELD; moment: of the computed motion `film` [T*]; transition: of the view, None without one."""
+    of the fastest growth, 0 .. EXPONENT + HELD; moment: of the computed motion `film` [T*];
+    transition: of the view, None without one."""
 
     angle: float = 0.0
     phases: np.ndarray = field(default_factory=lambda: np.zeros(0))

@@ -213,22 +213,24 @@ class State:
 
     opened: the scene that the page, a link or a file opened; opened_motion: its experiment, and
     whether the scene showed that; camera: a fixed viewpoint, None to fit the beam into the page;
-    fit: how often a viewpoint was asked for; lesson: the open one, "" for none; before_lesson: the
-    state before the first of the lessons, to which leaving them returns; met: the lessons whose
-    challenge is met; over: the abscissa of the loci chart and the map; across: the ordinate of the
-    map; per_rev: multiples of the speed in the chart; comparison: the kind of second beam; kept:
-    the case kept for it; stacked: it is drawn above the first, not overlaid; force_per_rev: periods
-    per revolution of the force of the run-up; forced_response: the scene shows the response to that
-    force; run_speed: the speed during a run-up, 0 until that is computed, in place of the beam's
-    own, of which an edit ends it; experiment: the motion in time; in_motion: the scene shows it;
-    moment: at which it stands, or from which it is to go on [T*], None while it goes on; rate: time [T*] that passes in a second on the screen, locked, None if it follows the
-    motion; tab: the open one, "" for the first; presented_tab: the tab that a presenter had open
-    last, while the visitor may open another; following: a presenter is followed; last_alpha: of the
-    last beam that had a mass; grip: the mass while it is dragged; hold: the beam while it is
-    pulled; refused: the entry that was refused last; replaced: says that the last edit has replaced
-    the visitor's own scene, "" after another edit; still: the visitor's system prefers reduced
-    motion; reserved: parameters of the address with other readers, None until the page has sent its
-    address; chosen: the choices of single features that are not as usual, see `State.__getitem__`.
+    turned: the one to which the visitor has turned the view since; lesson: the open one, "" for
+    none; before_lesson: the state before the first of the lessons, to which leaving them returns;
+    met: the lessons whose challenge is met; over: the abscissa of the loci chart and the map;
+    across: the ordinate of the map; per_rev: multiples of the speed in the chart; comparison: the
+    kind of second beam; kept: the case kept for it; stacked: it is drawn above the first, not
+    overlaid; force_per_rev: periods per revolution of the force of the run-up; forced_response: the
+    scene shows the response to that force; run_speed: the speed during a run-up, 0 until that is
+    computed, in place of the beam's own, of which an edit ends it; experiment: the motion in time;
+    in_motion: the scene shows it; moment: at which it stands, or from which it is to go on [T*],
+    None while it goes on; rate: time [T*] that passes in a second on the screen, locked, None if it
+    follows the motion; tab: the open one, "" for the first; presented_tab: the tab that a presenter
+    had open last, while the visitor may open another; following: a presenter is followed;
+    last_alpha: of the last beam that had a mass; grip: the mass while it is dragged; hold: the beam
+    while it is pulled; refused: the entry that was refused last; replaced: says that the last edit
+    has replaced the visitor's own scene, "" after another edit; still: the visitor's system prefers
+    reduced motion; reserved: parameters of the address with other readers, None until the page has
+    sent its address; chosen: the choices of single features that are not as usual, see
+    `State.__getitem__`.
     """
 
     opened: Scene
@@ -236,7 +238,7 @@ class State:
     opened_motion: tuple[Experiment, bool] = (PULLED, False)
     view: ViewOptions = field(default_factory=ViewOptions)
     camera: Camera | None = None
-    fit: int = field(default=0, metadata=KEEPS)
+    turned: Camera | None = field(default=None, metadata=KEEPS)
     lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))
     before_lesson: "State | None" = None
     met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)
@@ -299,7 +301,12 @@ class State:
     def with_viewpoint(self, camera: Camera | None) -> Self:
         """Looking from a viewpoint, None to fit the beam into the page, wherever the visitor has
         turned the view to."""
-        return replace(self, camera=camera, fit=self.fit + 1, grip=None)
+        return replace(self, camera=camera, turned=None, grip=None)
+
+    @property
+    def viewpoint(self) -> Camera | None:
+        """The viewpoint; None where the beam is fitted into the page."""
+        return self.turned or self.camera
 
     @property
     def outside(self) -> "State":
@@ -350,7 +357,7 @@ class State:
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""
         options = {name: self.case.options[name] for name in LINKED["model"]}
-        return Scene(self.case.beam, options, self.view, self.camera, self.over, self.per_rev)
+        return Scene(self.case.beam, options, self.view, self.viewpoint, self.over, self.per_rev)
 
     @property
     def values(self) -> dict[str, Any]:

@@ -727,7 +727,6 @@ LIES = {
     "options of the solver": Planted(of_first_beam, ALL),
     "case of the solver": Planted(of_argument("visitor.solver", "request", 0), ALL),
     "place of the camera": Planted(of_argument("visitor.camera", "look", 0), SCENE),
-    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), SCENE, 14),
     "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), SCENE),
     "beam beside its modes": Planted(of_method("view.beam", "hide"), SCENE),
     "theme of the floor": Planted(of_argument("view.beam.surroundings", "show", "dark"), SCENE, 15),

@@ -198,7 +198,7 @@ class OfflineGuest(Guest):
     """A visitor in this process, whose frames come when they are waited for.
 
     start: the scene of the server; checked: called with this after each frame that shows edits and
-    answers; errors: what it found; asked: see `asked_of`, of the frame before the last one.
+    answers; errors: what it found.
     """
 
     def __init__(
@@ -211,7 +211,6 @@ class OfflineGuest(Guest):
         self.workers, self.errors = Workers(self.chance), list[str]()
         self.visitor = Offline(start, self.workers)
         self.session = self.visitor.session
-        self.asked: tuple[int, bool] | None = None
         self.frame()
 
     @classmethod
@@ -268,8 +267,6 @@ class OfflineGuest(Guest):
         self.visitor.receive()
         if self.checked and is_full:
             self.errors += self.checked(self)
-        if not own.snapshot.picture.held:  # else the camera is left alone
-            self.asked = asked_of(own.snapshot)
         if self.visitor.camera != before:  # as the browser tells
             run(own.camera_moved(None))
 
@@ -303,7 +300,7 @@ def forgetful(guest: OfflineGuest, snapshot: Snapshot) -> Offline:
     other = Offline(guest.start, Workers())
     own = other.session
     own.snapshot = own.with_picture(replace(snapshot, picture=None))
-    own.draw(own.snapshot)
+    own.show_scene(own.snapshot)
     own.show_page(own.snapshot)
     other.receive()
     return other
@@ -327,25 +324,8 @@ def memories(guest: OfflineGuest) -> list[str]:
         for nodes in (drawn, expected_nodes):
             nodes.pop("/scene", None)
     else:
-        expected_view = view_expected(guest, other)
-        found += differences([*guest.visitor.camera], [*expected_view], "camera")
+        found += differences([*guest.visitor.camera], [*other.camera], "camera")
     return [*found, *differences(drawn, expected_nodes, "scene")]
-
-
-def view_expected(guest: OfflineGuest, other: Offline) -> tuple[float, ...]:
-    """Where the camera is after the last frame: where the visitor has turned it to, until another
-    viewpoint is asked for; else, where one who has just come has it."""
-    snapshot = guest.session.snapshot
-    chosen = snapshot.chosen
-    is_turned = chosen is not None and chosen != snapshot.state.camera
-    if chosen is None or not is_turned or guest.asked != asked_of(snapshot):
-        return other.camera
-    return (*chosen.position, *chosen.look_at)
-
-
-def asked_of(snapshot: Snapshot) -> tuple[int, bool]:
-    """What places the camera, wherever the visitor has turned the view to, where it changes."""
-    return snapshot.state.fit, snapshot.state.view.rotating_frame
 
 
 def contents(guest: Offline) -> dict[str, Any]:
