@@ -150,15 +150,10 @@ class Visitor:
             replaced="The scene is reset.",
         )
 
-    @property
-    def scene(self) -> Scene:
-        """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
-        return self.state.to_scene()
-
     def scene_to_save(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range, in the words of the page."""
         try:
-            return self.scene
+            return self.state.to_scene()
         except InvalidInput as error:
             raise InvalidInput(case_error(str(error), self.state.case)) from error
 

@@ -6,82 +6,22 @@ The page is played by the test, which reports its camera when it likes.
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
 
 import pytest
-from live.fresh import turned
-from live.offline import CLOCK, OfflineGuest, offline, run
+from live.offline import CLOCK, Desk, Offline, Workers, offline, run
 from live.visitor import PAPER
 
 from beamviz.explorer.camera import DEFAULT
 from beamviz.scene import Camera, Scene
 
 FIRST = Scene(PAPER).changed(playing=False, rotating_frame=False)
-FRAME = 0.04  # [s] from one frame to the next
 EASED = 30  # frames of a change of view, and a few more
 
 
-class Page:
-    """A page at rest, whose frames come when the test says so, and which reports its camera then
-    too: that of viser is where the page was placed or reported last."""
-
-    def __init__(self, scene: Scene = FIRST):
-        self.guest = OfflineGuest(scene)
-        self.guest.visitor.do("link", "")
-        self.guest.settle()
-        self.session, self.visitor = self.guest.session, self.guest.session.visitor
-
-    @property
-    def state(self) -> Any:
-        return self.visitor.state
-
-    @property
-    def camera(self) -> Camera:
-        """Where the page is, or is on its way to."""
-        return self.visitor.camera.present
-
-    @property
-    def address(self) -> str:
-        self.guest.visitor.receive()
-        return self.guest.visitor.parts["address"]
-
-    def do(self, action: str, value: Any = None) -> None:
-        self.guest.visitor.do(action, value)
-
-    def edit(self, name: str, value: Any) -> None:
-        """Another value, whose answer comes in the frame after the next."""
-        self.do(name, value)
-        self.frame(2)
-
-    def report(self, camera: Camera) -> None:
-        """The page tells its camera."""
-        view = self.visitor.client.camera
-        view.position, view.look_at = camera.position, camera.look_at
-        run(self.session.camera_moved(None))
-
-    def turn(self, angle: float = 0.5) -> Camera:
-        """The visitor turns the view."""
-        camera = Camera(*turned(self.camera, angle, 1.1))
-        self.report(camera)
-        return camera
-
-    def frame(self, count: int = 1) -> None:
-        """The next frames, which take a snapshot."""
-        for _ in range(count):
-            CLOCK.time += FRAME
-            self.guest.workers.run()
-            self.session.tick(CLOCK.time)
-
-    def moment(self) -> None:
-        """A frame that shows another moment of the last snapshot."""
-        CLOCK.time += FRAME
-        self.session.move(CLOCK.time)
-
-
 @pytest.fixture
-def desk() -> Iterator[Page]:
+def desk() -> Iterator[Desk]:
     with offline():
-        yield Page()
+        yield Desk(FIRST)
 
 
 def near(one: Camera, other: Camera) -> bool:
@@ -137,6 +77,18 @@ def test_a_report_that_crosses_a_viewpoint_is_corrected_by_the_next(desk):
     desk.frame()
     assert desk.state.turned is None
     assert desk.camera == fitted
+
+
+def test_a_page_that_tells_where_it_is_before_the_first_picture_has_not_been_turned():
+    """It is not where the server wants it yet, wherever that is."""
+    with offline():
+        opening = Offline(FIRST, Workers())
+        camera = opening.client.camera
+        camera.position = (0.0, -3.0, 1.0)
+        run(opening.session.camera_moved(None))
+        opening.session.tick(CLOCK.time)
+        assert opening.session.visitor.state.turned is None
+        assert math.dist(camera.position, (0.0, -3.0, 1.0)) > 0.1
 
 
 def test_a_view_is_not_turned_back_by_a_frame_that_only_moves_the_scene(desk):
@@ -271,25 +223,33 @@ def test_a_viewpoint_too_far_away_is_left_again(desk):
         assert desk.camera == desk.state.turned == turned
 
 
-def test_the_mass_is_dragged_in_a_view_that_was_turned(desk):
-    """The view follows the scene, which moves as the mass is released, back to where it was."""
+def test_a_view_that_was_turned_is_the_same_after_a_drag_of_the_mass(desk):
+    """The view goes back to it from where the scene was meanwhile, and tells late where it was."""
+    desk.do("rotating_frame", True)
+    desk.frame(EASED)
     turned = desk.turn()
     desk.frame()
-    node = "/scene/rotor/mass"
-    desk.guest.visitor.drag(node, (0.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.3, 0.0, 0.0))
+    start = float(desk.session.view.beam.frame.position[0])
+    points = ((start + x, 0.0, 0.0) for x in (0.5, 0.8, 0.8))
+    desk.guest.visitor.drag("/scene/rotor/mass", *points, between=desk.frame)
+    passed = list[Camera]()
     for _ in range(EASED):
         desk.frame()
-        desk.report(desk.camera)
-    assert desk.state.grip is None
-    assert desk.state.case.numbers["beta"] != PAPER.beta
-    assert near(desk.camera, turned)
-    assert desk.state.turned == turned
+        if desk.visitor.clock.transition:
+            passed.append(desk.camera)
+    assert desk.state.case.numbers["beta"] == pytest.approx(0.8, abs=0.02)
+    assert not near(passed[0], turned)
+    desk.report(passed[len(passed) // 2])
+    desk.frame()
+    desk.report(turned)
+    desk.frame()
+    assert desk.camera == desk.state.turned == turned
 
 
 def test_a_visitor_of_a_lecture_keeps_a_view_of_their_own():
     """Whatever the presenter edits, until that changes the frame."""
     with offline():
-        lead, one = Page(), Page()
+        lead, one = Desk(FIRST), Desk(FIRST)
         one.visitor.presenter = lambda: lead.session.snapshot
         one.visitor.update(lambda state: replace(state, following=True))
 

@@ -26,12 +26,14 @@ from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
+from beamviz.scene import Camera as Viewpoint
 from beamviz.scene import Scene
 
 AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
 STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
 IN_A_FRAME = 0.6  # the part of the steps of a drag that a frame shows before the next one
 IN_HASTE = 0.1  # the part of the frames that come late
+STEP = 0.04  # [s] from one frame of a `Desk` to the next
 MOST = 500  # frames until a page is at rest
 
 
@@ -273,6 +275,64 @@ class OfflineGuest(Guest):
     def settle(self) -> None:
         """Wait until the page is at rest."""
         self.wait(self.is_at_rest)
+
+
+class Desk:
+    """A page whose frames come when the test says so, one after the other, and which reports its
+    camera then too: viser's is where the page was placed or reported last."""
+
+    def __init__(self, scene: Scene):
+        self.guest = OfflineGuest(scene)
+        self.guest.visitor.do("tab", "export")
+        self.guest.visitor.do("link", "")
+        self.guest.settle()
+        self.session, self.visitor = self.guest.session, self.guest.session.visitor
+
+    @property
+    def state(self) -> State:
+        return self.visitor.state
+
+    @property
+    def camera(self) -> Viewpoint:
+        """Where the page is, or is on its way to."""
+        return self.visitor.camera.present
+
+    @property
+    def address(self) -> str:
+        self.guest.visitor.receive()
+        return self.guest.visitor.parts["address"]
+
+    def do(self, action: str, value: Any = None) -> None:
+        self.guest.visitor.do(action, value)
+
+    def edit(self, name: str, value: Any) -> None:
+        """Another value, whose answer comes in the frame after the next."""
+        self.do(name, value)
+        self.frame(2)
+
+    def report(self, camera: Viewpoint) -> None:
+        """The page tells its camera."""
+        view = self.visitor.client.camera
+        view.position, view.look_at = camera.position, camera.look_at
+        run(self.session.camera_moved(None))
+
+    def turn(self, angle: float = 0.5) -> Viewpoint:
+        """The visitor turns the view."""
+        camera = Viewpoint(*turned(self.camera, angle, 1.1))
+        self.report(camera)
+        return camera
+
+    def frame(self, count: int = 1) -> None:
+        """The next frames, which take a snapshot."""
+        for _ in range(count):
+            CLOCK.time += STEP
+            self.guest.workers.run()
+            self.session.tick(CLOCK.time)
+
+    def moment(self) -> None:
+        """A frame that shows another moment of the last snapshot."""
+        CLOCK.time += STEP
+        self.session.move(CLOCK.time)
 
 
 @contextmanager
