@@ -8,12 +8,21 @@ import pytest
 from live.offline import STEP, Desk, offline
 
 from beamviz.beam import Beam
+from beamviz.explorer import computed_motion
 from beamviz.explorer.experiment import PULLED
 from beamviz.explorer.features.motion import PRESETS
 from beamviz.scene import Scene
 
 FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=3)).changed(playing=False)
 LINK = "alpha=1&beta=0.5&gamma=3&tab=motion&moving=true&motion={until=4.0}"
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motions are computed coarsely: what they are does not matter here."""
+    compute = computed_motion.motion
+    rough = {"points": 9, "tolerance": 1e-2}
+    monkeypatch.setattr(computed_motion, "motion", lambda *a, **given: compute(*a, **given | rough))
 
 
 @pytest.fixture

@@ -219,9 +219,7 @@ class MotionTab(Feature):
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused; one that goes on is at none."""
         state, playing = snapshot.state, snapshot.state.view.playing
-        if snapshot.is_led or state.hold or snapshot.film is None:
-            return
-        if playing != (state.moment is None):
+        if snapshot.film and playing != (state.moment is None):
             moment = None if playing else round(snapshot.clock.moment, PAUSED_DIGITS)
             self.visitor.update(lambda now: with_moment(now, state.moment, moment))
 
