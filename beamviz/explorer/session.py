@@ -34,6 +34,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
+REST = 0.25  # [s] since the last edit of a beam, before a busy server computes its charts
 
 
 class Session:
@@ -41,13 +42,14 @@ class Session:
     loop, shows it.
 
     snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
-    that took a snapshot. The parts of a picture are computed again, and those of page and scene
-    shown again, only where what they read of a snapshot differs from the last reading (`Memo`,
-    `Shown`). postponed: what the page needs of the jobs is requested in a later frame.
+    that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture
+    are computed again, and those of page and scene shown again, only where what they read of a
+    snapshot differs from the last reading (`Memo`, `Shown`). postponed: what the page needs of the
+    jobs is requested in a later frame.
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.last_tick, self.last_shown = visitor, 0.0, 0.0
+        self.visitor, self.last_tick, self.last_shown, self.last_edit = visitor, 0.0, 0.0, 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Shown()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
@@ -109,7 +111,7 @@ class Session:
 
     def tick(self, now: float, *, in_haste: bool = False) -> None:
         """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
-        computed for a beam that the last frame had too."""
+        computed for a beam that has been the same for the time REST."""
         visitor, before = self.visitor, self.snapshot.state.case
         since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
         visitor.clock = self.advanced_clock(now)
@@ -120,7 +122,8 @@ class Session:
         self.beam_pull.react(snapshot)
         with visitor.client.atomic():
             self.show_scene(snapshot)
-            self.postponed = in_haste and snapshot.state.case is not before
+            self.last_edit = now if snapshot.state.case is not before else self.last_edit
+            self.postponed = in_haste and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
             needed = self.postponed, *snapshot.reading
