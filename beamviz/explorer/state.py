@@ -209,77 +209,105 @@ def write_rate(rate: float | None) -> float | str:
 
 @dataclass(frozen=True)
 class State:
-    """All choices of a visitor.
+    """All choices of a visitor, by subject; those of a single feature are in `chosen`. A field with
+    metadata is a `Choice`, which says what undo and links do with it."""
 
-    opened: the scene that the page, a link or a file opened; opened_motion: its experiment, and
-    whether the scene showed that; camera: a fixed viewpoint, None to fit the beam into the page;
-    turned: the one to which the visitor has turned the view since; lesson: the open one, "" for
-    none; before_lesson: the state before the first of the lessons, to which leaving them returns;
-    met: the lessons whose challenge is met; over: the abscissa of the loci chart and the map;
-    across: the ordinate of the map; per_rev: multiples of the speed in the chart; comparison: the
-    kind of second beam; kept: the case kept for it; stacked: it is drawn above the first, not
-    overlaid; force_per_rev: periods per revolution of the force of the run-up; forced_response: the
-    scene shows the response to that force; run_speed: the speed during a run-up, 0 until that is
-    computed, in place of the beam's own, of which an edit ends it; experiment: the motion in time;
-    in_motion: the scene shows it; moment: at which it stands, or from which it is to go on [T*],
-    None while it goes on; rate: time [T*] that passes in a second on the screen, locked, None if it
-    follows the motion; tab: the open one, "" for the first; presented_tab: the tab that a presenter
-    had open last, while the visitor may open another; following: a presenter is followed;
-    last_alpha: of the last beam that had a mass; grip: the mass while it is dragged; hold: the beam
-    while it is pulled; refused: the entry that was refused last; replaced: says that the last edit
-    has replaced the visitor's own scene, "" after another edit; still: the visitor's system prefers
-    reduced motion; reserved: parameters of the address with other readers, None until the page has
-    sent its address; chosen: the choices of single features that are not as usual, see
-    `State.__getitem__`.
-    """
+    # The beam and the view
 
-    opened: Scene
+    opened: Scene  # by the page, a link or a file; a reset returns to it
     case: Case
+    # Of the scene that was opened: `experiment` and `in_motion`.
     opened_motion: tuple[Experiment, bool] = (PULLED, False)
+    last_alpha: float = field(default=1.0, metadata=KEEPS)  # of the last beam that had a mass
     view: ViewOptions = field(default_factory=ViewOptions)
-    camera: Camera | None = None
+    camera: Camera | None = None  # a fixed viewpoint; None to fit the beam into the page
+    # The viewpoint to which the visitor has turned the view since; None where they have not.
     turned: Camera | None = field(default=None, metadata=KEEPS)
-    lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))
+
+    # Lessons
+
+    lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))  # "" for none
+    # That before the first of the lessons, to which leaving them returns.
     before_lesson: "State | None" = None
-    met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)
-    over: str = field(default="gamma", metadata=choice(values=PARAMETERS))
+    met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)  # whose challenge is met
+
+    # Charts
+
+    over: str = field(default="gamma", metadata=choice(values=PARAMETERS))  # abscissa, also of maps
+    # The ordinate of the map.
     across: str = field(
         default="alpha", metadata=choice(values=PARAMETERS, key=name_key("across", PARAMETERS))
     )
-    per_rev: tuple[int, ...] = ()
+    per_rev: tuple[int, ...] = ()  # multiples of the speed in the loci chart
+
+    # The second beam
+
     comparison: str = field(
         default=NO_COMPARISON,
         metadata=choice(values=COMPARISONS, key=name_key("compare", COMPARISONS[1:])),
     )
-    kept: Case | None = None
+    kept: Case | None = None  # to be compared with
+    # It is drawn above the first one, not overlaid.
     stacked: bool = field(default=False, metadata=choice(values=SWITCH, key=switch_key("stacked")))
+
+    # The run-up
+
+    # Periods of the force per revolution.
     force_per_rev: int = field(
         default=1, metadata=choice(values=PER_REV, key=whole_key("force", 1, max(PER_REV)))
     )
+    # The scene shows the response to the force.
     forced_response: bool = field(default=False, metadata=choice(key=switch_key("response")))
+    # The speed during a run-up, 0 until that is computed, in place of the beam's own, of which an
+    # edit ends it; None without one.
     run_speed: float | None = field(default=None, metadata=ENDS)
+
+    # The motion in time
+
     experiment: Experiment = field(
         default=PULLED,
         metadata=choice(key=Key("motion", Experiment.of, attrgetter("text"), is_table=True)),
     )
-    in_motion: bool = field(default=False, metadata=choice(key=switch_key("moving")))
+    in_motion: bool = field(
+        default=False, metadata=choice(key=switch_key("moving"))
+    )  # in the scene
+    # At which it stands, or from which it is to go on [T*]; None while it goes on.
     moment: float | None = field(
         default=0.0,
         metadata=choice(key=number_key("moment", 0.0, RANGES["until"].limits[1]), undo="keeps"),
     )
+    # Time [T*] that passes in a second on the screen, if locked; None if it suits what is shown.
     rate: float | None = field(
         default=None, metadata=choice(key=Key("rate", read_rate, write_rate))
     )
+
+    # Tabs and lectures
+
+    # The open tab, "" for the first.
     tab: str = field(default="", metadata=choice(key=Key("tab", read_tab, write_tab), undo="keeps"))
+    # That which a presenter had open last; the visitor may have opened another one since.
     presented_tab: str = field(default="", metadata=KEEPS)
-    following: bool = field(default=False, metadata=choice(values=SWITCH, undo="ends"))
-    last_alpha: float = field(default=1.0, metadata=KEEPS)
-    grip: Grip | None = field(default=None, metadata=ENDS)
-    hold: Hold | None = field(default=None, metadata=ENDS)
-    refused: Refused | None = field(default=None, metadata=ENDS)
-    replaced: str = field(default="", metadata=ENDS)
-    still: bool = field(default=False, metadata=KEEPS)
+    following: bool = field(
+        default=False, metadata=choice(values=SWITCH, undo="ends")
+    )  # a presenter
+
+    # In the hand
+
+    grip: Grip | None = field(default=None, metadata=ENDS)  # of a body that is dragged
+    hold: Hold | None = field(default=None, metadata=ENDS)  # of the beam while it is pulled
+
+    # What the page says of the last edit
+
+    refused: Refused | None = field(default=None, metadata=ENDS)  # the last entry that was
+    replaced: str = field(default="", metadata=ENDS)  # that it has replaced the visitor's own scene
+
+    # The visitor's browser
+
+    still: bool = field(default=False, metadata=KEEPS)  # its system prefers reduced motion
+    # Parameters of the address with other readers; None until the page has sent its address.
     reserved: tuple[tuple[str, str], ...] | None = field(default=None, metadata=KEEPS)
+
+    # Choices of single features that are not as usual, see `State.__getitem__`.
     chosen: Mapping[Choice[Any], Any] = field(default_factory=dict)
 
     @classmethod
