@@ -225,8 +225,8 @@ class FrameLoop:
         try:
             if only_moves:
                 session.move(time.monotonic())
-            else:
-                session.tick(time.monotonic(), in_haste=self.is_late)
+                return
+            session.tick(time.monotonic(), in_haste=self.is_late)
             if session.is_moving and session.visitor.outdated:
                 self.later.add(visitor)
         except Exception as error:
