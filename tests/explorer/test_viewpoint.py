@@ -8,9 +8,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
+from live.browser import READY, page
 from live.offline import CLOCK, Desk, Offline, Workers, offline, run
+from live.server import wait_until
 from live.visitor import PAPER
 
+from beamviz.explorer import explorer
 from beamviz.explorer.camera import DEFAULT
 from beamviz.scene import Camera, Scene
 
@@ -270,3 +273,51 @@ def test_a_visitor_of_a_lecture_keeps_a_view_of_their_own():
         both(EASED)
         assert one.state.turned is None
         assert near(one.camera, lead.camera)
+
+
+TURN = "void window.__viserMutable.cameraControl.rotate(0.4, 0.1, true)"  # as the mouse does, eased
+HAS_VIEW = "location.search.includes('position=')"
+
+
+@pytest.mark.slow
+def test_a_browser_is_where_the_state_says(frame_loops):
+    """After a turn, fitting while it goes on, a change of the frame, and of the size."""
+    with explorer(FIRST) as url, page(url, 1440, 900) as shown:
+        shown.wait(READY)
+        (session,) = frame_loops[-1].sessions.values()
+
+        def at_rest() -> Camera | None:
+            before = session.visitor.camera.present
+            shown.next_frame(12)
+            after = session.visitor.camera.present
+            return None if session.visitor.clock.transition or before != after else after
+
+        fitted = wait_until(at_rest)
+        assert session.visitor.state.turned is None
+        shown.evaluate(TURN)
+        wait_until(lambda: session.visitor.state.turned)
+        turned = wait_until(at_rest)
+        assert near(turned, session.visitor.state.turned)
+        assert not near(turned, fitted)
+        shown.wait(HAS_VIEW)
+        shown.evaluate(TURN)
+        shown.send("reset_view")
+        shown.evaluate(TURN)
+        wait_until(lambda: session.visitor.state.turned is None)
+        shown.next_frame(60)
+        now = wait_until(at_rest)
+        own = session.visitor.state.turned
+        assert near(now, own or fitted)  # whichever the page has got last
+        shown.send("reset_view", until=f"!{HAS_VIEW}")
+        assert near(wait_until(at_rest), fitted)
+        shown.evaluate(TURN)
+        wait_until(lambda: session.visitor.state.turned)
+        for is_rotating in (True, False):
+            shown.send("rotating_frame", is_rotating)
+            wait_until(lambda on=is_rotating: session.snapshot.state.view.rotating_frame is on)
+            assert near(wait_until(at_rest), fitted) is not is_rotating
+            assert session.visitor.state.turned is None
+        shown.resize(1190, 900)
+        wait_until(lambda: not near(session.visitor.camera.present, fitted))
+        wait_until(at_rest)
+        assert session.visitor.state.turned is None
