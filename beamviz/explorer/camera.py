@@ -21,6 +21,7 @@ ZOOM_STEP = 1.25  # ratio of the scales that the beam is subdivided for
 # STRIP [px] high; the beam has at least 1 - MOST of half the height.
 NARROW, STRIP, MOST = 640, 102, 0.6
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
+DIGITS = 4  # after the point, of a viewpoint that the visitor has chosen
 DEFAULT = Camera((3.0, 3.0, 3.0))  # of viser's page before it has another one
 CHANGE_TIME = 0.9  # [s] of an eased change of view
 
@@ -97,36 +98,35 @@ class Transition:
 
 
 class PageCamera:
-    """The camera of a page, which the visitor moves too: the server only moves it where another
-    viewpoint is wanted than the last one, and a view that the visitor has turned only when asked.
+    """The camera of a page, which the visitor moves too.
 
-    initial: set in every page that opens; placed, before: the last two that the server set; wanted:
-    for which request and frame.
+    initial: set in every page that opens; placed, before: the last two that the server set;
+    rotating_frame: whether the page shows that, None before the first picture.
     """
 
     def __init__(self, view: CameraHandle, initial: Camera):
         self.view, self.initial = view, initial
         self.placed = self.before = initial
-        self.wanted: tuple[object, ...] = ()
+        self.rotating_frame: bool | None = None
 
     def look(
         self,
         camera: Camera,
-        fit: int,
         rotating_frame: bool,
         transition: Transition | None,
         *,
         eased: bool,
     ) -> Transition | None:
-        """Look from a viewpoint, unless that was wanted already, or the visitor has turned the view
-        since `fit` viewpoints were asked for. Returns the transition to it, None where the page is
-        there at once; eased: a change of the frame takes time."""
-        wanted = fit, rotating_frame
-        is_there = camera == self.placed or self.is_turned(transition)
-        if wanted == self.wanted and is_there:
+        """Look from a viewpoint, unless the page does, or is on its way there. Returns the
+        transition to it, None where the page is there at once; eased: a change of the frame takes
+        time."""
+        changes = self.rotating_frame not in (None, rotating_frame)
+        self.rotating_frame = rotating_frame
+        is_there = camera == transition.end if transition else self.is_at(camera)
+        if is_there and not changes:
             return transition
-        changes = self.wanted and self.wanted[1] != rotating_frame
-        self.wanted, self.before, self.placed = wanted, self.placed, camera
+        if camera != self.placed:
+            self.before, self.placed = self.placed, camera
         if changes and eased:
             return self.transition(camera, rotating_frame, transition)
         if transition:
@@ -141,24 +141,26 @@ class PageCamera:
             return Transition(last.camera, end, (last.rotating_share, share), last.angle)
         return Transition(self.present, end, (1 - share, share))
 
-    def followed(self, moved: np.ndarray, share: float) -> Transition:
-        """Ease the view after the scene was moved by `moved` (3,); share: of the rotating frame."""
+    def followed(self, moved: np.ndarray, end: Camera, share: float) -> Transition:
+        """A change of view after the scene was moved by `moved` (3,); share: of the rotating
+        frame."""
         now = np.array([self.view.position, self.view.look_at])
-        return Transition(Camera(*(now + moved).tolist()), self.present, (share, share))
+        return Transition(Camera(*(now + moved).tolist()), end, (share, share))
 
     @property
     def present(self) -> Camera:
         return Camera(self.view.position.tolist(), self.view.look_at.tolist())
 
-    def chosen(self, given: Camera | None, transition: Transition | None) -> Camera | None:
-        """The visitor's viewpoint; `given`, None to fit the beam, where they have not moved."""
-        if not self.is_turned(transition):
-            return given
-        return Camera(*np.round([self.view.position, self.view.look_at], 4).tolist())
-
-    def is_turned(self, transition: Transition | None) -> bool:
-        """Whether the visitor has turned the view since the server placed it."""
-        return not (transition or self.outdated or self.is_at(self.placed))
+    @property
+    def turned(self) -> Camera | None:
+        """The viewpoint that the visitor has chosen; None before the first picture, and where it is
+        one that the server set, also an earlier one, as a message of the page has crossed the last
+        one, or a busy page has set the initial one after it; or parts of two, as position and
+        target arrive one after the other. Raises InvalidInput for one that is too far away."""
+        is_set = self.is_at(DEFAULT, self.initial, self.before, self.placed)
+        if self.rotating_frame is None or is_set:
+            return None
+        return Camera(*np.round([self.view.position, self.view.look_at], DIGITS).tolist())
 
     def is_at(self, *cameras: Camera) -> bool:
         """Whether the page has the position of one of these cameras, and the target of one."""
@@ -173,15 +175,3 @@ class PageCamera:
         """The scale [pixels per beam length] that the beam is subdivided for."""
         distance = math.dist(self.view.position, self.view.look_at)
         return stepped(scale(distance, self.view.image_height), ZOOM_STEP)
-
-    @property
-    def outdated(self) -> bool:
-        """Whether the page has an earlier camera that no visitor chose: its message crossed the
-        last one, which viser does not send again, or a busy page has set the initial one after
-        that; or it has parts of two, as position and target arrive one after the other."""
-        crossed = self.is_at(DEFAULT, self.initial, self.before, self.placed)
-        return crossed and not self.is_at(self.placed)
-
-    def place_again(self) -> None:
-        """Set the last viewpoint again in the next frame."""
-        self.wanted = ()

@@ -26,8 +26,8 @@ ROUND = (1.0, 2.0, 5.0, 10.0)
 class Clock:
     """A moment. angle: of the hub [rad]; phases: of the modes of the beam (m,) [rad]; other_phases:
     of those of the second beam, which began as the choice `compared` was made; grown: the exponent
-    of the fastest growth, 0 .. EXPONENT + HELD; moment: of the computed motion `film` [T*]; cue:
-    how often it was moved to one; transition: of the view, None without one."""
+    of the fastest growth, 0 .. EXPONENT + HELD; moment: of the computed motion `film` [T*];
+    transition: of the view, None without one."""
 
     angle: float = 0.0
     phases: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -36,7 +36,6 @@ class Clock:
     grown: float = EXPONENT
     moment: float = 0.0
     film: Film | None = None
-    cue: int = 0
     transition: Transition | None = None
 
     def for_modes(self, count: int) -> Self:
@@ -51,12 +50,12 @@ class Clock:
         phases = np.append(self.phases, FULL)[partner]
         return replace(self, other_phases=phases, compared=compared)
 
-    def with_film(self, film: Film | None, moment: float, cue: int) -> Self:
-        """With a computed motion. Another one begins at a moment; the same one goes there if it was
-        moved since."""
-        if film is None or (film is self.film and cue == self.cue):
+    def with_film(self, film: Film | None, moment: float | None) -> Self:
+        """With a computed motion at a moment; without one the same motion goes on, and another
+        begins."""
+        if film is None or (film is self.film and moment is None):
             return self
-        return replace(self, film=film, cue=cue).at(moment)
+        return replace(self, film=film).at(moment or 0.0)
 
     def at(self, moment: float) -> Self:
         """At a moment of the computed motion."""

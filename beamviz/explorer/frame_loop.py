@@ -104,7 +104,7 @@ class FrameLoop:
         a number out of range on their page."""
         sessions = list(self.sessions.values())
         session = sessions[-1] if sessions else self.last
-        return session.visitor.scene if session else self.opening
+        return session.visitor.state.to_scene() if session else self.opening
 
     def show(self, scene: Scene) -> None:
         """Show a scene to all visitors, from any thread, and to those who come later."""

@@ -11,12 +11,14 @@ A move of a slider becomes a picture at these stations:
 7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 from viser import CameraHandle
 
 from beamviz.drawing.camera import place
+from beamviz.errors import InvalidInput
 from beamviz.explorer.beam_pull import BeamPull
 from beamviz.explorer.camera import Transition, viewpoint
 from beamviz.explorer.clock import Clock
@@ -40,9 +42,10 @@ class Session:
     loop, shows it.
 
     snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
-    that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture are computed again, and those of page and scene
-    shown again, only where what they read of a snapshot differs from the last reading (`Memo`,
-    `Shown`). postponed: what the page needs of the jobs is requested in a later frame.
+    that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture
+    are computed again, and those of page and scene shown again, only where what they read of a
+    snapshot differs from the last reading (`Memo`, `Shown`). postponed: what the page needs of the
+    jobs is requested in a later frame.
     """
 
     def __init__(self, visitor: Visitor):
@@ -58,24 +61,32 @@ class Session:
         self.beam_pull = BeamPull(
             *(visitor, self.view.drawn_scene, self.view.beam, self.mass_drag.line_of_sight)
         )
-        visitor.client.camera.on_update(self.camera_moved)
         self.snapshot = self.with_picture(visitor.next_snapshot())
         visitor.clock = self.snapshot.clock
+        visitor.client.camera.on_update(self.camera_moved)
         visitor.page.send(True, "ready")  # all actions have handlers
 
     async def camera_moved(self, _: CameraHandle) -> None:
-        """Draw again, as the picture has another scale, and the address another viewpoint."""
-        camera, clock = self.visitor.camera, self.visitor.clock
-        if camera.outdated and not clock.transition:
-            camera.place_again()
-        self.visitor.wake()
+        """Take over where the visitor has turned the view to, and draw again, as the picture has
+        another scale. A viewpoint that was asked for since the last frame has not arrived yet, and
+        one that is too far away is left again in the next frame."""
+        visitor, shown = self.visitor, self.snapshot.state
+        with visitor.lock:
+            state = visitor.state
+            is_asked = state.turned is None and state.viewpoint != shown.viewpoint
+            if not (is_asked or visitor.clock.transition):
+                with suppress(InvalidInput):
+                    visitor.set_state(state.with_fields(turned=visitor.camera.turned))
+        visitor.wake()
 
     def with_picture(self, snapshot: Snapshot) -> Snapshot:
         """A snapshot with what the scene shows of it, and the moment of that."""
         response = self.responses(response_drawn, *response_reads(snapshot))
         picture = self.pictures(picture_of, *picture_reads(snapshot, response))
-        film, state = self.films(film_of, *film_reads(snapshot)), snapshot.state
-        snapshot = replace(snapshot, clock=snapshot.clock.with_film(film, state.moment, state.cue))
+        film = self.films(film_of, *film_reads(snapshot))
+        if not snapshot.is_led:
+            clock = snapshot.clock.with_film(film, snapshot.state.moment)
+            snapshot = replace(snapshot, clock=clock)
         if film:
             picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
         return replace(snapshot, picture=picture, clock=fitted_clock(snapshot.clock, picture))
@@ -110,7 +121,7 @@ class Session:
         self.mass_drag.react(snapshot)
         self.beam_pull.react(snapshot)
         with visitor.client.atomic():
-            self.draw(snapshot)
+            self.show_scene(snapshot)
             self.last_edit = now if snapshot.state.case is not before else self.last_edit
             self.postponed = in_haste and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
@@ -126,7 +137,7 @@ class Session:
         visitor = self.visitor
         self.snapshot = replace(self.snapshot, clock=self.advanced_clock(now))
         with visitor.client.atomic():
-            self.draw(self.snapshot)
+            self.draw(self.snapshot, self.snapshot.clock)
         visitor.client.flush()
 
     def advanced_clock(self, now: float) -> Clock:
@@ -172,34 +183,35 @@ class Session:
             if snapshot.jobs[name].late and not job.status.late:
                 self.visitor.wake()  # to take back what the page says of it
 
-    def draw(self, snapshot: Snapshot) -> None:
-        """Draw the scene, and place the camera."""
-        visitor, picture, clock = self.visitor, snapshot.picture, snapshot.clock
+    def show_scene(self, snapshot: Snapshot) -> None:
+        """Draw the picture of a snapshot, and place the camera."""
+        picture, clock = snapshot.picture, snapshot.clock
         moved = np.zeros(3)
         if self.scene_shown.differs_from(picture):
             moved = self.view.show(picture)
         if not picture.held:
-            clock = replace(clock, transition=self.look(snapshot, clock.transition, moved))
-        visitor.clock = clock
+            clock = replace(clock, transition=self.look(snapshot, moved))
+        self.draw(snapshot, clock)
+
+    def draw(self, snapshot: Snapshot, clock: Clock) -> None:
+        """Draw a moment of a snapshot."""
+        self.visitor.clock, picture = clock, snapshot.picture
+        if clock.transition and not picture.held:
+            place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
         self.beam_pull.move(snapshot)
 
-    def look(
-        self, snapshot: Snapshot, transition: Transition | None, moved: np.ndarray
-    ) -> Transition | None:
+    def look(self, snapshot: Snapshot, moved: np.ndarray) -> Transition | None:
         """Place the camera for a snapshot. moved: how far the beam's frame was (3,) as the mass was
         released, which the view follows. Returns the transition under way."""
         camera, state, picture = self.visitor.camera, snapshot.state, snapshot.picture
         frame = state.view.rotating_frame
         shapes = picture.modes, frame, snapshot.aspect, tuple(picture.heights), snapshot.covered
-        wanted = state.camera or self.viewpoints(viewpoint, *shapes)
-        eased = not state.still
+        wanted = state.viewpoint or self.viewpoints(viewpoint, *shapes)
+        transition, eased = snapshot.clock.transition, not state.still
         if moved.any() and eased:
-            transition = camera.followed(moved, float(frame))
-        transition = camera.look(wanted, state.fit, frame, transition, eased=eased)
-        if transition:
-            place(camera.view, transition.camera)
-        return transition
+            transition = camera.followed(moved, wanted, float(frame))
+        return camera.look(wanted, frame, transition, eased=eased)
 
     def close(self) -> None:
         """Cancel everything that is being computed."""

@@ -14,7 +14,6 @@ from beamviz.explorer.second_beam import ComparisonCase, comparison_case
 from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.view import Picture
-from beamviz.scene import Camera
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +24,8 @@ class Snapshot:
     compared with then, which is `comparison`; jobs: the status of each background job, by its name;
     clock: the moment of the motion; aspect: width over height of the scene in the page; covered:
     fraction of half its height that the page covers below; scale: [pixels per beam length] of its
-    picture; chosen: the viewpoint that the visitor turned the view to, None while the beam is
-    fitted into the page; undo, redo: whether there is a step; is_led: it is that of a presenter;
-    picture: what the scene shows of it, None while it is taken.
+    picture; undo, redo: whether there is a step; is_led: it is that of a presenter; picture: what
+    the scene shows of it, None while it is taken.
     """
 
     state: State
@@ -39,7 +37,6 @@ class Snapshot:
     aspect: float
     covered: float
     scale: float
-    chosen: Camera | None
     undo: bool
     redo: bool
     is_led: bool = False
@@ -88,7 +85,7 @@ class Snapshot:
         """Everything but the clock, of which only the moment of a computed motion is read."""
         return (
             *(self.state, self.answer, self.second, self.comparison, self.picture),
-            *(self.aspect, self.covered, self.chosen, self.undo, self.redo, self.is_led),
+            *(self.aspect, self.covered, self.undo, self.redo, self.is_led),
             self.clock.moment if self.film else None,
             *self.jobs.values(),
         )

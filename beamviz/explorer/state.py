@@ -209,79 +209,104 @@ def write_rate(rate: float | None) -> float | str:
 
 @dataclass(frozen=True)
 class State:
-    """All choices of a visitor.
+    """All choices of a visitor, by subject; those of a single feature are in `chosen`. A field with
+    metadata is a `Choice`, which says what undo and links do with it."""
 
-    opened: the scene that the page, a link or a file opened; opened_motion: its experiment, and
-    whether the scene showed that; camera: a fixed viewpoint, None to fit the beam into the page;
-    fit: how often a viewpoint was asked for; lesson: the open one, "" for none; before_lesson: the
-    state before the first of the lessons, to which leaving them returns; met: the lessons whose
-    challenge is met; over: the abscissa of the loci chart and the map; across: the ordinate of the
-    map; per_rev: multiples of the speed in the chart; comparison: the kind of second beam; kept:
-    the case kept for it, kept_by_edit: by an edit, not by the visitor; stacked: it is drawn above
-    the first, not overlaid; force_per_rev: periods per revolution of the force of the run-up;
-    forced_response: the scene shows the response to that force; run_speed: the speed during a run-
-    up, 0 until that is computed, in place of the beam's own, of which an edit ends it; experiment:
-    the motion in time; in_motion: the scene shows it; moment: at which it was paused, or to which
-    it was moved [T*]; cue: how often it was moved to one; rate: time [T*] that passes in a second
-    on the screen, locked, None if it follows the motion; tab: the open one, "" for the first;
-    presented_tab: the tab that a presenter had open last, while the visitor may open another;
-    following: a presenter is followed; last_alpha: of the last beam that had a mass; grip: the mass
-    while it is dragged; hold: the beam while it is pulled; refused: the entry that was refused
-    last; replaced: says that the last edit has replaced the visitor's own scene, "" after another
-    edit; still: the visitor's system prefers reduced motion; reserved: parameters of the address
-    with other readers, None until the page has sent its address; chosen: the choices of single
-    features that are not as usual, see `State.__getitem__`.
-    """
+    # The beam and the view
 
-    opened: Scene
+    opened: Scene  # by the page, a link or a file; a reset returns to it
     case: Case
+    # Of the scene that was opened: `experiment` and `in_motion`.
     opened_motion: tuple[Experiment, bool] = (PULLED, False)
+    last_alpha: float = field(default=1.0, metadata=KEEPS)  # of the last beam that had a mass
     view: ViewOptions = field(default_factory=ViewOptions)
-    camera: Camera | None = None
-    fit: int = field(default=0, metadata=KEEPS)
-    lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))
+    camera: Camera | None = None  # a fixed viewpoint; None to fit the beam into the page
+    # The viewpoint to which the visitor has turned the view since; None where they have not.
+    turned: Camera | None = field(default=None, metadata=KEEPS)
+
+    # Lessons
+
+    lesson: str = field(default="", metadata=choice(key=Key("lesson", read_lesson)))  # "" for none
+    # That before the first of the lessons, to which leaving them returns.
     before_lesson: "State | None" = None
-    met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)
-    over: str = field(default="gamma", metadata=choice(values=PARAMETERS))
+    met: frozenset[str] = field(default=frozenset(), metadata=KEEPS)  # whose challenge is met
+
+    # Charts
+
+    over: str = field(default="gamma", metadata=choice(values=PARAMETERS))  # abscissa, also of maps
+    # The ordinate of the map.
     across: str = field(
         default="alpha", metadata=choice(values=PARAMETERS, key=name_key("across", PARAMETERS))
     )
-    per_rev: tuple[int, ...] = ()
+    per_rev: tuple[int, ...] = ()  # multiples of the speed in the loci chart
+
+    # The second beam
+
     comparison: str = field(
         default=NO_COMPARISON,
         metadata=choice(values=COMPARISONS, key=name_key("compare", COMPARISONS[1:])),
     )
-    kept: Case | None = None
-    kept_by_edit: bool = False
+    kept: Case | None = None  # to be compared with
+    kept_by_edit: bool = False  # by an edit, not by the visitor
+    # It is drawn above the first one, not overlaid.
     stacked: bool = field(default=False, metadata=choice(values=SWITCH, key=switch_key("stacked")))
+
+    # The run-up
+
+    # Periods of the force per revolution.
     force_per_rev: int = field(
         default=1, metadata=choice(values=PER_REV, key=whole_key("force", 1, max(PER_REV)))
     )
+    # The scene shows the response to the force.
     forced_response: bool = field(default=False, metadata=choice(key=switch_key("response")))
+    # The speed during a run-up, 0 until that is computed, in place of the beam's own, of which an
+    # edit ends it; None without one.
     run_speed: float | None = field(default=None, metadata=ENDS)
+
+    # The motion in time
+
     experiment: Experiment = field(
         default=PULLED,
         metadata=choice(key=Key("motion", Experiment.of, attrgetter("text"), is_table=True)),
     )
+    # The scene shows it.
     in_motion: bool = field(default=False, metadata=choice(key=switch_key("moving")))
-    moment: float = field(
+    # At which it stands, or from which it is to go on [T*]; None while it goes on.
+    moment: float | None = field(
         default=0.0,
         metadata=choice(key=number_key("moment", 0.0, RANGES["until"].limits[1]), undo="keeps"),
     )
-    cue: int = field(default=0, metadata=KEEPS)
+    # Time [T*] that passes in a second on the screen, if locked; None if it suits what is shown.
     rate: float | None = field(
         default=None, metadata=choice(key=Key("rate", read_rate, write_rate))
     )
+
+    # Tabs and lectures
+
+    # The open tab, "" for the first.
     tab: str = field(default="", metadata=choice(key=Key("tab", read_tab, write_tab), undo="keeps"))
+    # That which a presenter had open last; the visitor may have opened another one since.
     presented_tab: str = field(default="", metadata=KEEPS)
+    # A presenter is followed.
     following: bool = field(default=False, metadata=choice(values=SWITCH, undo="ends"))
-    last_alpha: float = field(default=1.0, metadata=KEEPS)
-    grip: Grip | None = field(default=None, metadata=ENDS)
-    hold: Hold | None = field(default=None, metadata=ENDS)
-    refused: Refused | None = field(default=None, metadata=ENDS)
-    replaced: str = field(default="", metadata=ENDS)
-    still: bool = field(default=False, metadata=KEEPS)
+
+    # In the hand
+
+    grip: Grip | None = field(default=None, metadata=ENDS)  # of a body that is dragged
+    hold: Hold | None = field(default=None, metadata=ENDS)  # of the beam while it is pulled
+
+    # What the page says of the last edit
+
+    refused: Refused | None = field(default=None, metadata=ENDS)  # the last entry that was
+    replaced: str = field(default="", metadata=ENDS)  # that it has replaced the visitor's own scene
+
+    # The visitor's browser
+
+    still: bool = field(default=False, metadata=KEEPS)  # its system prefers reduced motion
+    # Parameters of the address with other readers; None until the page has sent its address.
     reserved: tuple[tuple[str, str], ...] | None = field(default=None, metadata=KEEPS)
+
+    # Choices of single features that are not as usual, see `State.__getitem__`.
     chosen: Mapping[Choice[Any], Any] = field(default_factory=dict)
 
     @classmethod
@@ -298,17 +323,18 @@ class State:
         state = replace(state, kept_by_edit=False)
         state = state.with_viewpoint(scene.camera)
         state = replace(state.ended("scene"), per_rev=scene.per_rev, rate=None, refused=None)
-        state = replace(state.without_run_up().at_moment(0.0), in_motion=False)
+        state = replace(state.without_run_up(), in_motion=False, moment=0.0)
         return state.changed("over", scene.over).with_mass_kept()
 
     def with_viewpoint(self, camera: Camera | None) -> Self:
         """Looking from a viewpoint, None to fit the beam into the page, wherever the visitor has
         turned the view to."""
-        return replace(self, camera=camera, fit=self.fit + 1, grip=None)
+        return replace(self, camera=camera, turned=None, grip=None)
 
-    def at_moment(self, moment: float) -> Self:
-        """With the motion in time at a moment [T*], wherever it has got to."""
-        return replace(self, moment=moment, cue=self.cue + 1)
+    @property
+    def viewpoint(self) -> Camera | None:
+        """The viewpoint; None where the beam is fitted into the page."""
+        return self.turned or self.camera
 
     @property
     def outside(self) -> "State":
@@ -359,7 +385,7 @@ class State:
     def to_scene(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range."""
         options = {name: self.case.options[name] for name in LINKED["model"]}
-        return Scene(self.case.beam, options, self.view, self.camera, self.over, self.per_rev)
+        return Scene(self.case.beam, options, self.view, self.viewpoint, self.over, self.per_rev)
 
     @property
     def values(self) -> dict[str, Any]:
@@ -373,16 +399,13 @@ class State:
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. The beam is fitted into the page again
-        where it would leave the picture; a switched term keeps the case before for comparison; a
-        motion that goes on is at no moment to keep, and that of another beam begins at its start.
-        """
+        where it would leave the picture; a switched term keeps the case before for comparison."""
         own = self.with_viewpoint(None) if name in REFITTED else self
         if name in VIEW_KEYS:
             view = own.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            moment = 0.0 if name == "playing" and view.playing else own.moment
-            return replace(own, view=view, moment=moment)
+            return replace(own, view=view)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
                 return replace(own, per_rev=check_per_rev(value))
@@ -426,7 +449,7 @@ class State:
         if experiment.body != "stays" and not alpha:
             state = state.changed("alpha", state.last_alpha)
         state = state.changed("all_modes", False)
-        return replace(state.at_moment(0.0), experiment=experiment, in_motion=True)
+        return replace(state, experiment=experiment, in_motion=True, moment=0.0)
 
     def share(self, value: Any, mode: int) -> Self:
         return replace(self.without_motion(), view=self.view.share(mode, value))

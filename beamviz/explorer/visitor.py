@@ -105,10 +105,12 @@ class Visitor:
             self.set_state(state)
 
     def restore(self, step: Callable[[State], State]) -> None:
-        """Undo or redo a step of the history, with its fixed viewpoint."""
+        """Undo or redo a step of the history, with its fixed viewpoint, also where the visitor has
+        turned the view in another frame."""
         with self.lock:
             before, state = self.state, step(self.state)
-            if state.opened is not before.opened or state.camera != before.camera:
+            stays = state.opened is before.opened and state.camera == before.camera
+            if not stays or state.view.rotating_frame != before.view.rotating_frame:
                 state = state.with_viewpoint(state.camera)
             self.set_state(state)
 
@@ -148,17 +150,10 @@ class Visitor:
             replaced="The scene is reset.",
         )
 
-    @property
-    def scene(self) -> Scene:
-        """The scene with the present viewpoint. Raises InvalidInput for a number out of range."""
-        state = self.state
-        chosen = self.camera.chosen(state.camera, self.clock.transition)
-        return replace(state.to_scene(), camera=chosen)
-
     def scene_to_save(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range, in the words of the page."""
         try:
-            return self.scene
+            return self.state.to_scene()
         except InvalidInput as error:
             raise InvalidInput(case_error(str(error), self.state.case)) from error
 
@@ -205,7 +200,6 @@ class Visitor:
                 aspect=view.aspect,
                 covered=covered_below(view.image_width, view.image_height),
                 scale=self.camera.scale,
-                chosen=self.camera.chosen(state.camera, self.clock.transition),
                 undo=bool(self.history.past),
                 redo=bool(self.history.future),
             )
@@ -292,8 +286,10 @@ def option_of(name: str, state: State) -> Any:
 def following(own: State, led: State) -> State:
     """The state of a visitor who follows a presenter: theirs, but for what is the visitor's own."""
     tab = own.tab if own.presented_tab == led.tab else led.tab
-    kept = {name: getattr(own, name) for name in ("camera", "fit", "reserved", "still", "met")}
+    kept = {name: getattr(own, name) for name in ("camera", "reserved", "still", "met")}
+    same_frame = own.view.rotating_frame == led.view.rotating_frame
     values = kept | {
+        "turned": own.turned if same_frame else None,
         "tab": tab,
         "presented_tab": led.tab,
         "following": True,

@@ -127,10 +127,10 @@ def test_tables_as_typed_are_left_out_of_a_link_without_room_for_them():
     long = short._replace(stations=tuple(("1" * 40, "2", "3", "4", "") for _ in range(200)))
     state = state_of_link("gamma=3&film=1+period")
     with_room, without = (
-        query_of(state.with_choice(DRAFT, draft), None, START) for draft in (short, long)
+        query_of(state.with_choice(DRAFT, draft), START) for draft in (short, long)
     )
     assert state_of_link(with_room)[DRAFT] == short
-    assert without == query_of(state, None, START)
+    assert without == query_of(state, START)
     assert "film=" in without
 
 

@@ -140,38 +140,34 @@ def test_a_drag_of_the_speed_rarely_moves_the_viewpoint(rotating_frame):
 
 def test_a_camera_that_crossed_a_message_of_the_page_is_sent_again():
     """A page that reports its old viewpoint while it gets two others may end with the first of
-    these, a busy one with the initial viewpoint, and one that opens may report its own position
-    with our target; a viewpoint chosen by the visitor is kept."""
+    these, and tell it twice; a busy one with the initial viewpoint; and one that opens may report
+    its own position with our target."""
     view, start = page(), initial(Scene(Beam()))
     page_camera, shapes = PageCamera(view, start), SampledModes.at_rest(Beam(), "chordwise")
-    page_camera.look(viewpoint(shapes, True, 1.8, [0.0]), 0, True, None, eased=True)
+    page_camera.look(viewpoint(shapes, True, 1.8, [0.0]), True, None, eased=True)
     wide = view.position, view.look_at
     last = viewpoint(shapes, True, 1.3, [0.0])
-    page_camera.look(last, 0, True, None, eased=True)
-    assert not page_camera.outdated
+    page_camera.look(last, True, None, eased=True)
     mixed = (3.0, 3.0, 3.0), view.look_at
-    for old in (wide, (start.position, start.look_at), mixed):
+    for old in (wide, wide, (start.position, start.look_at), mixed):
         view.position, view.look_at = old
-        assert page_camera.outdated
-        assert page_camera.chosen(None, None) is None
-        page_camera.place_again()
-        page_camera.look(last, 0, True, None, eased=True)
+        assert page_camera.turned is None
+        page_camera.look(last, True, None, eased=True)
         assert (view.position, view.look_at) == (last.position, last.look_at)
-    view.position = (1.0, -2.0, 1.0)
-    assert not page_camera.outdated
-    assert page_camera.chosen(None, None).position == view.position
 
 
-def test_only_another_wanted_viewpoint_moves_the_camera():
-    """A visitor's own one is kept until one is asked for, also where the beam has grown."""
+def test_a_viewpoint_that_the_server_has_not_set_is_that_of_the_visitor():
+    """It is left alone while it is wanted, also where the server's last one has changed."""
     view, own, fit = page(), np.array([1.0, -2.0, 1.0]), Camera((0.0, -3.0, 2.0))
     page_camera = PageCamera(view, fit)
-    page_camera.look(fit, 0, True, None, eased=True)
+    page_camera.look(fit, True, None, eased=True)
+    assert page_camera.turned is None
     view.position = own
-    for wanted in (fit, Camera((0.0, -4.0, 2.0))):
-        page_camera.look(wanted, 0, True, None, eased=True)
-        assert view.position is own
-    page_camera.look(fit, 1, True, None, eased=True)
+    turned = page_camera.turned
+    assert turned.position == (*own,)
+    page_camera.look(turned, True, None, eased=True)
+    assert view.position is own
+    page_camera.look(fit, True, None, eased=True)
     assert view.position == fit.position
 
 
@@ -182,10 +178,10 @@ def test_a_change_of_view_is_eased(back):
     view, scene = page(), BeamView(SceneGraph())
     page_camera, shapes = PageCamera(view, Camera((1.0, 1.0, 1.0))), sampled(Beam(gamma=3))
     outside, inside = (viewpoint(shapes, frame, view.aspect, [0.0]) for frame in (False, True))
-    page_camera.look(outside, 0, False, None, eased=True)
+    page_camera.look(outside, False, None, eased=True)
     scene.show(DrawnBeam(shapes, ViewOptions()))
     view.position, view.look_at = np.array(view.position), np.array(view.look_at)
-    change = page_camera.look(inside, 0, True, None, eased=True)
+    change = page_camera.look(inside, True, None, eased=True)
     path, places, angle, rest = [], [], 6.0, np.zeros(len(shapes.modes))
     while change:
         angle = (angle + 0.02) % (2 * np.pi)
@@ -199,7 +195,7 @@ def test_a_change_of_view_is_eased(back):
         floor = scene.surroundings.floor.wxyz
         places.append([*scene.frame.position, 2 * math.atan2(floor[3], floor[0])])
         if len(path) == back:
-            change = page_camera.look(outside, 0, False, change, eased=True)
+            change = page_camera.look(outside, False, change, eased=True)
     assert np.allclose(path[-1], (outside if back else inside).position)
     turn = (0.02 - angle) * (back is None)
     target = camera.target(shapes, back is None)

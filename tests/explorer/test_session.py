@@ -96,7 +96,7 @@ def test_a_view_that_was_turned_is_kept_until_the_beam_would_leave_it(guest, ses
     """A larger hub, for which a beam fitted into the page is seen from farther away, keeps it."""
     turned = CAMERA_MESSAGE | {"position": (1.0, -2.0, 1.5), "look_at": (0.5, 0.0, 0.0)}
     guest.send(**turned)
-    wait_until(lambda: session.snapshot.chosen)
+    wait_until(lambda: session.snapshot.state.turned)
     placed = guest.camera
     guest.edit(delta=2.0)
     guest.edit(delta=3.0)

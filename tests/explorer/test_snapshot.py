@@ -732,7 +732,6 @@ LIES = {
     "options of the solver": Planted(of_first_beam, ALL),
     "case of the solver": Planted(of_argument("visitor.solver", "request", 0), ALL),
     "place of the camera": Planted(of_argument("visitor.camera", "look", 0), SCENE),
-    "view that is reset": Planted(of_argument("visitor.camera", "look", 1), SCENE, 14),
     "frame of the beam": Planted(of_argument("view.beam", "choose_frame", 0), SCENE),
     "width of the page": Planted(of_memo("viewpoints", 2), SIZE),
     "strip that the page covers": Planted(of_memo("viewpoints", 4), SIZE),

@@ -26,12 +26,14 @@ from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
+from beamviz.scene import Camera as Viewpoint
 from beamviz.scene import Scene
 
 AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
 STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
 IN_A_FRAME = 0.6  # the part of the steps of a drag that a frame shows before the next one
 IN_HASTE = 0.1  # the part of the frames that come late
+STEP = 0.04  # [s] from one frame of a `Desk` to the next
 MOST = 500  # frames until a page is at rest
 
 
@@ -198,7 +200,7 @@ class OfflineGuest(Guest):
     """A visitor in this process, whose frames come when they are waited for.
 
     start: the scene of the server; checked: called with this after each frame that shows edits and
-    answers; errors: what it found; asked: see `asked_of`, of the frame before the last one.
+    answers; errors: what it found.
     """
 
     def __init__(
@@ -211,7 +213,6 @@ class OfflineGuest(Guest):
         self.workers, self.errors = Workers(self.chance), list[str]()
         self.visitor = Offline(start, self.workers)
         self.session = self.visitor.session
-        self.asked: tuple[int, bool] | None = None
         self.frame()
 
     @classmethod
@@ -274,14 +275,70 @@ class OfflineGuest(Guest):
         self.visitor.receive()
         if self.checked and is_full:
             self.errors += self.checked(self)
-        if not own.snapshot.picture.held:  # else the camera is left alone
-            self.asked = asked_of(own.snapshot)
         if self.visitor.camera != before:  # as the browser tells
             run(own.camera_moved(None))
 
     def settle(self) -> None:
         """Wait until the page is at rest."""
         self.wait(self.is_at_rest)
+
+
+class Desk:
+    """A page whose frames come when the test says so, one after the other, and which reports its
+    camera then too: viser's is where the page was placed or reported last."""
+
+    def __init__(self, scene: Scene):
+        self.guest = OfflineGuest(scene)
+        self.guest.visitor.do("tab", "export")
+        self.guest.visitor.do("link", "")
+        self.guest.settle()
+        self.session, self.visitor = self.guest.session, self.guest.session.visitor
+
+    @property
+    def state(self) -> State:
+        return self.visitor.state
+
+    @property
+    def camera(self) -> Viewpoint:
+        """Where the page is, or is on its way to."""
+        return self.visitor.camera.present
+
+    @property
+    def address(self) -> str:
+        self.guest.visitor.receive()
+        return self.guest.visitor.parts["address"]
+
+    def do(self, action: str, value: Any = None) -> None:
+        self.guest.visitor.do(action, value)
+
+    def edit(self, name: str, value: Any) -> None:
+        """Another value, whose answer comes in the frame after the next."""
+        self.do(name, value)
+        self.frame(2)
+
+    def report(self, camera: Viewpoint) -> None:
+        """The page tells its camera."""
+        view = self.visitor.client.camera
+        view.position, view.look_at = camera.position, camera.look_at
+        run(self.session.camera_moved(None))
+
+    def turn(self, angle: float = 0.5) -> Viewpoint:
+        """The visitor turns the view."""
+        camera = Viewpoint(*turned(self.camera, angle, 1.1))
+        self.report(camera)
+        return camera
+
+    def frame(self, count: int = 1) -> None:
+        """The next frames, which take a snapshot."""
+        for _ in range(count):
+            CLOCK.time += STEP
+            self.guest.workers.run()
+            self.session.tick(CLOCK.time)
+
+    def moment(self) -> None:
+        """A frame that shows another moment of the last snapshot."""
+        CLOCK.time += STEP
+        self.session.move(CLOCK.time)
 
 
 @contextmanager
@@ -309,7 +366,7 @@ def forgetful(guest: OfflineGuest, snapshot: Snapshot) -> Offline:
     other = Offline(guest.start, Workers())
     own = other.session
     own.snapshot = own.with_picture(replace(snapshot, picture=None))
-    own.draw(own.snapshot)
+    own.show_scene(own.snapshot)
     own.show_page(own.snapshot)
     other.receive()
     return other
@@ -333,25 +390,8 @@ def memories(guest: OfflineGuest) -> list[str]:
         for nodes in (drawn, expected_nodes):
             nodes.pop("/scene", None)
     else:
-        expected_view = view_expected(guest, other)
-        found += differences([*guest.visitor.camera], [*expected_view], "camera")
+        found += differences([*guest.visitor.camera], [*other.camera], "camera")
     return [*found, *differences(drawn, expected_nodes, "scene")]
-
-
-def view_expected(guest: OfflineGuest, other: Offline) -> tuple[float, ...]:
-    """Where the camera is after the last frame: where the visitor has turned it to, until another
-    viewpoint is asked for; else, where one who has just come has it."""
-    snapshot = guest.session.snapshot
-    chosen = snapshot.chosen
-    is_turned = chosen is not None and chosen != snapshot.state.camera
-    if chosen is None or not is_turned or guest.asked != asked_of(snapshot):
-        return other.camera
-    return (*chosen.position, *chosen.look_at)
-
-
-def asked_of(snapshot: Snapshot) -> tuple[int, bool]:
-    """What places the camera, wherever the visitor has turned the view to, where it changes."""
-    return snapshot.state.fit, snapshot.state.view.rotating_frame
 
 
 def contents(guest: Offline) -> dict[str, Any]:

@@ -186,7 +186,8 @@ def left(state: State) -> State:
     found = state.before_lesson
     if not (state.lesson and found):
         return state
-    return state.restored(found).with_viewpoint(found.camera).at_moment(found.moment)
+    restored = state.restored(found).with_viewpoint(found.camera)
+    return replace(restored, moment=found.moment)
 
 
 @cache

@@ -29,7 +29,6 @@ from beamviz.lessons import lesson
 from beamviz.scene import KEYS as SCENE_KEYS
 from beamviz.scene import (
     MAX_LINK,
-    Camera,
     Scene,
     check_bool,
     check_choice,
@@ -223,7 +222,7 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))
     if BEFORE in values:
         state = replace(state, kept=changed_case(state.case, values[BEFORE]))
-    return state.at_moment(state.moment)
+    return state
 
 
 def changed_case(case: Case, values: dict[str, Any]) -> Case:
@@ -268,18 +267,18 @@ class Links(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.state, s.chosen), self.address, ("copy-link",)),
+            Part(lambda s: (s.state,), self.address, ("copy-link",)),
             Part(lambda s: (s.state.reserved is not None and s.settled,), shown_content, ()),
         )
 
-    def address(self, state: State, chosen: Camera | None) -> Content:
+    def address(self, state: State) -> Content:
         """The address of the state, unless the page has not sent its own; none, with the reason,
         for a beam that is too long for one."""
         if state.reserved is None:
             return page.props("copy-link", disabled=False, title=None)
         query = reason = ""
         try:
-            query = query_of(state, chosen, self.start)
+            query = query_of(state, self.start)
         except InvalidInput as error:
             reason = str(error)
         found = {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
@@ -291,11 +290,10 @@ def shown_content(is_shown: bool) -> Content:
     return page.props("scene", data_ready="") if is_shown else {}
 
 
-def query_of(state: State, chosen: Camera | None, start: State) -> str:
-    """The query of a link to a state and a viewpoint; "" for those at the start, or of a presenter.
-    start: the state of a page that opens without a query."""
-    nearest = replace(state, case=state.case.nearest)
-    scene = replace(nearest.to_scene(), camera=chosen)
+def query_of(state: State, start: State) -> str:
+    """The query of a link to a state; "" for that at the start, or of a presenter. start: the state
+    of a page that opens without a query."""
+    scene = replace(state, case=state.case.nearest).to_scene()
     own = {name: getattr(state.view, name) for name in LASTING}
     first = replace(start, view=replace(start.view, **own))
     pairs = extra_pairs(state)
@@ -333,7 +331,11 @@ def extra_pairs(state: State) -> dict[str, Any]:
     if state.kept is not None:
         values[BEFORE] = inline_table(state.kept, state.case) or "{}"
     words = {True: "true", False: "false"}
-    return {key: words[one] if isinstance(one, bool) else one for key, one in values.items()}
+    return {
+        key: words[one] if isinstance(one, bool) else one
+        for key, one in values.items()
+        if one is not None
+    }
 
 
 def is_same(one: Any, other: Any) -> bool:

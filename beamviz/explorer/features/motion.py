@@ -213,17 +213,15 @@ class MotionTab(Feature):
         visitor = self.visitor
         with visitor.lock:
             moment = times(visitor.state.case.units).plain(value)
-            moment = clip(moment, RANGES["until"].limits[1], visitor.state.moment)
-            visitor.change(lambda state: replace(state.at_moment(moment), in_motion=True))
+            moment = clip(moment, RANGES["until"].limits[1], visitor.clock.moment)
+            visitor.change(lambda state: replace(state, moment=moment, in_motion=True))
 
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
-        """Keep the moment at which the motion was paused."""
-        state, visitor, moment = snapshot.state, self.visitor, snapshot.clock.moment
-        if snapshot.is_led or state.view.playing or state.hold or snapshot.film is None:
-            return
-        with visitor.lock:
-            if visitor.state is state and moment != state.moment:
-                visitor.set_state(state.at_moment(round(moment, PAUSED_DIGITS)))
+        """Keep the moment at which the motion was paused; one that goes on is at none."""
+        state, playing = snapshot.state, snapshot.state.view.playing
+        if snapshot.film and playing != (state.moment is None):
+            moment = None if playing else round(snapshot.clock.moment, PAUSED_DIGITS)
+            self.visitor.update(lambda now: with_moment(now, state.moment, moment))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The motion while the scene shows it, or the tab is open; the pull of a beam in a hand."""
@@ -253,6 +251,11 @@ class MotionTab(Feature):
 def playing_reads(snapshot: Snapshot) -> tuple[bool]:
     """Whether the motion is played."""
     return (snapshot.state.in_motion and snapshot.state.view.playing,)
+
+
+def with_moment(state: State, before: float | None, moment: float | None) -> State:
+    """At a moment, unless the motion was moved to another one than that before."""
+    return replace(state, moment=moment) if state.moment == before else state
 
 
 def begun(state: State, experiment: Experiment) -> State:

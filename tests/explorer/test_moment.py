@@ -1,0 +1,241 @@
+"""The moment of a motion in time: where it stands, is moved to, or goes on from, frame by frame."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from urllib.parse import parse_qsl
+
+import pytest
+from live.offline import STEP, Desk, offline
+
+from beamviz.beam import Beam
+from beamviz.explorer import computed_motion
+from beamviz.explorer.experiment import PULLED
+from beamviz.explorer.features.motion import PRESETS
+from beamviz.scene import Scene
+
+FIRST = Scene(Beam(alpha=1, beta=0.5, gamma=3)).changed(playing=False)
+LINK = "alpha=1&beta=0.5&gamma=3&tab=motion&moving=true&motion={until=4.0}"
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motions are computed coarsely: what they are does not matter here."""
+    compute = computed_motion.motion
+    rough = {"points": 9, "tolerance": 1e-2}
+    monkeypatch.setattr(computed_motion, "motion", lambda *a, **given: compute(*a, **given | rough))
+
+
+@pytest.fixture
+def desk() -> Iterator[Desk]:
+    """A page that plays the motion of a link."""
+    with offline():
+        opened = Desk(FIRST)
+        opened.do("link", f"?{LINK}")
+        opened.do("playing", True)
+        opened.frame(5)
+        assert opened.session.snapshot.film
+        yield opened
+
+
+def moment(desk: Desk) -> float:
+    """The moment that the scene shows."""
+    return desk.visitor.clock.moment
+
+
+def linked(desk: Desk) -> str | None:
+    """The moment in the address."""
+    return dict(parse_qsl(desk.address)).get("moment")
+
+
+def step(desk: Desk) -> float:
+    """The time [T*] from one frame to the next."""
+    return STEP * desk.session.snapshot.rate
+
+
+def test_a_motion_is_moved_while_it_plays_and_goes_on(desk):
+    """Also twice to the same moment, and to its start, from which it began."""
+    assert moment(desk) > 0
+    for wanted in (0.0, 1.5, 1.5, 0.0, 0.0):
+        desk.do("moment", wanted)
+        desk.frame()
+        assert moment(desk) == wanted
+        desk.frame(3)
+        assert moment(desk) == pytest.approx(wanted + 3 * step(desk))
+        assert linked(desk) is None
+
+
+def test_the_last_of_several_moments_is_shown(desk):
+    """Those that come in one frame, as from a slider; and each of those that come in several."""
+    for wanted in (1.0, 1.2, 1.4):
+        desk.do("moment", wanted)
+    desk.frame()
+    assert moment(desk) == 1.4
+    for k in range(5):
+        desk.do("moment", 1.5 + 0.1 * k)
+        desk.frame()
+        assert moment(desk) == 1.5 + 0.1 * k
+
+
+def test_a_motion_that_is_paused_stands_where_it_was(desk):
+    """The address has its moment, to 4 digits, until it goes on, from there."""
+    desk.frame(9)
+    desk.do("playing", False)
+    desk.frame(2)
+    stands = moment(desk)
+    assert stands > 0
+    assert desk.state.moment == stands == round(stands, 4)
+    desk.frame(3)
+    assert moment(desk) == stands
+    assert linked(desk) == f"{stands}"
+    desk.do("playing", True)
+    desk.frame(3)
+    assert moment(desk) == pytest.approx(stands + 2 * step(desk))
+    assert linked(desk) is None
+
+
+def test_a_motion_that_is_moved_and_paused_at_once_stands_there(desk):
+    """In either order."""
+    for edits in (("moment", 1.25), ("playing", False)), (("playing", False), ("moment", 0.75)):
+        desk.do("playing", True)
+        desk.frame(3)
+        for edit in edits:
+            desk.do(*edit)
+        desk.frame(3)
+        assert moment(desk) == dict(edits)["moment"] == desk.state.moment
+
+
+def test_the_motion_of_another_beam_begins_at_its_start_while_it_plays(desk):
+    """Though the last one was moved; paused, it stands where that stood."""
+    desk.do("moment", 2.0)
+    desk.frame(2)
+    desk.do("alpha", 2.0)
+    desk.frame()
+    assert moment(desk) > 2
+    desk.frame(3)
+    assert desk.session.snapshot.film.beam.alpha == 2
+    assert moment(desk) < 1
+    desk.do("playing", False)
+    desk.do("moment", 2.0)
+    desk.frame()
+    desk.do("alpha", 3.0)
+    desk.frame(4)
+    assert desk.session.snapshot.film.beam.alpha == 3
+    assert moment(desk) == 2
+
+
+def test_undo_leaves_a_motion_at_its_moment(desk):
+    """It goes on, or stands; also where undo follows at once."""
+    desk.do("moment", 2.0)
+    desk.frame()
+    desk.do("ghosts", False)
+    desk.frame()
+    desk.do("undo")
+    desk.frame()
+    assert moment(desk) == pytest.approx(2 + 2 * step(desk))
+    desk.do("playing", False)
+    desk.frame(2)
+    stands = moment(desk)
+    for action in ("redo", "undo"):
+        desk.do(action)
+        desk.frame(2)
+        assert moment(desk) == stands
+
+
+@pytest.mark.parametrize("playing", [False, True])
+def test_an_experiment_begins_at_its_start(desk, playing):
+    """A new one, the same again, and the motion that the scene showed before its modes."""
+    desk.do("preferences", "" if playing else "still")
+    desk.do("playing", playing)
+    for name in ("stop", "stop"):
+        desk.do("moment", 2.0)
+        desk.frame(2)
+        desk.do("experiment", name)
+        desk.frame()
+        assert moment(desk) == 0
+        desk.frame(4)
+        assert desk.state.experiment == PRESETS[name][1]
+        assert moment(desk) < 1
+    desk.do("moment", 2.0)
+    desk.frame(2)
+    desk.do("only", 0)
+    desk.frame(2)
+    assert desk.session.snapshot.film is None
+    desk.do("motion.play")
+    desk.frame()
+    assert moment(desk) == 0
+
+
+def test_a_reset_begins_at_the_start(desk):
+    """With the motion of the link, which is known."""
+    desk.do("moment", 2.0)
+    desk.frame(2)
+    desk.do("reset")
+    desk.frame()
+    assert desk.state.experiment == replace(PULLED, until=4.0)
+    assert moment(desk) == 0
+
+
+@pytest.mark.parametrize("still", [False, True])
+def test_a_link_opens_a_motion_at_its_moment(still):
+    """From which it goes on unless motion is reduced; a link to the same one moves it there."""
+    with offline():
+        desk = Desk(FIRST)
+        desk.do("playing", not still)
+        desk.do("link", f"?{LINK}&moment=1.5")
+        while desk.session.snapshot.film is None:
+            desk.frame()
+        for _ in range(2):
+            assert moment(desk) == 1.5
+            desk.frame(2)
+            assert moment(desk) == (1.5 if still else pytest.approx(1.5 + 2 * step(desk)))
+            assert linked(desk) == ("1.5" if still else None)
+            desk.do("moment", 3.0)
+            desk.frame(2)
+            desk.do("link", f"?{LINK}&moment=1.5")
+            desk.frame()
+
+
+def test_a_lesson_that_is_left_returns_to_the_moment_before_it(desk):
+    """Where the motion stood."""
+    desk.do("playing", False)
+    desk.do("moment", 1.5)
+    desk.frame()
+    desk.do("lesson", "nodes")
+    desk.frame(2)
+    desk.do("lesson", "")
+    desk.do("playing", False)
+    desk.frame(4)
+    assert desk.session.snapshot.film
+    assert moment(desk) == 1.5
+
+
+def test_a_lecture_has_the_moment_of_the_presenter(desk):
+    """Moved, going on, paused; whoever leaves it stays there."""
+    one = Desk(FIRST)
+    one.visitor.presenter = lambda: desk.session.snapshot
+    one.visitor.update(lambda state: replace(state, following=True))
+
+    def both(count: int = 1) -> None:
+        for _ in range(count):
+            desk.frame()
+            one.frame()
+
+    both()
+    for wanted in (2.0, 0.0):
+        desk.do("moment", wanted)
+        for _ in range(4):
+            both()
+            assert moment(one) == moment(desk)
+    desk.do("moment", 1.0)
+    desk.frame()
+    desk.moment()
+    one.frame()
+    assert moment(one) == moment(desk) > 1
+    desk.do("playing", False)
+    both(3)
+    assert moment(one) == moment(desk) == one.state.moment
+    one.do("tab", "methods")
+    one.do("ghosts", False)
+    one.frame(6)
+    assert not one.state.following
+    assert moment(one) == moment(desk)
