@@ -16,7 +16,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import BentBeam, BentState
+from beamviz.solver.bent.beam import BentBeam, BentState, product
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_elements,
@@ -24,7 +24,7 @@ from beamviz.solver.bent.equilibrium import (
     resolved,
     stable_states,
 )
-from beamviz.solver.bent.modes import TINY, BentModes, bent_modes, coriolis
+from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
     curve,
@@ -245,11 +245,11 @@ def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
     (elements, modes): t* T v + v* T t - t* T t."""
     s, V, highest = modes.s, modes.V, state.beam.highest
     terms = [(state.stiffness, 1.0), (state.inertia, s**2)]
-    if (C := coriolis(state)) is not None:
-        terms.append((C, s))
+    if state.coriolis is not None:
+        terms.append((state.coriolis, s))
     contributions = np.zeros((len(highest), len(s)), complex)
     for matrix, factor in terms:
-        right, left = matrix @ V, matrix.T @ V.conj()
+        right, left = product(matrix, V), product(matrix.T, V.conj())
         for k, unknowns in enumerate(highest):
             t = V[unknowns]
             inside = matrix[np.ix_(unknowns, unknowns)] @ t

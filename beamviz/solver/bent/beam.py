@@ -42,6 +42,13 @@ def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray
     return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
 
+def product(A: Any, V: NDArray) -> NDArray:
+    """A V of a real matrix A (k, n) and vectors V (..., n, modes), which may be complex: numpy would
+    make the matrix complex, a copy of twice its size."""
+    V = np.ascontiguousarray(V)
+    return (A @ V.view(float)).view(V.dtype)
+
+
 class Sections(NamedTuple):
     """Sections of a beam at which it may be weakest: the clamp, of a blade both sides of each
     break."""
@@ -336,7 +343,12 @@ class BentState:
     @property
     def is_stable(self) -> bool:
         """Whether the stiffness is positive definite, on the mesh and for shorter deformations."""
-        return lapack.dpotrf(self.stiffness, lower=1)[1] == 0 and not self.collapses
+        return self.is_positive_definite and not self.collapses
+
+    @property
+    def is_positive_definite(self) -> bool:
+        """Whether the stiffness is positive definite, on the mesh."""
+        return lapack.dpotrf(self.stiffness, lower=1)[1] == 0
 
     @cached_property
     def distributed_loads(self) -> tuple[NDArray, NDArray]:
@@ -388,7 +400,9 @@ class BentState:
         # The loads move along with the masses.
         moving = self.displacements if bent.softens else self.displacements[:1]
         moving = moving.reshape(-1, bent.size)
-        K -= gamma2 * (moving.T @ moving)
+        softening = moving.T @ moving
+        softening *= gamma2
+        K -= softening
         if spin_up:  # the load is not symmetric
             K += spin_up * self.swirl
         return K
@@ -396,10 +410,25 @@ class BentState:
     @cached_property
     def inertia(self) -> NDArray:
         """Mass (size, size) by the unknowns, with the rotary inertia of bodies."""
-        F = self.displacements.reshape(-1, self.beam.size)
-        return F.T @ F + self.rotations.T @ self.rotations
+        F = self.factor_of_inertia
+        return F.T @ F
+
+    @property
+    def factor_of_inertia(self) -> NDArray:
+        """F (2 m + masses, size) with the inertia F' F: `displacements`, and roots of moments of
+        inertia times the angles of bodies."""
+        bent = self.beam
+        rotations = np.zeros((len(bent.rotary), bent.size))
+        rotations[:, bent.stretch.shape[1] :] = np.sqrt(bent.rotary)[:, None] * bent.body_angles
+        return np.vstack((*self.displacements, rotations))
 
     @cached_property
+    def coriolis(self) -> NDArray | None:
+        """Matrix (size, size) of the Coriolis forces, skew; None without them."""
+        gamma = self.beam.beam.gamma
+        return 2 * gamma * self.swirl if self.beam.problem.gyroscopic and gamma else None
+
+    @property
     def swirl(self) -> NDArray:
         """Integral (size, size) of virtual displacements times e3 x displacements: skew."""
         X, Y = self.displacements
@@ -449,10 +478,10 @@ class BentState:
             stiffness += beam.gamma**2 * (bent.restoring * np.cos(2 * self.body_angles)) @ turned
         return stiffness
 
-    @cached_property
+    @property
     def displacements(self) -> NDArray:
         """Root of the mass times the derivatives (2, m, size) of x and y by the unknowns: F with
-        the inertia F' F."""
+        the inertia F' F. Of a large blade they take more memory than a matrix, and less time."""
         f, (c, s), bent = self.f[:, None], self.direction[..., None], self.beam
         n, r = bent.stretch.shape
         displaced = np.empty((2, len(bent.mass), bent.size))
@@ -463,10 +492,3 @@ class BentState:
         displaced[:, :n] = bent.grid.integrals(gradient)
         displaced *= np.sqrt(bent.mass)[:, None]
         return displaced
-
-    @cached_property
-    def rotations(self) -> NDArray:
-        """Rows (masses, size) of the inertia: roots of moments of inertia times the angles of
-        bodies."""
-        rows = np.sqrt(self.beam.rotary)[:, None] * self.beam.body_angles
-        return np.hstack((np.zeros((len(rows), self.beam.stretch.shape[1])), rows))
