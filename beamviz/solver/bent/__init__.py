@@ -80,6 +80,7 @@ def solve_bent(
         if excess[:, worst].sum() <= 1:
             return _solution(state, modes, truncation.sum(axis=0) + rounding)
         finer = refined(state.beam.elements, excess[:, worst].tolist(), beam.blade)
+        state = saved(state).restored()  # its matrices would be in memory beside the larger ones
         state = _on_elements(state, finer)
     raise NotConverged(
         f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
@@ -274,7 +275,7 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     bent, orders = state.beam, state.beam.elements.orders
     V = bent.values(modes.V)
     moved = state.displaced(V)
-    theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
+    theta = bent.to_masses(state.kappa[:, None]) + state.root_angle
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     profile = profile_of(state)
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
