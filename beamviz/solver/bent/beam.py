@@ -45,6 +45,8 @@ def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray
 def product(A: Any, V: NDArray) -> NDArray:
     """A V of a real matrix A (k, n) and vectors V (..., n, modes), which may be complex: numpy
     would make the matrix complex, a copy of twice its size."""
+    if V.dtype != complex:
+        return A @ V
     V = np.ascontiguousarray(V)
     return (A @ V.view(float)).view(V.dtype)
 
@@ -134,8 +136,10 @@ class BentBeam:
 
     def to_masses(self, values: NDArray) -> NDArray:
         """Integrals (..., m, k) from the clamp to each mass of values (..., n, k)."""
-        parts = product(self.J, values), product(self.to_carried, values)
-        return np.concatenate(parts, axis=-2)
+        integrals = product(self.J, values)
+        if not len(self.to_carried):
+            return integrals
+        return np.concatenate((integrals, product(self.to_carried, values)), axis=-2)
 
     def to_angle(self, turning: NDArray) -> NDArray:
         """Angles (n, ...) of kappa and, where the root is not clamped, of the angle there (turning,
@@ -158,18 +162,18 @@ class BentBeam:
 
     def values(self, c: NDArray) -> NDArray:
         """Changes of q (n + turning, ...) of unknowns c (size, ...)."""
-        of_f, of_kappa, of_root = np.split(c, [self.r, 2 * self.r])
+        of_f, of_kappa = c[: self.r], c[self.r : 2 * self.r]
         parts = [block.stretch @ of_f[block.functions] for block in self.blocks]
         parts += [block.bending @ of_kappa[block.functions] for block in self.blocks]
-        return np.concatenate((*parts, self.root_scale * of_root))
+        return np.concatenate((*parts, self.root_scale * c[2 * self.r :]))
 
     def on_unknowns(self, residual: NDArray) -> NDArray:
         """Derivatives by the unknowns (size,) of those by q (n + turning,)."""
         n = len(self.w)
-        by_f, by_kappa, by_root = np.split(residual, [n, 2 * n])
+        by_f, by_kappa = residual[:n], residual[n : 2 * n]
         parts = [by_f[block.points] @ block.stretch for block in self.blocks]
         parts += [by_kappa[block.points] @ block.bending for block in self.blocks]
-        return np.concatenate((*parts, self.root_scale * by_root))
+        return np.concatenate((*parts, self.root_scale * residual[2 * n :]))
 
     def local(self, ff: NDArray, fk: NDArray, kk: NDArray, root: float = 0.0) -> NDArray:
         """Matrix (size, size) in the unknowns of a quadratic form whose density is given by its
@@ -397,27 +401,24 @@ class BentState:
         K = bent.local(w * axial, w * bent.EI * db * kappa, w * bent.EI * b, beam.root)
         # The axial and the shear force turn with the beam.
         r, angle = bent.r, bent.angle
-        for points, own, stretch, _ in bent.blocks:
-            turned = (stretch.T * across[points]) @ angle[points]
-            K[own, r:] -= turned
-            K[r:, own] -= turned.T
+        turned = np.concatenate(
+            [(Bf.T * across[points]) @ angle[points] for points, _, Bf, _ in bent.blocks]
+        )
+        K[:r, r:] -= turned
+        K[r:, :r] -= turned.T
         K[r:, r:] += (angle.T * (f * along)) @ angle
         if bent.restoring.any():
             rows, turned = bent.body_angles, np.cos(2 * self.body_angles)
             K[r:, r:] += gamma2 * (rows.T * (bent.restoring * turned)) @ rows
-        K -= self.softening
+        # The loads move along with the masses.
+        moving = self.displacements if bent.softens else self.displacements[:1]
+        moving = moving.reshape(-1, bent.size)
+        softening = moving.T @ moving
+        softening *= gamma2
+        K -= softening
         if spin_up:  # the load is not symmetric
             K += spin_up * self.swirl
         return K
-
-    @property
-    def softening(self) -> NDArray:
-        """Matrix (size, size) of the centrifugal forces, which move along with the masses."""
-        moving = self.displacements if self.beam.softens else self.displacements[:1]
-        moving = moving.reshape(-1, self.beam.size)
-        softening = moving.T @ moving
-        softening *= self.beam.beam.gamma**2
-        return softening
 
     @cached_property
     def inertia(self) -> NDArray:
@@ -445,7 +446,6 @@ class BentState:
         """Integral (size, size) of virtual displacements times e3 x displacements: skew."""
         X, Y = self.displacements
         S = Y.T @ X
-        del X, Y  # large blades have large matrices
         return S - S.T
 
     def displaced(self, V: NDArray) -> NDArray:
@@ -491,17 +491,16 @@ class BentState:
             stiffness += beam.gamma**2 * (bent.restoring * np.cos(2 * self.body_angles)) @ turned
         return stiffness
 
-    @property
+    @cached_property
     def displacements(self) -> NDArray:
         """Root of the mass times the derivatives (2, m, size) of x and y by the unknowns: F with
-        the inertia F' F. Of a large blade they take more memory than a matrix, and less time."""
+        the inertia F' F."""
         (c, s), bent = self.direction[..., None], self.beam
         n, f = len(self.f), self.f[:, None]
         displaced = np.zeros((2, len(bent.mass), bent.size))
         gradient = displaced[:, :n]  # which the integrals replace: large blades have large matrices
-        for points, own, stretch, _ in bent.blocks:
-            gradient[0, points, own] = c[points] * stretch
-            gradient[1, points, own] = s[points] * stretch
+        for points, own, Bf, _ in bent.blocks:
+            gradient[:, points, own] = self.direction[:, points, None] * Bf
         np.multiply(-f * s, bent.angle, out=gradient[0, :, bent.r :])
         np.multiply(f * c, bent.angle, out=gradient[1, :, bent.r :])
         displaced[:, n:] = bent.to_carried @ gradient

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack, lu_factor, lu_solve
+from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import BentState, product
@@ -20,6 +20,9 @@ from beamviz.solver.eigen import EPS, symmetric_modes
 from beamviz.solver.solution import Status, status_of
 
 FEW = 60  # number of unknowns up to which all modes are computed faster than some
+# Size of a Hermitian problem up to which, and up to how many times the modes asked for, all its
+# modes are computed faster than some: 2 ms.
+FEW_HERMITIAN, FEW_FOR_EACH = 150, 25
 MORE_MODES = 4  # beyond those asked for, in which an instability is seen
 ROUNDING_FACTOR = 100.0  # of the estimated rounding error, see scripts/measure_error_bars.py
 TINY = 1e-300  # keeps a quotient finite whose denominator vanishes where modes coalesce
@@ -40,19 +43,28 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
     K, M, C = state.stiffness, state.inertia, state.coriolis
+    steady_gyroscopic = C is not None and not state.beam.beam.spin_up
+    F = state.factor_of_inertia if steady_gyroscopic else None
+    del state.displacements  # which take more memory than a matrix, and are not needed any more
     if state.beam.beam.spin_up:
-        factors = lu_factor(K)
-        return unsymmetric_modes(partial(lu_solve, factors), abs(np.diag(K)), M, C, count)
+        factors = lapack.dgetrf(K)[:2]
+        return unsymmetric_modes(partial(_solve, factors), abs(np.diag(K)), M, C, count)
     if not state.is_positive_definite:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
-    if C is not None:
-        s, V = _steady_gyroscopic(K, state.factor_of_inertia, C, count)
+    if F is not None:
+        s, V = _steady_gyroscopic(K, F, C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
     V = _of_unit_mass(V, M)
     pairing, rounding = _pairing(abs(np.diag(K)), M, C, s, V, V)
     return BentModes(s, V, pairing, rounding, "stable")
+
+
+def _solve(factors: tuple[NDArray, NDArray], f: NDArray, trans: int = 0) -> NDArray:
+    """K^-1 f, or with trans=1 K'^-1 f, by the factors of K and their pivots: scipy.linalg.lu_solve
+    takes a fifth longer for the modes of a small beam."""
+    return lapack.dgetrs(*factors, f, trans=trans)[0]
 
 
 def _of_unit_mass(V: NDArray, M: Any) -> NDArray:
@@ -95,7 +107,7 @@ def _steady_gyroscopic(K: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[
         q = divided(v[:n], transposed=True)
         return np.concatenate((-divided(C @ q + F.T @ v[n:], transposed=False), F @ q))
 
-    if size > max(FEW, 6 * count):
+    if size > max(FEW_HERMITIAN, FEW_FOR_EACH * count):
         from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
 
         def hermitian(v: NDArray) -> NDArray:
