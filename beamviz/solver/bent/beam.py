@@ -260,7 +260,7 @@ class BentState:
 
     def step_size(self, step: NDArray) -> float:
         """The size of a step of q in units of the largest that descent takes."""
-        df, dkappa = np.split(step, [len(self.f)])
+        df, dkappa = step[: len(self.f)], step[len(self.f) :]
         turn, stretch = abs(self.beam.to_angle(dkappa)).max(), abs(df / self.f).max()
         return float(max(turn / MAX_TURN, stretch / MAX_STRETCH))
 
@@ -451,7 +451,7 @@ class BentState:
     def displaced(self, V: NDArray) -> NDArray:
         """Root of the mass times the displacements (2, m, modes) by changes V (n + turning, modes)
         of q: those that `displacements` gives by the unknowns."""
-        df, dkappa = np.split(V, [len(self.f)])
+        df, dkappa = V[: len(self.f)], V[len(self.f) :]
         (c, s), turn = self.direction[..., None], self.f[:, None] * self.beam.to_angle(dkappa)
         moved = self.beam.to_masses(np.stack((c * df - s * turn, s * df + c * turn)))
         return np.sqrt(self.beam.mass)[:, None] * moved
@@ -466,7 +466,7 @@ class BentState:
         consists of: to set up the matrix takes n / modes times as long."""
         bent, beam, f, p = self.beam, self.beam.beam, self.f[:, None], self.beam.power
         along, across = self.loads
-        df, dkappa = np.split(V, [len(f)])
+        df, dkappa = V[: len(f)], V[len(f) :]
         turn, dkappa = bent.to_angle(dkappa), dkappa[: len(f)]
         kappa, EI = self.kappa, bent.w * bent.EI
 

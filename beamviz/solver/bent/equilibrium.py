@@ -212,8 +212,8 @@ def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, floa
     added to the stiffness, in units of the present rigidities."""
     bent, K = state.beam, state.stiffness
     if shift:
-        axial, bending, root = np.split(shift * state.rigidities, [len(bent.w), 2 * len(bent.w)])
-        K = bent.local(axial, np.zeros_like(axial), bending, root.sum())
+        added, n = shift * state.rigidities, len(bent.w)
+        K = bent.local(added[:n], np.zeros(n), added[n : 2 * n], added[2 * n :].sum())
         K += state.stiffness
     L, info = lapack.dpotrf(K, lower=1)
     if info:
