@@ -9,7 +9,6 @@ import time
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
 
 from viser import ClientHandle, ViserServer
 
@@ -46,9 +45,9 @@ class FrameLoop:
     """Draws for all visitors; it sleeps while nothing moves.
 
     sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
-    ones; woken: ids of visitors whose page may be outdated; later: ids of those whose next frame
-    shows more; presenter: None while there is none; is_late: the last round that showed edits took
-    longer than a frame may.
+    ones; later: ids of those who were woken by their own frame: what that has changed is shown by
+    the next one, not by one in between; presenter: None while there is none; is_late: the last
+    round that showed edits took longer than a frame may.
     """
 
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
@@ -60,7 +59,6 @@ class FrameLoop:
         self.presenter: Session | None = None
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
-        self.woken: set[int] = set()
         self.later: set[int] = set()
         self.stopped = self.is_late = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
@@ -83,14 +81,14 @@ class FrameLoop:
             self.presenter = session if presents else self.presenter
             if self.stopped or visitor not in self.server.get_clients():
                 self.leave(visitor)  # who has left while the session was built
-            self.wake(visitor)
+            session.visitor.wake()
+            self.resume()  # it may have been woken before it was among the sessions
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
         state = replace(State.of(self.first_scene()), following=follows)
-        wake = partial(self.wake, client.client_id)
         presenter = self.presented if follows else None
-        return Session(Visitor(client, state, self.workers, wake, presenter, presents))
+        return Session(Visitor(client, state, self.workers, self.resume, presenter, presents))
 
     def first_scene(self) -> Scene:
         """The scene of a new visitor; in a notebook, where they are one person, that of the last
@@ -130,11 +128,6 @@ class FrameLoop:
                 self.presenter = None
                 self.wake_followers()
 
-    def wake(self, visitor: int) -> None:
-        """Draw for a visitor soon; from any thread."""
-        self.woken.add(visitor)
-        self.resume()
-
     def wake_followers(self) -> None:
         """Draw for the visitors who follow the presenter."""
         for session in list(self.sessions.values()):
@@ -142,7 +135,7 @@ class FrameLoop:
                 session.visitor.wake()
 
     def resume(self) -> None:
-        """Wake the frame loop, from any thread."""
+        """Look at once whether a page is outdated; from any thread."""
         with suppress(RuntimeError):  # the event loop is closed
             self.loop.call_soon_threadsafe(self.changed.set)
 
@@ -163,25 +156,31 @@ class FrameLoop:
             await self.sleep(due, full)
             now = time.monotonic()
             is_due, shows = now >= due, now >= full
-            woken = self.take_woken() if shows else set[int]()
-            await self.draw(woken, all_moving=is_due)
+            if is_due:
+                self.later.clear()
+            outdated = self.outdated(now, is_due=is_due) if shows else set[int]()
+            await self.draw(outdated, all_moving=is_due)
             end = time.monotonic()
-            if woken:
+            if outdated:
                 self.is_late, full = end - now > self.step, end + BREAK * (end - now)
             if is_due:
-                self.woken |= self.later
-                self.later.clear()
                 due = max(due + self.step, end - self.step)
             await exchange_messages()
 
-    def take_woken(self) -> set[int]:
-        """The visitors whose page may be outdated, and those whose page shows how a job goes on."""
-        woken = self.woken.copy()
-        self.woken.difference_update(woken)  # those whom a thread wakes meanwhile stay in it
-        since = time.monotonic() - PROGRESS
-        return woken | {
-            one for one, s in self.sessions.items() if s.is_busy and s.last_shown < since
+    def outdated(self, now: float, *, is_due: bool) -> set[int]:
+        """The visitors whose page may be outdated at the time `now` [s]: those woken, those whose
+        page shows how a job goes on, and if a frame `is_due` those whose page moves."""
+        since = now - PROGRESS
+        return self.woken | {
+            one
+            for one, session in self.sessions.items()
+            if (session.is_busy and session.last_shown < since) or (is_due and session.page_moves)
         }
+
+    @property
+    def woken(self) -> set[int]:
+        """The visitors who are to be drawn before the next frame of the scenes that move."""
+        return {one for one, s in self.sessions.items() if s.visitor.outdated} - self.later
 
     @property
     def step(self) -> float:
@@ -207,12 +206,12 @@ class FrameLoop:
             async with asyncio.timeout(min(times, default=None)):
                 await self.changed.wait()
 
-    async def draw(self, woken: set[int], *, all_moving: bool) -> None:
-        """Draw a frame for each woken visitor, and a moment for each whose scene moves if
-        `all_moving`. The presenter comes first: others follow."""
+    async def draw(self, outdated: set[int], *, all_moving: bool) -> None:
+        """Draw a frame for each visitor with an outdated page, and a moment for each other one
+        whose scene moves if `all_moving`. The presenter comes first: others follow."""
         sessions = sorted(self.sessions.items(), key=lambda one: one[1] is not self.presenter)
         for k, (visitor, session) in enumerate(sessions):
-            if visitor in woken:
+            if visitor in outdated:
                 self.tick(visitor, session)
                 if session is self.presenter:
                     self.wake_followers()
@@ -226,11 +225,9 @@ class FrameLoop:
         try:
             if only_moves:
                 session.move(time.monotonic())
-            else:
-                session.tick(time.monotonic(), in_haste=self.is_late)
-            if session.is_moving and visitor in self.woken:
-                # What this frame has changed is shown by the next one, not by one in between.
-                self.woken.discard(visitor)
+                return
+            session.tick(time.monotonic(), in_haste=self.is_late)
+            if session.is_moving and session.visitor.outdated:
                 self.later.add(visitor)
         except Exception as error:
             log.error("drawing", f"visitor {visitor}, who is disconnected", error)

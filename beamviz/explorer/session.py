@@ -4,7 +4,7 @@ A move of a slider becomes a picture at these stations:
 
 1. `Page.received`: the page sends the value;
 2. `Visitor.change`: the state is replaced;
-3. `FrameLoop.wake`: the visitor is drawn in the next frame;
+3. `Visitor.wake`: the page is outdated, and drawn in the next frame;
 4. `Job.request`: in that, the new case becomes the latest request of the solver job;
 5. `Job.perform`: a worker thread solves the case and samples its shapes;
 6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
@@ -32,6 +32,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
 
 LONGEST_STEP = 0.2  # [s] largest advance of the clock in a frame, also after a delay
+REST = 0.25  # [s] since the last edit of a beam, before a busy server computes its charts
 
 
 class Session:
@@ -39,13 +40,13 @@ class Session:
     loop, shows it.
 
     snapshot: that of the last frame; last_tick: its time [s]; last_shown: the time of the last one
-    that took a snapshot. The parts of a picture are computed again, and those of page and scene
+    that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture are computed again, and those of page and scene
     shown again, only where what they read of a snapshot differs from the last reading (`Memo`,
     `Shown`). postponed: what the page needs of the jobs is requested in a later frame.
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.last_tick, self.last_shown = visitor, 0.0, 0.0
+        self.visitor, self.last_tick, self.last_shown, self.last_edit = visitor, 0.0, 0.0, 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Shown()) for feature in self.features for part in feature.parts]
         self.view = SceneView(ViserScene(visitor.client.scene))
@@ -86,13 +87,20 @@ class Session:
         return self.snapshot.is_moving or is_eased or self.postponed
 
     @property
+    def page_moves(self) -> bool:
+        """Whether the page moves as well, so that the next frame takes a snapshot."""
+        state, film = self.snapshot.state, self.snapshot.film
+        driven = state.grip or state.hold or state.run_speed is not None or film
+        return self.is_moving and bool(driven or self.postponed)
+
+    @property
     def is_busy(self) -> bool:
         """Whether a job is running, whose time the page shows."""
         return any(job.busy for job in self.visitor.jobs.values())
 
     def tick(self, now: float, *, in_haste: bool = False) -> None:
         """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
-        computed for a beam that the last frame had too."""
+        computed for a beam that has been the same for the time REST."""
         visitor, before = self.visitor, self.snapshot.state.case
         since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
         visitor.clock = self.advanced_clock(now)
@@ -103,7 +111,8 @@ class Session:
         self.beam_pull.react(snapshot)
         with visitor.client.atomic():
             self.draw(snapshot)
-            self.postponed = in_haste and snapshot.state.case is not before
+            self.last_edit = now if snapshot.state.case is not before else self.last_edit
+            self.postponed = in_haste and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
             needed = self.postponed, *snapshot.reading
@@ -114,10 +123,7 @@ class Session:
 
     def move(self, now: float) -> None:
         """Draw the moment of the time `now` [s] of what the last frame shows."""
-        visitor, state = self.visitor, self.snapshot.state
-        taken = state.grip or state.hold
-        if self.postponed or state.run_speed is not None or taken or self.snapshot.film:
-            visitor.wake()
+        visitor = self.visitor
         self.snapshot = replace(self.snapshot, clock=self.advanced_clock(now))
         with visitor.client.atomic():
             self.draw(self.snapshot)

@@ -81,6 +81,11 @@ class Case:
         """What is no number of the beam, by name."""
         return {name: getattr(self, name) for name in ("units", "blade", "masses", "root")}
 
+    @property
+    def values(self) -> dict[str, Any]:
+        """Numbers, keywords of `solve` and structure, by name."""
+        return self.options | self.structure | self.numbers
+
     @cached_property
     def beam(self) -> Beam:
         """The beam. Raises InvalidInput, which names a number out of range."""
@@ -357,8 +362,11 @@ class State:
     def values(self) -> dict[str, Any]:
         """Fields, view options, keywords of `solve`, the numbers and the structure of the beam, by
         name; choices of features are not among them."""
-        case = self.case
-        return vars(self) | vars(self.view) | case.options | case.structure | case.numbers
+        return vars(self) | vars(self.view) | self.case.values
+
+    def with_fields(self, **values: Any) -> Self:
+        """With other values of fields; the state itself where it has them."""
+        return replace(self, **values) if different(values, vars(self)) else self
 
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. The beam is fitted into the page again
@@ -395,11 +403,11 @@ class State:
         """Remembering the mass, for the switch that removes and restores it."""
         alpha = self.case.numbers["alpha"]
         known = isinstance(alpha, int | float) and 0 < alpha <= NUMBERS["alpha"].limits[1]
-        return replace(self, last_alpha=float(alpha)) if known else self
+        return self.with_fields(last_alpha=float(alpha)) if known else self
 
     def without_run_up(self) -> Self:
         """After an edit that changes the response."""
-        return replace(self, forced_response=False, run_speed=None)
+        return self.with_fields(forced_response=False, run_speed=None)
 
     def without_motion(self) -> Self:
         """With modes in the scene, not the response to a force or a motion in time."""
@@ -428,18 +436,18 @@ class State:
 
     def differences(self, other: Self) -> set[str]:
         """The names of the values that differ from those of another state and that undo changes."""
-        theirs = other.values
-        differing = {
-            name
-            for name, one in self.values.items()
-            if one is not theirs[name] and one != theirs[name]
+        differing = different(vars(self), vars(other))
+        if "view" in differing:
+            differing |= different(vars(self.view), vars(other.view))
+        if "case" in differing:
+            differing |= different(self.case.values, other.case.values)
+        of_features = {
+            one.name
+            for one in {*self.chosen, *other.chosen}
+            if one.undo == "changes" and self[one] != other[one]
         }
-        differing -= {"case", "view", "chosen", *LASTING}
-        differing -= {name for name, one in SHARED.items() if one.undo != "changes"}
-        of_features = {*self.chosen, *other.chosen}
-        return differing | {
-            one.name for one in of_features if one.undo == "changes" and self[one] != other[one]
-        }
+        unchanged = {name for name, one in SHARED.items() if one.undo != "changes"}
+        return differing - {"case", "view", "chosen", *LASTING} - unchanged | of_features
 
     def keep(self) -> Self:
         """Keep the case, to compare later ones with, unless it has a number out of range."""
@@ -448,6 +456,11 @@ class State:
     def keep_for_comparison(self) -> Self:
         """Keep the case unless it is compared with something else."""
         return self.keep() if self.comparison in (NO_COMPARISON, EARLIER) else self
+
+
+def different(some: Mapping[str, Any], others: Mapping[str, Any]) -> set[str]:
+    """The names of `some` values that differ from those of the same names."""
+    return {name for name, one in some.items() if one is not others[name] and one != others[name]}
 
 
 SHARED = choices_of(State)  # that are fields of the state, by name

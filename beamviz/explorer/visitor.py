@@ -53,10 +53,10 @@ class Visitor:
     """A visitor's session without its pictures.
 
     client: their viser client; page: the HTML around the scene; state: all their choices, replaced
-    by each edit; wake: tells the frame loop that something changed; presenter: returns the
-    presenter's last snapshot, None while there is none; may_follow, presents: it is a lecture, by
-    another visitor or by this one; solver: the job that solves the case of the state; clock: of the
-    scene; controls: what those of each key show.
+    by each edit; outdated: something has changed since the last snapshot; schedule: tells the frame
+    loop so; presenter: returns the presenter's last snapshot, None while there is none; may_follow,
+    presents: it is a lecture, by another visitor or by this one; solver: the job that solves the
+    case of the state; clock: of the scene; controls: what those of each key show.
     """
 
     def __init__(
@@ -68,8 +68,9 @@ class Visitor:
         presenter: Callable[[], Snapshot | None] | None = None,
         presents: bool = False,
     ):
-        self.client, self.page = client, Page(client, schedule)
-        self.wake, self.presenter = schedule, presenter or (lambda: None)
+        self.client, self.page = client, Page(client, self.wake)
+        self.outdated, self.schedule = True, schedule
+        self.presenter = presenter or (lambda: None)
         self.may_follow, self.presents = presenter is not None, presents
         self.state, self.history, self.clock = state, History(), Clock()
         self.workers = workers
@@ -95,8 +96,7 @@ class Visitor:
             before = self.state
             state = edit(before)
             own = replaced and self.history.past and state.differences(before)
-            state = replace(
-                state,
+            state = state.with_fields(
                 replaced=replaced if own else "",
                 following=state.following and not before.following,
                 refused=refused_after(before, state),
@@ -162,6 +162,12 @@ class Visitor:
         except InvalidInput as error:
             raise InvalidInput(case_error(str(error), self.state.case)) from error
 
+    def wake(self) -> None:
+        """Take a snapshot soon, as something has changed; from any thread."""
+        if not self.outdated:
+            self.outdated = True
+            self.schedule()
+
     # Snapshots
 
     def next_snapshot(self) -> Snapshot:
@@ -170,13 +176,14 @@ class Visitor:
         theirs; nothing is computed then."""
         with self.lock:
             led = self.presenter() if self.state.following else None
-            if led:
-                self.state = following(self.state, led.state)
-                self.clock = replace(led.clock, transition=self.clock.transition)
-            else:
+            if not led:
                 case = self.state.shown_case
                 self.solver.request(Cases(case, comparison_case(self.state, case)))
                 self.solver.finish()
+            self.outdated = False  # what changes from here on is for the next snapshot
+            if led:
+                self.state = following(self.state, led.state)
+                self.clock = replace(led.clock, transition=self.clock.transition)
             own = self.snapshot()
         if led is None:
             return own

@@ -71,7 +71,7 @@ class Guest:
 
     def is_drawn(self) -> bool:
         """Whether a frame has shown all that has changed."""
-        return self.id not in self.loop.woken | self.loop.later
+        return not self.session.visitor.outdated
 
     def is_handled(self) -> bool:
         """Whether the server has handled all actions, and a frame has shown them."""

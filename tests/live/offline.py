@@ -140,10 +140,10 @@ def run(steps: Coroutine[Any, Any, None]) -> None:
 class Offline(Socket):
     """A visitor of a session in this process; scene: that which the server begins with."""
 
-    def __init__(self, scene: Scene, workers: Workers, wake: Callback = lambda: None):
+    def __init__(self, scene: Scene, workers: Workers):
         super().__init__(Line())
         self.client: Any = Client()
-        opened = Visitor(self.client, State.of(scene), workers, wake)
+        opened = Visitor(self.client, State.of(scene), workers, schedule=lambda: None)
         self.session = Session(opened)
 
     def do(self, action: str, value: Any = None, until: Any = "") -> None:
@@ -208,8 +208,8 @@ class OfflineGuest(Guest):
         checked: "Callable[[OfflineGuest], list[str]] | None" = None,
     ):
         self.chance, self.start, self.checked = random.Random(seed), start, checked
-        self.workers, self.woken, self.errors = Workers(self.chance), True, list[str]()
-        self.visitor = Offline(start, self.workers, self.wake)
+        self.workers, self.errors = Workers(self.chance), list[str]()
+        self.visitor = Offline(start, self.workers)
         self.session = self.visitor.session
         self.asked: tuple[int, bool] | None = None
         self.frame()
@@ -219,9 +219,6 @@ class OfflineGuest(Guest):
     def opened(cls, start: Scene) -> Iterator[Self]:
         """A new visitor of a server that begins with a scene."""
         yield cls(start)
-
-    def wake(self) -> None:
-        self.woken = True
 
     def on_loop(self, function: Callable[[], Any]) -> Any:
         return function()
@@ -242,7 +239,7 @@ class OfflineGuest(Guest):
 
     def is_drawn(self) -> bool:
         """Whether a frame has shown all that has changed."""
-        return not self.woken
+        return not self.session.visitor.outdated
 
     def wait(self, condition: Callable[[], bool]) -> None:
         """Draw frames until a condition holds."""
@@ -260,12 +257,11 @@ class OfflineGuest(Guest):
         now = CLOCK.time
         if chance.random() < AT_ONCE:
             self.workers.run()
-        is_full = self.woken or own.is_busy
+        is_full = own.visitor.outdated or own.is_busy or own.page_moves
         if not (is_full or own.is_moving):
             return
         before = self.visitor.camera
         if is_full:
-            self.woken = False
             own.tick(now, in_haste=chance.random() < IN_HASTE)
         else:
             own.move(now)
