@@ -43,15 +43,15 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
     K, M, C = state.stiffness, state.inertia, state.coriolis
-    steady_gyroscopic = C is not None and not state.beam.beam.spin_up
-    F = state.factor_of_inertia if steady_gyroscopic else None
+    spin_up = state.beam.beam.spin_up
+    F = None if spin_up or C is None else state.factor_of_inertia
     del state.displacements  # which take more memory than a matrix, and are not needed any more
-    if state.beam.beam.spin_up:
+    if spin_up:
         factors = lapack.dgetrf(K)[:2]
         return unsymmetric_modes(partial(_solve, factors), abs(np.diag(K)), M, C, count)
     if not state.is_positive_definite:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
-    if F is not None:
+    if F is not None and C is not None:
         s, V = _steady_gyroscopic(K, F, C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
