@@ -154,6 +154,17 @@ def test_work_on_shapes_with_and_without_matrices(plane, spin_up):
         assert state.displaced(V) == pytest.approx(state.displacements @ c, abs=1e-14)
 
 
+def test_a_few_modes_with_coriolis_forces_are_those_of_many():
+    """Some modes of a large problem are found in a subspace, many by the whole spectrum: they agree
+    to the tolerance of both."""
+    beam = Beam(delta=-1, gamma=30, alpha=1, beta=0.6)
+    few, many = (solve(beam, state="stable", coriolis=True, modes=n) for n in (4, 16))
+    assert few.equilibrium.shape == "bent"
+    assert few.frequencies == pytest.approx(many.frequencies[:4], rel=2e-8)
+    x = np.linspace(0, 1, 30)
+    assert few.displacement(x) == pytest.approx(many.displacement(x)[:, :, :4], abs=1e-5)
+
+
 def test_shapes_are_orthonormal_and_pickle():
     """Modes of a bent beam have unit modal mass; their nodes are counted along the bent axis."""
     beam = Beam(delta=-1, gamma=4, alpha=1, beta=0.4)

@@ -16,7 +16,7 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver.bent import paths
-from beamviz.solver.bent.beam import BentBeam, BentState
+from beamviz.solver.bent.beam import BentBeam, BentState, product
 from beamviz.solver.bent.equilibrium import (
     descend,
     first_elements,
@@ -24,7 +24,7 @@ from beamviz.solver.bent.equilibrium import (
     resolved,
     stable_states,
 )
-from beamviz.solver.bent.modes import TINY, BentModes, bent_modes, coriolis
+from beamviz.solver.bent.modes import TINY, BentModes, bent_modes
 from beamviz.solver.bent.profile import (
     SavedState,
     curve,
@@ -80,6 +80,7 @@ def solve_bent(
         if excess[:, worst].sum() <= 1:
             return _solution(state, modes, truncation.sum(axis=0) + rounding)
         finer = refined(state.beam.elements, excess[:, worst].tolist(), beam.blade)
+        state = saved(state).restored()  # its matrices would be in memory beside the larger ones
         state = _on_elements(state, finer)
     raise NotConverged(
         f"errors are still {excess[:, worst].sum():.1e} times the tolerance"
@@ -245,11 +246,11 @@ def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
     (elements, modes): t* T v + v* T t - t* T t."""
     s, V, highest = modes.s, modes.V, state.beam.highest
     terms = [(state.stiffness, 1.0), (state.inertia, s**2)]
-    if (C := coriolis(state)) is not None:
-        terms.append((C, s))
+    if state.coriolis is not None:
+        terms.append((state.coriolis, s))
     contributions = np.zeros((len(highest), len(s)), complex)
     for matrix, factor in terms:
-        right, left = matrix @ V, matrix.T @ V.conj()
+        right, left = product(matrix, V), product(matrix.T, V.conj())
         for k, unknowns in enumerate(highest):
             t = V[unknowns]
             inside = matrix[np.ix_(unknowns, unknowns)] @ t
@@ -274,7 +275,7 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     bent, orders = state.beam, state.beam.elements.orders
     V = bent.values(modes.V)
     moved = state.displaced(V)
-    theta = (bent.to_masses @ state.kappa + state.root_angle)[:, None]
+    theta = bent.to_masses(state.kappa[:, None]) + state.root_angle
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     profile = profile_of(state)
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))

@@ -42,6 +42,15 @@ def corotational_components(dx: NDArray, dy: NDArray, angle: NDArray) -> NDArray
     return np.stack((c * dx + s * dy, c * dy - s * dx), axis=1)
 
 
+def product(A: Any, V: NDArray) -> NDArray:
+    """A V of a real matrix A (k, n) and vectors V (..., n, modes), which may be complex: numpy
+    would make the matrix complex, a copy of twice its size."""
+    if V.dtype != complex:
+        return A @ V
+    V = np.ascontiguousarray(V)
+    return (A @ V.view(float)).view(V.dtype)
+
+
 class Sections(NamedTuple):
     """Sections of a beam at which it may be weakest: the clamp, of a blade both sides of each
     break."""
@@ -104,8 +113,6 @@ class BentBeam:
         self.mass = np.append(self.w * trial.mass, alpha[carried])  # (m,)
         self.mass_points = np.append(grid.points, beta[carried])  # (m,)
         self.hinged = bool(beam.root < np.inf)
-        # Values of kappa and, where the root is not clamped, of the angle there -> angles.
-        self.to_angle = with_root(self.J) if self.hinged else self.J  # (n, turning)
         # Of the bodies `masses`: kappa -> their angles (masses, turning); moments of inertia about
         # the axis of bending (masses,); and those by which centrifugal forces turn them back into
         # the plane of rotation (masses,), with the moment restoring gamma^2 sin(2 theta) / 2.
@@ -117,52 +124,63 @@ class BentBeam:
         self.law = problem.strain_law
         self.power = 4 - 2 * problem.curvature_power
         self.softens = float(problem.chordwise)  # P keeps the component across the beam
-        # Trial functions of f (n, r) and of kappa (n, r); angles (n, r or r + 1) of the latter.
-        self.stretch, self.bending = trial.stretch / beam.mu, trial.bending
+        # Trial functions of f and of kappa by element, r in all of each, and the angles of the
+        # latter (n, r or r + 1).
+        self.r = trial.angle.shape[1]
+        self.blocks = [block._replace(stretch=block.stretch / beam.mu) for block in trial.blocks]
         self.root_scale = 1 / np.sqrt(1 + beam.root) if self.hinged else 0.0
         self.angle = trial.angle
         if self.hinged:
             self.angle = np.column_stack((self.angle, np.full(len(self.w), self.root_scale)))
-        self.size = self.stretch.shape[1] + self.angle.shape[1]
+        self.size = self.r + self.angle.shape[1]
 
-    @cached_property
-    def to_masses(self) -> NDArray:
-        """Matrix (m, n) that integrates from the clamp to each mass."""
-        return np.vstack((self.J, self.to_carried)) if len(self.to_carried) else self.J
+    def to_masses(self, values: NDArray) -> NDArray:
+        """Integrals (..., m, k) from the clamp to each mass of values (..., n, k)."""
+        integrals = product(self.J, values)
+        if not len(self.to_carried):
+            return integrals
+        return np.concatenate((integrals, product(self.to_carried, values)), axis=-2)
+
+    def to_angle(self, turning: NDArray) -> NDArray:
+        """Angles (n, ...) of kappa and, where the root is not clamped, of the angle there (turning,
+        ...)."""
+        n = len(self.w)
+        angle = product(self.J, turning[:n])
+        return angle + turning[n:] if self.hinged else angle
 
     @cached_property
     def body_angles(self) -> NDArray:
         """Angles (masses, r or r + 1) of the bodies `masses` by the trial functions of kappa."""
         n = len(self.w)
-        angles = self.to_body_angles[:, :n] @ self.bending
-        return np.hstack((angles, self.root_scale * self.to_body_angles[:, n:]))
+        angles = [self.to_body_angles[:, block.points] @ block.bending for block in self.blocks]
+        return np.hstack((*angles, self.root_scale * self.to_body_angles[:, n:]))
 
     @property
     def highest(self) -> list[NDArray]:
         """Numbers of the unknowns of the highest functions of each element, of both kinds."""
-        r = self.stretch.shape[1]
-        return [np.append(columns, r + columns) for columns in self.trial.highest]
+        return [np.append(columns, self.r + columns) for columns in self.trial.highest]
 
     def values(self, c: NDArray) -> NDArray:
         """Changes of q (n + turning, ...) of unknowns c (size, ...)."""
-        r = self.stretch.shape[1]
-        parts = [self.stretch @ c[:r], self.bending @ c[r : 2 * r], self.root_scale * c[2 * r :]]
-        return np.concatenate(parts)
+        of_f, of_kappa = c[: self.r], c[self.r : 2 * self.r]
+        parts = [block.stretch @ of_f[block.functions] for block in self.blocks]
+        parts += [block.bending @ of_kappa[block.functions] for block in self.blocks]
+        return np.concatenate((*parts, self.root_scale * c[2 * self.r :]))
 
     def on_unknowns(self, residual: NDArray) -> NDArray:
         """Derivatives by the unknowns (size,) of those by q (n + turning,)."""
         n = len(self.w)
-        parts = [residual[:n] @ self.stretch, residual[n : 2 * n] @ self.bending]
+        by_f, by_kappa = residual[:n], residual[n : 2 * n]
+        parts = [by_f[block.points] @ block.stretch for block in self.blocks]
+        parts += [by_kappa[block.points] @ block.bending for block in self.blocks]
         return np.concatenate((*parts, self.root_scale * residual[2 * n :]))
 
     def local(self, ff: NDArray, fk: NDArray, kk: NDArray, root: float = 0.0) -> NDArray:
         """Matrix (size, size) in the unknowns of a quadratic form whose density is given by its
         coefficients (n,) of f^2, of f kappa and of kappa^2, with that of the angle at the root."""
-        r = self.stretch.shape[1]
         K = np.zeros((self.size, self.size))
-        for rows, own in self.trial.blocks:
-            Bf, Bk = self.stretch[rows, own], self.bending[rows, own]
-            turning = slice(r + own.start, r + own.stop)
+        for rows, own, Bf, Bk in self.blocks:
+            turning = slice(self.r + own.start, self.r + own.stop)
             K[own, own] = (Bf.T * ff[rows]) @ Bf
             K[turning, turning] = (Bk.T * kk[rows]) @ Bk
             K[own, turning] = coupling = (Bf.T * fk[rows]) @ Bk
@@ -197,13 +215,13 @@ class BentState:
         self.beam, self.q, self.iterations = beam, q, iterations
         n = len(beam.w)
         self.f, self.kappa, self.turning = q[:n], q[n : 2 * n], q[n:]
-        self.theta = beam.to_angle @ self.turning
+        self.theta = beam.to_angle(self.turning)
         self.direction = np.stack((np.cos(self.theta), np.sin(self.theta)))
 
     @cached_property
     def arms(self) -> NDArray:
         """x and y (2, m) of each mass, measured from the axis of rotation."""
-        x, y = (self.f * self.direction) @ self.beam.to_masses.T
+        x, y = self.beam.to_masses((self.f * self.direction).T).T
         return np.stack((x + self.beam.beam.delta, y))
 
     def resampled(self, beam: BentBeam) -> NDArray:
@@ -242,8 +260,8 @@ class BentState:
 
     def step_size(self, step: NDArray) -> float:
         """The size of a step of q in units of the largest that descent takes."""
-        df, dkappa = np.split(step, [len(self.f)])
-        turn, stretch = abs(self.beam.to_angle @ dkappa).max(), abs(df / self.f).max()
+        df, dkappa = step[: len(self.f)], step[len(self.f) :]
+        turn, stretch = abs(self.beam.to_angle(dkappa)).max(), abs(df / self.f).max()
         return float(max(turn / MAX_TURN, stretch / MAX_STRETCH))
 
     @cached_property
@@ -336,7 +354,12 @@ class BentState:
     @property
     def is_stable(self) -> bool:
         """Whether the stiffness is positive definite, on the mesh and for shorter deformations."""
-        return lapack.dpotrf(self.stiffness, lower=1)[1] == 0 and not self.collapses
+        return self.is_positive_definite and not self.collapses
+
+    @property
+    def is_positive_definite(self) -> bool:
+        """Whether the stiffness is positive definite, on the mesh."""
+        return lapack.dpotrf(self.stiffness, lower=1)[1] == 0
 
     @cached_property
     def distributed_loads(self) -> tuple[NDArray, NDArray]:
@@ -349,10 +372,9 @@ class BentState:
     @cached_property
     def loads(self) -> tuple[NDArray, NDArray]:
         """Force (n,) along the beam and across it of all that lies further out, times weights."""
-        (c, s), (x, y) = (
-            self.direction,
-            (load @ self.beam.to_masses for load in self.distributed_loads),
-        )
+        bent, n = self.beam, len(self.f)
+        x, y = (load[:n] @ bent.J + load[n:] @ bent.to_carried for load in self.distributed_loads)
+        c, s = self.direction
         return x * c + y * s, y * c - x * s
 
     @cached_property
@@ -362,10 +384,10 @@ class BentState:
         along, across = self.loads
         axial = bent.beam.mu**2 * bent.EA * bent.law.force(f)
         axial += p * f ** (p - 1) * bent.EI * kappa**2 / 2
-        moment = self.body_moments @ bent.to_body_angles - (f * across) @ bent.to_angle
-        moment[: len(f)] += bent.w * bent.EI * f**p * kappa
+        moment = self.body_moments @ bent.to_body_angles
+        moment[: len(f)] += bent.w * bent.EI * f**p * kappa - (f * across) @ bent.J
         if bent.hinged:
-            moment[-1] += bent.beam.root * self.root_angle
+            moment[-1] += bent.beam.root * self.root_angle - f @ across
         return np.concatenate((bent.w * axial - along, moment))
 
     @cached_property
@@ -378,8 +400,11 @@ class BentState:
         axial = beam.mu**2 * bent.EA * bent.law.stiffness(f) + ddb * bent.EI * kappa**2 / 2
         K = bent.local(w * axial, w * bent.EI * db * kappa, w * bent.EI * b, beam.root)
         # The axial and the shear force turn with the beam.
-        r, angle = bent.stretch.shape[1], bent.angle
-        K[:r, r:] -= (turned := (bent.stretch.T * across) @ angle)
+        r, angle = bent.r, bent.angle
+        turned = np.concatenate(
+            [(Bf.T * across[points]) @ angle[points] for points, _, Bf, _ in bent.blocks]
+        )
+        K[:r, r:] -= turned
         K[r:, :r] -= turned.T
         K[r:, r:] += (angle.T * (f * along)) @ angle
         if bent.restoring.any():
@@ -388,7 +413,9 @@ class BentState:
         # The loads move along with the masses.
         moving = self.displacements if bent.softens else self.displacements[:1]
         moving = moving.reshape(-1, bent.size)
-        K -= gamma2 * (moving.T @ moving)
+        softening = moving.T @ moving
+        softening *= gamma2
+        K -= softening
         if spin_up:  # the load is not symmetric
             K += spin_up * self.swirl
         return K
@@ -396,10 +423,25 @@ class BentState:
     @cached_property
     def inertia(self) -> NDArray:
         """Mass (size, size) by the unknowns, with the rotary inertia of bodies."""
-        F = self.displacements.reshape(-1, self.beam.size)
-        return F.T @ F + self.rotations.T @ self.rotations
+        F = self.factor_of_inertia
+        return F.T @ F
+
+    @property
+    def factor_of_inertia(self) -> NDArray:
+        """F (2 m + masses, size) with the inertia F' F: `displacements`, and roots of moments of
+        inertia times the angles of bodies."""
+        bent = self.beam
+        rotations = np.zeros((len(bent.rotary), bent.size))
+        rotations[:, bent.r :] = np.sqrt(bent.rotary)[:, None] * bent.body_angles
+        return np.vstack((*self.displacements, rotations))
 
     @cached_property
+    def coriolis(self) -> NDArray | None:
+        """Matrix (size, size) of the Coriolis forces, skew; None without them."""
+        gamma = self.beam.beam.gamma
+        return 2 * gamma * self.swirl if self.beam.problem.gyroscopic and gamma else None
+
+    @property
     def swirl(self) -> NDArray:
         """Integral (size, size) of virtual displacements times e3 x displacements: skew."""
         X, Y = self.displacements
@@ -409,9 +451,9 @@ class BentState:
     def displaced(self, V: NDArray) -> NDArray:
         """Root of the mass times the displacements (2, m, modes) by changes V (n + turning, modes)
         of q: those that `displacements` gives by the unknowns."""
-        df, dkappa = np.split(V, [len(self.f)])
-        (c, s), turn = self.direction[..., None], self.f[:, None] * (self.beam.to_angle @ dkappa)
-        moved = self.beam.to_masses @ np.stack((c * df - s * turn, s * df + c * turn))
+        df, dkappa = V[: len(self.f)], V[len(self.f) :]
+        (c, s), turn = self.direction[..., None], self.f[:, None] * self.beam.to_angle(dkappa)
+        moved = self.beam.to_masses(np.stack((c * df - s * turn, s * df + c * turn)))
         return np.sqrt(self.beam.mass)[:, None] * moved
 
     def turned(self, V: NDArray) -> NDArray:
@@ -424,8 +466,8 @@ class BentState:
         consists of: to set up the matrix takes n / modes times as long."""
         bent, beam, f, p = self.beam, self.beam.beam, self.f[:, None], self.beam.power
         along, across = self.loads
-        df, dkappa = np.split(V, [len(f)])
-        turn, dkappa = bent.to_angle @ dkappa, dkappa[: len(f)]
+        df, dkappa = V[: len(f)], V[len(f) :]
+        turn, dkappa = bent.to_angle(dkappa), dkappa[: len(f)]
         kappa, EI = self.kappa, bent.w * bent.EI
 
         def product(weight: NDArray, a: NDArray, b: NDArray) -> NDArray:
@@ -453,20 +495,15 @@ class BentState:
     def displacements(self) -> NDArray:
         """Root of the mass times the derivatives (2, m, size) of x and y by the unknowns: F with
         the inertia F' F."""
-        f, (c, s), bent = self.f[:, None], self.direction[..., None], self.beam
-        n, r = bent.stretch.shape
-        displaced = np.empty((2, len(bent.mass), bent.size))
+        (c, s), bent = self.direction[..., None], self.beam
+        n, f = len(self.f), self.f[:, None]
+        displaced = np.zeros((2, len(bent.mass), bent.size))
         gradient = displaced[:, :n]  # which the integrals replace: large blades have large matrices
-        gradient[0, :, :r], gradient[1, :, :r] = c * bent.stretch, s * bent.stretch
-        gradient[0, :, r:], gradient[1, :, r:] = -f * s * bent.angle, f * c * bent.angle
+        for points, own, Bf, _ in bent.blocks:
+            gradient[:, points, own] = self.direction[:, points, None] * Bf
+        np.multiply(-f * s, bent.angle, out=gradient[0, :, bent.r :])
+        np.multiply(f * c, bent.angle, out=gradient[1, :, bent.r :])
         displaced[:, n:] = bent.to_carried @ gradient
-        displaced[:, :n] = bent.grid.integrals(gradient)
+        bent.grid.integrals(gradient, out=gradient)
         displaced *= np.sqrt(bent.mass)[:, None]
         return displaced
-
-    @cached_property
-    def rotations(self) -> NDArray:
-        """Rows (masses, size) of the inertia: roots of moments of inertia times the angles of
-        bodies."""
-        rows = np.sqrt(self.beam.rotary)[:, None] * self.beam.body_angles
-        return np.hstack((np.zeros((len(rows), self.beam.stretch.shape[1])), rows))

@@ -144,11 +144,11 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
         yield beam.unknowns(f, math.pi * decay / (w @ decay))
     if straight is None:
         return
-    r = beam.stretch.shape[1]
+    r = beam.r
     omega_squared, modes = np.linalg.eigh(straight.stiffness[r:, r:])
     for k in range(min(2, int((omega_squared < 0).sum()))):
         turning = beam.values(np.append(np.zeros(r), modes[:, k]))[n:]
-        turning *= MAX_TURN / abs(beam.to_angle @ turning).max()
+        turning *= MAX_TURN / abs(beam.to_angle(turning)).max()
         yield np.concatenate((straight.f, turning))
 
 
@@ -212,8 +212,9 @@ def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, floa
     added to the stiffness, in units of the present rigidities."""
     bent, K = state.beam, state.stiffness
     if shift:
-        axial, bending, root = np.split(shift * state.rigidities, [len(bent.w), 2 * len(bent.w)])
-        K = K + bent.local(axial, np.zeros_like(axial), bending, root.sum())
+        added, n = shift * state.rigidities, len(bent.w)
+        K = bent.local(added[:n], np.zeros(n), added[n : 2 * n], added[2 * n :].sum())
+        K += state.stiffness
     L, info = lapack.dpotrf(K, lower=1)
     if info:
         return np.zeros_like(state.q), math.inf

@@ -12,14 +12,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack, lu_factor, lu_solve
+from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
-from beamviz.solver.bent.beam import BentState
+from beamviz.solver.bent.beam import BentState, product
 from beamviz.solver.eigen import EPS, symmetric_modes
 from beamviz.solver.solution import Status, status_of
 
 FEW = 60  # number of unknowns up to which all modes are computed faster than some
+# Size of a Hermitian problem up to which, and up to how many times the modes asked for, all its
+# modes are computed faster than some: 2 ms.
+FEW_HERMITIAN, FEW_FOR_EACH = 150, 25
 MORE_MODES = 4  # beyond those asked for, in which an instability is seen
 ROUNDING_FACTOR = 100.0  # of the estimated rounding error, see scripts/measure_error_bars.py
 TINY = 1e-300  # keeps a quotient finite whose denominator vanishes where modes coalesce
@@ -39,28 +42,34 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     """The `count` lowest modes about a state. A state without a spin-up has to be stable, which the
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
-    K, M, C = state.stiffness, state.inertia, coriolis(state)
-    if state.beam.beam.spin_up:
-        factors = lu_factor(K)
-        return unsymmetric_modes(partial(lu_solve, factors), abs(np.diag(K)), M, C, count)
-    L, info = lapack.dpotrf(K, lower=1, clean=1)
-    if info:
+    K, M, C = state.stiffness, state.inertia, state.coriolis
+    spin_up = state.beam.beam.spin_up
+    F = None if spin_up or C is None else state.factor_of_inertia
+    vars(state).pop("displacements", None)  # larger than a matrix, and not needed any more
+    if spin_up:
+        factors = lapack.dgetrf(K)[:2]
+        return unsymmetric_modes(partial(_solve, factors), abs(np.diag(K)), M, C, count)
+    if not state.is_positive_definite:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
-    F = np.vstack((*state.displacements, state.rotations))
-    if C is not None:
-        s, V = _steady_gyroscopic(L, np.linalg.qr(F)[1], C, count)
+    if F is not None and C is not None:
+        s, V = _steady_gyroscopic(K, F, C, count)
     else:
         omega_squared, V = symmetric_modes(K, M, count)
         s = 1j * np.sqrt(omega_squared)
-    V = V / np.sqrt((abs(F @ V) ** 2).sum(axis=0))
+    V = _of_unit_mass(V, M)
     pairing, rounding = _pairing(abs(np.diag(K)), M, C, s, V, V)
     return BentModes(s, V, pairing, rounding, "stable")
 
 
-def coriolis(state: BentState) -> NDArray | None:
-    """The matrix C of a state; None without Coriolis forces."""
-    gamma = state.beam.beam.gamma
-    return 2 * gamma * state.swirl if state.beam.problem.gyroscopic and gamma else None
+def _solve(factors: tuple[NDArray, NDArray], f: NDArray, trans: int = 0) -> NDArray:
+    """K^-1 f, or with trans=1 K'^-1 f, by the factors of K and their pivots: scipy.linalg.lu_solve
+    takes a fifth longer for the modes of a small beam."""
+    return lapack.dgetrs(*factors, f, trans=trans)[0]
+
+
+def _of_unit_mass(V: NDArray, M: Any) -> NDArray:
+    """The vectors (n, count), of unit modal mass."""
+    return V / np.sqrt((V.conj() * product(M, V)).sum(axis=0).real)
 
 
 def _pairing(
@@ -69,33 +78,55 @@ def _pairing(
     """|y* T'(s) v| with T(s) = s^2 M + s C + K, for the vectors of modes V and the left ones W,
     both of unit modal mass, and the rounding error of s: that of y* K v over it. stiffness: the
     diagonal of K."""
-    slope = 2 * s * (M @ V)
+    slope = 2 * s * product(M, V)
     if C is not None:
-        slope = slope + C @ V
+        slope = slope + product(C, V)
     pairing = abs((W.conj() * slope).sum(axis=0))
     size = stiffness @ (abs(V) * abs(W))
     return pairing, ROUNDING_FACTOR * EPS * size / np.maximum(pairing, TINY)
 
 
-def _steady_gyroscopic(L: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[NDArray, NDArray]:
-    """s and vectors (n, count) of the lowest modes of F' F q" + C q' + L L' q = 0, which all
-    vibrate.
+def _steady_gyroscopic(K: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[NDArray, NDArray]:
+    """s and vectors (n, count) of the lowest modes of F' F q" + C q' + K q = 0, which all vibrate.
 
     With p = L' q, K = L L', and r = F q' the inverse of (p, r)' = s (p, r) is the skew matrix
-    T = [[-L^-1 C L^-T, -X], [X', 0]], X = L^-1 F'. Its eigenvalues
-    1 / s = -i / omega are imaginary; those of T' T are 1 / omega^2, twice each.
+
+        T = [[-L^-1 C L^-T, -L^-1 F'], [F L^-T, 0]].
+
+    Its eigenvalues 1 / s = -i / omega are imaginary: those of the Hermitian i T are 1 / omega.
     """
-    X = lapack.dtrtrs(L, F.T, lower=1)[0]
-    C = lapack.dtrtrs(L, lapack.dtrtrs(L, C, lower=1)[0].T, lower=1)[0].T
-    n, m = X.shape
-    T = np.zeros((n + m, n + m))
-    T[:n, :n], T[:n, n:], T[n:, :n] = -C, -X, X.T
-    nu, Z = np.linalg.eigh(T.T @ T)
-    omega = 1 / np.sqrt(nu[: -2 * count - 1 : -2])
-    z = Z[:, : -2 * count - 1 : -2]
-    real, imaginary = z[:n], omega * (T[:n] @ z)  # z + i omega T z has the eigenvalue -i / omega
-    V = lapack.dtrtrs(L, np.hstack((real, imaginary)), lower=1, trans=1)[0]
-    return 1j * omega, V[:, :count] + 1j * V[:, count:]
+    n, size = len(K), len(K) + len(F)
+    L = lapack.dpotrf(K, lower=1)[0]
+
+    def divided(f: NDArray, transposed: bool) -> NDArray:
+        """L^-1 f or L^-T f."""
+        return lapack.dtrtrs(L, f, lower=1, trans=transposed)[0]
+
+    def inverse(v: NDArray) -> NDArray:
+        """T v of real v (size, k)."""
+        q = divided(v[:n], transposed=True)
+        return np.concatenate((-divided(C @ q + F.T @ v[n:], transposed=False), F @ q))
+
+    if size > max(FEW_HERMITIAN, FEW_FOR_EACH * count):
+        from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
+
+        def hermitian(v: NDArray) -> NDArray:
+            """i T v of complex v (size,)."""
+            parts = inverse(v.view(float).reshape(size, 2))
+            return 1j * (parts[:, 0] + 1j * parts[:, 1])
+
+        operator = LinearOperator((size, size), hermitian, dtype=complex)
+        start = np.random.default_rng(0).standard_normal(size).astype(complex)
+        nu, Z = eigs(operator, count, which="LR", ncv=2 * count + 8, v0=start)
+        highest = nu.real.argsort()[::-1]
+        omega, z = 1 / nu.real[highest], Z[:n, highest]
+    else:
+        T = inverse(np.eye(size))
+        nu, Z = np.linalg.eigh(T.T @ T)  # 1 / omega^2, twice each
+        omega, Z = 1 / np.sqrt(nu[: -2 * count - 1 : -2]), Z[:, : -2 * count - 1 : -2]
+        z = Z[:n] + 1j * omega * (T[:n] @ Z)
+    V = divided(np.hstack((z.real, z.imag)), transposed=True)
+    return 1j * omega, V[:, : len(omega)] + 1j * V[:, len(omega) :]
 
 
 def unsymmetric_modes(
@@ -111,9 +142,7 @@ def unsymmetric_modes(
     transposed = None if C is None else C.T
     s_left, W = _inverse_spectrum(partial(solve, trans=1), M, transposed, count + MORE_MODES)
     W = W[:, abs(s[:, None] - s_left).argmin(axis=1)].conj()
-    V, W = (
-        vectors / np.sqrt(abs((vectors.conj() * (M @ vectors)).sum(axis=0))) for vectors in (V, W)
-    )
+    V, W = _of_unit_mass(V, M), _of_unit_mass(W, M)
     pairing, rounding = _pairing(stiffness, M, C, s, V, W)
     real = np.where(abs(s.real) <= rounding, 0.0, s.real)
     s = real + 1j * np.where(abs(s.imag) <= rounding, 0.0, s.imag)
@@ -133,16 +162,11 @@ def _inverse_spectrum(
     start = np.random.default_rng(0).standard_normal(size)
     unit = np.sqrt(np.linalg.norm(solve(M @ start[:n])) / np.linalg.norm(start[:n]))
 
-    if isinstance(M, np.ndarray):  # products with a matrix take less time than solutions
-        A = -solve(M) if C is None else -solve(np.hstack((C, M / unit)))
-
     def inverse(v: NDArray) -> NDArray:
-        if isinstance(M, np.ndarray):
-            first = A @ v
-        else:
-            first = -solve(M @ v if C is None else C @ v[:n] + M @ (v[n:] / unit))
+        if C is None:
+            return -solve(M @ v)
         # (s q, unit s^2 q) -> (q, unit s q), of one size where s is about 1 / unit
-        return first if C is None else np.concatenate((first, unit * v[:n]))
+        return np.concatenate((-solve(C @ v[:n] + M @ (v[n:] / unit)), unit * v[:n]))
 
     if size > max(FEW, 2 * wanted + 8):
         from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it

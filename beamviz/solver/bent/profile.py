@@ -62,7 +62,7 @@ def gradients(state: BentState, V: NDArray) -> NDArray:
     of q."""
     df, dkappa = np.split(V, [len(state.f)])
     c, s = state.direction[..., None]
-    turn = state.f[:, None] * (state.beam.to_angle @ dkappa)
+    turn = state.f[:, None] * state.beam.to_angle(dkappa)
     return np.stack((c * df - s * turn, s * df + c * turn))
 
 

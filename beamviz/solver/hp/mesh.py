@@ -104,15 +104,17 @@ class Grid:
             J[..., block, block] = halves[..., k, :, :] * reference(order).integration
         return read_only(J)
 
-    def integrals(self, values: np.ndarray) -> np.ndarray:
-        """J times values (..., n, k), element by element: faster for many columns."""
-        result, total = np.empty_like(values), 0.0
+    def integrals(self, values: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+        """J times values (..., n, k), element by element: faster for many columns. out: array of
+        the result, which may be that of the values."""
+        result, total = np.empty_like(values) if out is None else out, 0.0
         halves = np.diff(self.breaks)[..., None, None] / 2
         for k, (order, block) in enumerate(zip(self.orders, _blocks(self.orders), strict=True)):
             here, weights = values[..., block, :], self.weights[..., None, block]
             integration = halves[..., k, :, :] * reference(order).integration
-            result[..., block, :] = total + integration @ here
+            integral = total + integration @ here
             total = total + weights @ here
+            result[..., block, :] = integral
         return result
 
     def from_clamp(self, x: np.ndarray) -> np.ndarray:

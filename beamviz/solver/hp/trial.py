@@ -78,6 +78,16 @@ def order_of_quotient(blade: Blade, bending: str, start: float, stop: float, sha
     return math.ceil(math.log(1 / share) / (4 * math.log(nearest))) if nearest < math.inf else 0
 
 
+class Block(NamedTuple):
+    """The p points and the functions of an element, all in it. Matrices of all points and functions
+    would hold little but zeros."""
+
+    points: slice
+    functions: slice
+    stretch: NDArray  # (p, functions)
+    bending: NDArray  # (p, functions)
+
+
 @dataclass(frozen=True, eq=False)
 class Trial:
     """Trial functions on the elements of a beam, with its properties at the Gauss points; n points
@@ -90,14 +100,16 @@ class Trial:
     mass: NDArray  # (n,) rho A
     EI: NDArray  # (n,)
     EA: NDArray  # (n,)
-    stretch: NDArray  # (n, r)
-    bending: NDArray  # (n, r)
-    blocks: list[tuple[slice, slice]]  # the points and the functions of each element
+    blocks: list[Block]  # of each element
 
     @cached_property
     def angle(self) -> NDArray:
         """Integrals (n, r) of the functions of bending, from the clamp."""
-        return self.J @ self.bending
+        angle = np.zeros((len(self.mass), sum(self.elements.orders)))
+        for points, functions, _, bending in self.blocks:
+            angle[points, functions] = self.J[points, points] @ bending
+            angle[points.stop :, functions] = self.grid.weights[points] @ bending
+        return angle
 
     @cached_property
     def element_of_points(self) -> NDArray:
@@ -116,11 +128,13 @@ class Trial:
     def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
         """What the highest functions of each element contribute to values (n,) of stretch and of
         bending."""
-        columns = np.concatenate(self.highest)
-        axial, across = self.stretch[:, columns], self.bending[:, columns]
-        w = self.grid.weights
-        first = axial @ ((w * self.EA * stretch) @ axial)
-        return first, across @ ((w * self.EI * bending) @ across)
+        axial, across = self.grid.weights * (self.EA * stretch, self.EI * bending)
+        tails = np.empty((2, len(axial)))
+        for block, highest in zip(self.blocks, self.highest, strict=True):
+            f, kappa = block.stretch[:, -len(highest) :], block.bending[:, -len(highest) :]
+            tails[0, block.points] = f @ (axial[block.points] @ f)
+            tails[1, block.points] = kappa @ (across[block.points] @ kappa)
+        return tails[0], tails[1]
 
 
 @lru_cache(maxsize=2)
@@ -132,17 +146,18 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
     rho = EI = EA = np.ones(n)
     if blade is not None:
         rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
-    stretch, curvature = np.zeros((2, n, sum(elements.orders)))
-    blocks = _blocks(elements, pieces)
-    for (rows, columns), (start, stop) in zip(blocks, pairwise(elements.breaks), strict=True):
-        xi = (2 * x[rows] - start - stop) / (stop - start)
-        P = legendre.legvander(xi, columns.stop - columns.start - 1)
-        for basis, weight in ((stretch, EA), (curvature, EI)):
-            w = grid.weights[rows]
-            Q, _ = np.linalg.qr(np.sqrt(w / weight[rows])[:, None] * P)
-            basis[rows, columns] = Q / np.sqrt(w * weight[rows])[:, None]
-    J = grid.integration_matrix
-    return Trial(elements, grid, J, pieces.counts, rho, EI, EA, stretch, curvature, blocks)
+    blocks = []
+    ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), strict=True)
+    for (points, functions), (start, stop) in ends:
+        xi = (2 * x[points] - start - stop) / (stop - start)
+        P = legendre.legvander(xi, functions.stop - functions.start - 1)
+        w = grid.weights[points]
+        bases = []
+        for weight in (EA[points], EI[points]):
+            Q, _ = np.linalg.qr(np.sqrt(w / weight)[:, None] * P)
+            bases.append(Q / np.sqrt(w * weight)[:, None])
+        blocks.append(Block(points, functions, *bases))
+    return Trial(elements, grid, grid.integration_matrix, pieces.counts, rho, EI, EA, blocks)
 
 
 def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice]]:
