@@ -151,14 +151,15 @@ class FrameLoop:
     async def run(self) -> None:
         """Draw round after round. A round that shows edits and answers may take long, with many
         visitors: for a time in proportion after it, scenes only move."""
-        due = full = time.monotonic()
+        due = full = frame = time.monotonic()
         while not self.stopped:
             await self.sleep(due, full)
             now = time.monotonic()
             is_due, shows = now >= due, now >= full
             if is_due:
+                frame = now
                 self.later.clear()
-            outdated = self.outdated(now, is_due=is_due) if shows else set[int]()
+            outdated = self.outdated(now, frame) if shows else set[int]()
             await self.draw(outdated, all_moving=is_due)
             end = time.monotonic()
             if outdated:
@@ -167,14 +168,17 @@ class FrameLoop:
                 due = max(due + self.step, end - self.step)
             await exchange_messages()
 
-    def outdated(self, now: float, *, is_due: bool) -> set[int]:
+    def outdated(self, now: float, frame: float) -> set[int]:
         """The visitors whose page may be outdated at the time `now` [s]: those woken, those whose
-        page shows how a job goes on, and if a frame `is_due` those whose page moves."""
+        page shows how a job goes on, and those whose page moves and is that of before the last
+        frame of the scenes that move, which was due at the time `frame` [s]: rounds that show edits
+        may leave no time between them at which one is due."""
         since = now - PROGRESS
         return self.woken | {
             one
             for one, session in self.sessions.items()
-            if (session.is_busy and session.last_shown < since) or (is_due and session.page_moves)
+            if (session.is_busy and session.last_shown < since)
+            or (session.page_moves and session.last_shown < frame)
         }
 
     @property
