@@ -99,10 +99,9 @@ class Session:
 
     @property
     def page_moves(self) -> bool:
-        """Whether the page moves as well, so that the next frame takes a snapshot."""
-        state, film = self.snapshot.state, self.snapshot.film
-        driven = state.grip or state.hold or state.run_speed is not None or film
-        return self.is_moving and bool(driven or self.postponed)
+        """Whether the page moves as well, so that the next frame takes a snapshot: it shows the
+        moment of a motion in time, or waits for what was postponed."""
+        return self.postponed or (self.snapshot.is_moving and self.snapshot.film is not None)
 
     @property
     def is_busy(self) -> bool:
