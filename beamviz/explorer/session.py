@@ -49,18 +49,17 @@ class Session:
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.last_tick, self.last_shown, self.last_edit = visitor, 0.0, 0.0, 0.0
+        self.visitor = visitor
+        self.last_tick = self.last_shown = self.last_edit = 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Shown()) for feature in self.features for part in feature.parts]
-        self.view = SceneView(ViserScene(visitor.client.scene))
-        self.responses, self.pictures, self.films, self.played = (Memo() for _ in range(4))
-        self.viewpoints = Memo()
+        self.responses, self.pictures, self.films = Memo(), Memo(), Memo()
+        self.played, self.viewpoints = Memo(), Memo()
         self.scene_shown, self.page_shown, self.requested = Shown(), Shown(), Shown()
         self.postponed = False
-        self.mass_drag = MassDrag(visitor, self.view.beam)
-        self.beam_pull = BeamPull(
-            *(visitor, self.view.drawn_scene, self.view.beam, self.mass_drag.line_of_sight)
-        )
+        self.view = view = SceneView(ViserScene(visitor.client.scene))
+        self.mass_drag = drag = MassDrag(visitor, view.beam)
+        self.beam_pull = BeamPull(visitor, view.drawn_scene, view.beam, drag.line_of_sight)
         self.snapshot = self.with_picture(visitor.next_snapshot())
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)
@@ -111,17 +110,19 @@ class Session:
     def tick(self, now: float, *, in_haste: bool = False) -> None:
         """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
         computed for a beam that has been the same for the time REST."""
-        visitor, before = self.visitor, self.snapshot.state.case
-        since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
+        visitor, before = self.visitor, self.snapshot
+        elapsed = min(now - self.last_shown, LONGEST_STEP)
+        self.last_shown = now
         visitor.clock = self.advanced_clock(now)
         self.snapshot = snapshot = self.with_picture(visitor.next_snapshot())
         for feature in self.features:
-            feature.react(snapshot, since)
+            feature.react(snapshot, elapsed)
         self.mass_drag.react(snapshot)
         self.beam_pull.react(snapshot)
         with visitor.client.atomic():
             self.show_scene(snapshot)
-            self.last_edit = now if snapshot.state.case is not before else self.last_edit
+            if snapshot.state.case is not before.state.case:
+                self.last_edit = now
             self.postponed = in_haste and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
@@ -142,7 +143,8 @@ class Session:
     def advanced_clock(self, now: float) -> Clock:
         """The clock at the time `now` [s] of what the last frame shows; that of the presenter while
         the visitor follows one."""
-        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        elapsed = min(now - self.last_tick, LONGEST_STEP)
+        self.last_tick = now
         snapshot, clock = self.snapshot, self.visitor.clock
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
@@ -194,7 +196,8 @@ class Session:
 
     def draw(self, snapshot: Snapshot, clock: Clock) -> None:
         """Draw a moment of a snapshot."""
-        self.visitor.clock, picture = clock, snapshot.picture
+        picture = snapshot.picture
+        self.visitor.clock = clock
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)
