@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from charts import case
-from live.server import TIMEOUT, wait_until
+from live.server import TIMEOUT, last_until, wait_until
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
@@ -82,9 +82,8 @@ def test_a_quick_solve_is_done_in_the_frame_and_a_slow_one_is_not(workers, relea
     """Quick is what the last one was. One that is unexpectedly slow is begun again on a thread."""
 
     def slow_at_3(beam: Beam, **options: Any) -> Any:
-        while beam.gamma == 3.0 and not release.is_set():
-            time.sleep(0.01)
-            interruption.get()()
+        if beam.gamma == 3.0:
+            last_until(release)
         return solve(beam, **options)
 
     monkeypatch.setattr(solutions, "solve", slow_at_3)
