@@ -6,7 +6,8 @@ A move of a slider becomes a picture at these stations:
 2. `Visitor.change`: the state is replaced;
 3. `Visitor.wake`: the page is outdated, and drawn in the next frame;
 4. `Job.request`: in that, the new case becomes the latest request of the solver job;
-5. `Job.perform`: a worker thread solves the case and samples its shapes;
+5. `Job.perform`: the case is solved, and its shapes are sampled: in the frame where that is quick,
+   else by a worker thread;
 6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
 7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
 """

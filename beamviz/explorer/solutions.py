@@ -1,7 +1,6 @@
 """The solutions of a visitor's cases, as the scene draws them."""
 
 import math
-import threading
 import time
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,15 +15,15 @@ from beamviz.drawing.text import (
     stability_warning,
     stretch_caution,
 )
-from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
 from beamviz.explorer.jobs import Answer, Callback, Job, Run, Workers
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
 from beamviz.solver import Solution, solve
 
 SOLUTION = "solution"  # name of the job
-QUICK = 0.02  # [s] processor time of a solve that a frame waits for
-WAIT = 0.1  # [s] that it waits at most
+QUICK = 0.02  # [s] processor time of a solve that is done in the frame
+LONGEST = 0.1  # [s] that it may take there
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,30 +87,34 @@ class Solved(NamedTuple):
 class SolveJob(Job[Cases, Solved]):
     """Solves the latest case of one visitor, and the one that it is compared with.
 
-    seconds: the processor time of the last solve, infinite where that took longer than a frame
-    waits; finished: set when nothing is being solved.
+    seconds: the processor time of the last solve, infinite where that took too long for a frame.
     """
 
     def __init__(self, workers: Workers, ready: Callback):
-        super().__init__(SOLUTION, self.solved, workers.solvers.submit, ready)
+        super().__init__(SOLUTION, self.solved, self.do, ready)
+        self.on_thread = workers.solvers.submit
         self.seconds = math.inf
-        self.finished = threading.Event()
 
-    def begin(self) -> None:
-        self.finished.clear()
-        super().begin()
+    @property
+    def is_quick(self) -> bool:
+        """Whether a solve is likely to be quick, as the last one was."""
+        return self.seconds < QUICK
 
-    def perform(self, run: Run[Cases]) -> None:
-        super().perform(run)
-        if self.run is None:
-            self.finished.set()
+    def do(self, work: Callback) -> None:
+        """Do the work at once, in the frame that requests it, if it is likely to be quick: to hand
+        it to a worker thread, and to wait for that, takes half as long again. Else a thread does
+        it, and no frame waits for it."""
+        if self.is_quick:
+            work()
+        else:
+            self.on_thread(work)
 
-    def finish(self) -> None:
-        """Wait for the answer if it is likely to be quick, as the last one was: worker threads that
-        compete with the frame loop for the interpreter lock take more time than the work itself. A
-        solve that takes longer than WAIT goes on in the background, and no frame waits for it."""
-        if self.seconds < QUICK and not self.finished.wait(WAIT):
+    def check(self, run: Run[Cases], done: float | None = None) -> None:
+        """Raise Cancelled also in a frame, after the time LONGEST: then a thread begins again."""
+        if self.is_quick and time.monotonic() > run.started + LONGEST:
             self.seconds = math.inf
+            raise Cancelled
+        super().check(run, done)
 
     def solved(self, cases: Cases) -> Solved:
         """The answers, of which the last ones are used again: many cases are compared with one, and

@@ -166,7 +166,7 @@ class Visitor:
     # Snapshots
 
     def next_snapshot(self) -> Snapshot:
-        """The snapshot of the next frame, which waits for a quick solve. While the visitor follows
+        """The snapshot of the next frame, in which a quick solve is done. While the visitor follows
         a presenter, it is theirs, but for the viewpoint, and for the tab between two changes of
         theirs; nothing is computed then."""
         with self.lock:
@@ -174,7 +174,6 @@ class Visitor:
             if not led:
                 case = self.state.shown_case
                 self.solver.request(Cases(case, comparison_case(self.state, case)))
-                self.solver.finish()
             self.outdated = False  # what changes from here on is for the next snapshot
             if led:
                 self.state = following(self.state, led.state)

@@ -97,7 +97,6 @@ def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[An
     elif METHODS[problem.method].package == "hp":
         from beamviz.solver.hp import solve_hp
 
-        interruption.get()()
         answers = solve_hp(beams, problem, extra_modes)
     else:
         solve_one = _solver_of_one_beam(problem.method)

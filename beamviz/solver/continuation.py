@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.errors import NotConverged
+from beamviz.solver.problem import interruption
 
 TOLERANCE = 1e-11  # of the last increment, relative to the state: the error is its square
 ROUNDING = 1e-8  # relative increment below which one that no longer shrinks is rounding error
@@ -84,6 +85,7 @@ def continue_load(
     margins = np.ones(1)  # at the load reached
     points: list[tuple[NDArray, float]] = []  # (margins, load), since the first step that failed
     while load < target:
+        interruption.get()()
         trial = min(load + step, target)
         root = solve_at(trial, state)
         reached = np.atleast_1d(margin(trial, root.state)) if root else np.zeros(1)

@@ -21,8 +21,8 @@ from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
 MAX_MODES = 20
 STRAIN_DESCRIPTIONS = "; ".join(f"{law.name}: {law.description}" for law in STRAIN_LAWS.values())
 
-# Called before each beam or batch of beams: an exception that it raises ends the calculation. The
-# default, bool(), does nothing.
+# Called before each beam or batch of beams and each step of an iteration: an exception that it
+# raises ends the calculation. The default, bool(), does nothing.
 interruption: ContextVar[Callable[..., Any]] = ContextVar("interruption", default=bool)
 
 

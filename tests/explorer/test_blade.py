@@ -361,13 +361,13 @@ def test_a_blade_becomes_uniform_and_returns(guest):
 
 
 def test_a_doubtful_value_gets_a_note(guest):
-    """EI in kN m^2 is possible, and said to be unusual."""
+    """EI in kN m² is possible, and said to be unusual."""
     guest.do("blade.begin", until="Paste a table")
     thin = "\n".join(f"{x}\t1.2\t0.0003\t3e7" for x in (0, 1))
     guest.do("blade.paste", thin)
     assert guest.says("this blade is too soft")
     guest.do("blade.paste", thin.replace("0.0003", "0.31"))
-    assert guest.says("the bending stiffness in kN m^2?")
+    assert guest.says("the bending stiffness in kN m²?")
 
 
 def test_a_beam_of_another_size_is_not_lost_by_an_impossible_table(guest, session):

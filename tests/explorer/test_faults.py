@@ -17,7 +17,7 @@ from typing import Any
 
 import pytest
 import websockets.exceptions
-from live.server import CAMERA_MESSAGE, TIMEOUT, encoded, raw_socket, wait_until
+from live.server import CAMERA_MESSAGE, TIMEOUT, encoded, last_until, raw_socket, wait_until
 from live.visitor import BEAM, PAPER, Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
@@ -43,7 +43,7 @@ def url(frame_loops) -> Iterator[str]:
         if beam.gamma == BROKEN:
             raise ZeroDivisionError("a mistake of ours")
         if beam.gamma == ENDLESS:
-            ENOUGH.wait()
+            last_until(ENOUGH)
         return solve(beam, **options)
 
     with pytest.MonkeyPatch.context() as patch:

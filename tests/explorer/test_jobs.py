@@ -4,12 +4,13 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from contextvars import copy_context
 from functools import partial
 from typing import Any
 
 import pytest
 from charts import case
-from live.server import TIMEOUT, wait_until
+from live.server import TIMEOUT, last_until, wait_until
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
@@ -22,7 +23,8 @@ from beamviz.explorer.jobs import Job, JobStatus, WorkerPool, Workers, percentag
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.solutions import Cases, SolveJob
 from beamviz.explorer.state import Case
-from beamviz.solver import solve
+from beamviz.presets import preset
+from beamviz.solver import interruption, solve
 
 
 @pytest.fixture
@@ -76,31 +78,52 @@ def test_closing_a_pool_discards_waiting_work(release):
     assert not done
 
 
-def test_a_frame_waits_for_a_quick_solve_and_not_for_a_slow_one(workers, release, monkeypatch):
-    """If the last one was quick. One that is unexpectedly slow is answered later."""
+def test_a_quick_solve_is_done_in_the_frame_and_a_slow_one_is_not(workers, release, monkeypatch):
+    """Quick is what the last one was. One that is unexpectedly slow is begun again on a thread."""
 
     def slow_at_3(beam: Beam, **options: Any) -> Any:
-        return (beam.gamma != 3.0 or release.wait(TIMEOUT)) and solve(beam, **options)
+        if beam.gamma == 3.0:
+            last_until(release)
+        return solve(beam, **options)
 
     monkeypatch.setattr(solutions, "solve", slow_at_3)
-    for limit in ("QUICK", "WAIT"):  # on a busy machine nothing is quick
+    for limit in ("QUICK", "LONGEST"):  # on a busy machine nothing is quick
         monkeypatch.setattr(solutions, limit, TIMEOUT)
     job = SolveJob(workers, lambda: None)
     job.request(Cases(case(PAPER)))
     wait_until(lambda: not job.busy)
     job.request(Cases(case(PAPER.replace(gamma=2.0))))
-    job.finish()
     assert job.answer.result.answer.beam.gamma == 2.0
-    monkeypatch.setattr(solutions, "WAIT", 0.1)
+    monkeypatch.setattr(solutions, "LONGEST", 0.1)
     job.request(Cases(case(PAPER.replace(gamma=3.0))))
-    job.finish()
     assert job.busy
     assert job.answer.result.answer.beam.gamma == 2.0
-    monkeypatch.setattr(solutions, "WAIT", TIMEOUT)
-    threading.Timer(0.5, release.set).start()
-    job.finish()
-    assert job.busy  # the next frame did not wait for it
-    wait_until(lambda: job.answer.result.answer.beam.gamma == 3.0)
+    job.request(Cases(case(PAPER.replace(gamma=4.0))))
+    assert job.answer.result.answer.beam.gamma == 2.0  # nor did this frame wait
+    release.set()
+    wait_until(lambda: not job.busy)
+    assert job.answer.result.answer.beam.gamma == 4.0
+
+
+@pytest.mark.parametrize("numbers", [{"delta": -0.5, "gamma": 20.0}, {"spin_up": 0.5}])
+def test_a_solve_that_takes_long_is_interrupted_within(numbers):
+    """Not only before it begins: a frame that has begun it, or who cancels it, does not wait for
+    its end."""
+    blade = preset("nrel-5mw-blade").beam.replace(**numbers)
+    with pytest.raises(Cancelled):
+        copy_context().run(interrupted, blade, state="stable")
+
+
+def interrupted(beam: Beam, **options: Any) -> None:
+    """Solve, and interrupt that in the midst."""
+    moments = iter(range(5))
+
+    def interrupt() -> None:
+        if next(moments, None) is None:
+            raise Cancelled
+
+    interruption.set(interrupt)
+    solve(beam, **options)
 
 
 def test_a_comparison_has_both_answers(workers):
@@ -109,7 +132,6 @@ def test_a_comparison_has_both_answers(workers):
     comparison = ComparisonCase("before", second)
     for cases in (Cases(first), Cases(first, comparison), Cases(case(Beam(gamma=2)), comparison)):
         job.request(cases)
-        job.finish()
         wait_until(lambda: not job.busy)
         answer, other = job.answer.result
         assert answer.request == cases.case

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from live.fresh import Guest
-from live.server import TIMEOUT, frame_loop_at, wait_until
+from live.server import TIMEOUT, frame_loop_at, last_until, wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
 
 from beamviz.explorer import frame_loop, jobs, solutions
@@ -170,7 +170,7 @@ def told(guest: Visitor, id: str) -> str:
 
 
 def waiting(compute: Callable[..., Any], release: threading.Event) -> Callable[..., Any]:
-    return lambda *a, **o: (release.wait(TIMEOUT), compute(*a, **o))[1]
+    return lambda *a, **o: (last_until(release), compute(*a, **o))[1]
 
 
 @pytest.mark.parametrize(

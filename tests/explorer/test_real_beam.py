@@ -181,9 +181,9 @@ def test_an_edit_changes_one_field(name, factor, real):
 
 
 def test_a_value_in_another_unit_gets_a_note(guest):
-    """A density in g/cm^3 is possible, and said to be unusual."""
+    """A density in g/cm³ is possible, and said to be unusual."""
     guest.do("real.preset", "steel beam")
     guest.shows(real_beam.STEEL_BEAM.beam)
-    assert "g/cm^3" not in guest.text
+    assert "g/cm³" not in guest.text
     fill(guest, density=7.85)
-    assert guest.says("a density in g/cm^3")
+    assert guest.says("a density in g/cm³")

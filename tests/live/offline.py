@@ -352,7 +352,7 @@ def offline() -> Iterator[None]:
         patch.setattr(page, "run_script", send)
         patch.setattr(page, "private_control", lambda control: "bridge")
         patch.setattr(session, "ViserScene", lambda scene: scene)
-        patch.setattr(solutions, "WAIT", 0.0)
+        patch.setattr(solutions, "QUICK", 0.0)  # `Workers` say when a solve is done
         patch.setattr(jobs, "time", CLOCK)
         patch.setattr(visitor, "time", CLOCK)
         yield

@@ -22,6 +22,8 @@ import websockets.exceptions
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
+from beamviz.solver import interruption
+
 ROOT = Path(__file__).resolve().parents[2]
 TIMEOUT = 60.0  # [s] of what is quick, on a machine however busy
 PROTOCOL = f"viser-v{viser.__version__}"
@@ -130,6 +132,12 @@ def wait_until(done: Callable[[], Any], timeout: float = TIMEOUT, about: str = "
             raise TimeoutError(f"not true within {timeout:g} s{about}")
         time.sleep(0.02)
     return value
+
+
+def last_until(event: threading.Event) -> None:
+    """Last until an event, as a long calculation: it can be interrupted."""
+    while not event.wait(0.01):
+        interruption.get()()
 
 
 def frame_loop_at(url: str, loops: list[Any]) -> Any:

@@ -38,7 +38,7 @@ from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
-from beamviz.solver.problem import Problem
+from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Equilibrium, Solution, Stats
 
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
@@ -72,6 +72,7 @@ def solve_bent(
     count = problem.modes + extra_modes
     state = _state_near(beam, problem, near) or _first_state(beam, problem)
     for _ in range(MAX_ATTEMPTS):
+        interruption.get()()
         modes = bent_modes(state, count)
         truncation, rounding = _errors(state, modes)
         allowed = problem.tolerance * abs(modes.s) + rounding

@@ -28,7 +28,7 @@ from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import make_mesh
 from beamviz.solver.hp.properties import stack_of
 from beamviz.solver.hp.spans import Span, find_spans, unstretched_positions
-from beamviz.solver.problem import Problem
+from beamviz.solver.problem import Problem, interruption
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
@@ -183,6 +183,7 @@ def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
     if not state.f.min() > 0:  # a stretch interpolated across a kink
         return None
     for _ in range(DESCENT_TRIALS):
+        interruption.get()()
         step, size = _newton_step(state, shift)
         trial = BentState(beam, state.q + step, state.iterations + 1)
         # Near the state, where the energy changes by its rounding error, steps need no check.
@@ -235,6 +236,7 @@ def newton(beam: BentBeam, q: np.ndarray, stable: bool = False) -> BentState | N
     if not state.f.min() > 0:  # a stretch interpolated across a kink
         return None
     for iteration in range(1, NEWTON_STEPS + 1):
+        interruption.get()()
         step, size = (_unsymmetric_step if beam.beam.spin_up else _newton_step)(state)
         if size == math.inf:
             step, size = _unsymmetric_step(state)

@@ -30,7 +30,7 @@ from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
 from beamviz.solver.hp.modes import StraightModes, lowest_modes
 from beamviz.solver.hp.properties import stack_of
 from beamviz.solver.hp.spans import ends_of_spans
-from beamviz.solver.problem import Problem
+from beamviz.solver.problem import Problem, interruption
 
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
@@ -66,6 +66,7 @@ def converged_modes(beams: Sequence[Beam], problem: Problem, count: int) -> list
         if not attempts:
             break
         for stack in stacks(attempts):
+            interruption.get()()
             solved = solve_stack([attempts[k] for k in stack], problem, count)
             for k, outcome in zip(stack, solved, strict=True):
                 outcomes[k] = outcome
