@@ -108,16 +108,14 @@ def _steady_gyroscopic(K: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[
         return np.concatenate((-divided(C @ q + F.T @ v[n:], transposed=False), F @ q))
 
     if size > max(FEW_HERMITIAN, FEW_FOR_EACH * count):
-        from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
 
         def hermitian(v: NDArray) -> NDArray:
             """i T v of complex v (size,)."""
             parts = inverse(v.view(float).reshape(size, 2))
             return 1j * (parts[:, 0] + 1j * parts[:, 1])
 
-        operator = LinearOperator((size, size), hermitian, dtype=complex)
         start = np.random.default_rng(0).standard_normal(size).astype(complex)
-        nu, Z = eigs(operator, count, which="LR", ncv=2 * count + 8, v0=start)
+        nu, Z = _few_eigenvalues(hermitian, count, start, which="LR")
         highest = nu.real.argsort()[::-1]
         omega, z = 1 / nu.real[highest], Z[:n, highest]
     else:
@@ -127,6 +125,21 @@ def _steady_gyroscopic(K: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[
         z = Z[:n] + 1j * omega * (T[:n] @ Z)
     V = divided(np.hstack((z.real, z.imag)), transposed=True)
     return 1j * omega, V[:, : len(omega)] + 1j * V[:, len(omega) :]
+
+
+def _few_eigenvalues(
+    times: Callable[[NDArray], NDArray], count: int, start: NDArray, which: str = "LM"
+) -> tuple[NDArray, NDArray]:
+    """`count` eigenvalues and vectors (size, count) of a matrix, of which times(v) is the product with v
+    (size,), by Arnoldi's method from the vector `start`; which: those of largest magnitude ("LM") or real part
+    ("LR"). Raises NotConverged."""
+    from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs  # not always needed
+
+    operator = LinearOperator((len(start), len(start)), times, dtype=start.dtype)
+    try:
+        return eigs(operator, count, which=which, ncv=2 * count + 8, v0=start)
+    except ArpackNoConvergence as error:
+        raise NotConverged(f"Arnoldi's method found no {count} modes: {error}") from error
 
 
 def unsymmetric_modes(
@@ -169,10 +182,7 @@ def _inverse_spectrum(
         return np.concatenate((-solve(C @ v[:n] + M @ (v[n:] / unit)), unit * v[:n]))
 
     if size > max(FEW, 2 * wanted + 8):
-        from scipy.sparse.linalg import LinearOperator, eigs  # other states need none of it
-
-        operator = LinearOperator((size, size), inverse, dtype=float)
-        nu, V = eigs(operator, wanted, ncv=2 * wanted + 8, v0=start)
+        nu, V = _few_eigenvalues(inverse, wanted, start)
     else:
         nu, V = np.linalg.eig(inverse(np.eye(size)))
     if C is None:
