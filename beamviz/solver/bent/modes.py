@@ -130,9 +130,9 @@ def _steady_gyroscopic(K: NDArray, F: NDArray, C: NDArray, count: int) -> tuple[
 def _few_eigenvalues(
     times: Callable[[NDArray], NDArray], count: int, start: NDArray, which: str = "LM"
 ) -> tuple[NDArray, NDArray]:
-    """`count` eigenvalues and vectors (size, count) of a matrix, of which times(v) is the product with v
-    (size,), by Arnoldi's method from the vector `start`; which: those of largest magnitude ("LM") or real part
-    ("LR"). Raises NotConverged."""
+    """`count` eigenvalues and vectors (size, count) of a matrix, whose product with v (size,) is
+    times(v), by Arnoldi's method from the vector `start`; which: those of largest magnitude ("LM")
+    or real part ("LR"). Raises NotConverged."""
     from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs  # not always needed
 
     operator = LinearOperator((len(start), len(start)), times, dtype=start.dtype)
