@@ -46,7 +46,11 @@ class MotionShapes:
         self.parts = np.concatenate([moved(t) @ shapes[:count].T for t in in_turn]) * largest
         self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
         self.sampled = SampledModes(
-            *(beam.replace(gamma=0.0), "chordwise", x, unloaded, np.zeros(len(x) - 1)),
+            beam.replace(gamma=0.0),
+            plane="chordwise",
+            x=x,
+            centreline=unloaded,
+            strain=np.zeros(len(x) - 1),
             labels=tuple(f"{k + 1}" for k in range(count)),
             frequencies=np.zeros(count),
             modes=shapes[:count].reshape(count, len(x), 2) / largest[:, None, None],

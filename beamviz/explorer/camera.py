@@ -1,6 +1,7 @@
 """The camera of a page: where it should be, and the one place that compares with where it is."""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import astuple, dataclass, replace
 from typing import Self
@@ -22,6 +23,9 @@ ZOOM_STEP = 1.25  # ratio of the scales that the beam is subdivided for
 NARROW, STRIP, MOST = 640, 102, 0.6
 TOLERANCE = 1e-3  # [beam lengths] largest distance of equal viewpoints
 DIGITS = 4  # after the point, of a viewpoint that the visitor has chosen
+# Viewpoints that the server has set and that the page may still tell: those of two seconds in which
+# the view follows a slider, over a slow connection.
+SET = 50
 DEFAULT = Camera((3.0, 3.0, 3.0))  # of viser's page before it has another one
 CHANGE_TIME = 0.9  # [s] of an eased change of view
 
@@ -100,13 +104,13 @@ class Transition:
 class PageCamera:
     """The camera of a page, which the visitor moves too.
 
-    initial: set in every page that opens; placed, before: the last two that the server set;
+    initial: set in every page that opens; placed: the last ones that the server set;
     rotating_frame: whether the page shows that, None before the first picture.
     """
 
     def __init__(self, view: CameraHandle, initial: Camera):
         self.view, self.initial = view, initial
-        self.placed = self.before = initial
+        self.placed = deque([initial], maxlen=SET)
         self.rotating_frame: bool | None = None
 
     def look(
@@ -125,8 +129,8 @@ class PageCamera:
         is_there = camera == transition.end if transition else self.is_at(camera)
         if is_there and not changes:
             return transition
-        if camera != self.placed:
-            self.before, self.placed = self.placed, camera
+        if camera != self.placed[-1]:
+            self.placed.append(camera)
         if changes and eased:
             return self.transition(camera, rotating_frame, transition)
         if transition:
@@ -157,7 +161,7 @@ class PageCamera:
         one that the server set, also an earlier one, as a message of the page has crossed the last
         one, or a busy page has set the initial one after it; or parts of two, as position and
         target arrive one after the other. Raises InvalidInput for one that is too far away."""
-        is_set = self.is_at(DEFAULT, self.initial, self.before, self.placed)
+        is_set = self.is_at(DEFAULT, self.initial, *self.placed)
         if self.rotating_frame is None or is_set:
             return None
         return Camera(*np.round([self.view.position, self.view.look_at], DIGITS).tolist())

@@ -40,7 +40,11 @@ class HeldShapes:
         size = max(float(np.linalg.norm(moved, axis=1).max()), 1e-12)
         self.amplitudes = np.array([size])
         self.sampled = SampledModes(
-            *(beam, "chordwise", x, unloaded, np.zeros(len(x) - 1)),
+            beam,
+            plane="chordwise",
+            x=x,
+            centreline=unloaded,
+            strain=np.zeros(len(x) - 1),
             labels=("held",),
             frequencies=np.zeros(1),
             modes=moved[None] / size,

@@ -67,20 +67,20 @@ class FrameLoop:
 
     async def join(self, client: ClientHandle) -> None:
         """Open a session for a new visitor on a thread of its own, while the others are drawn."""
-        visitor = client.client_id
-        presents = self.access.presents(handshake_request(self.server, visitor))
+        client_id = client.client_id
+        presents = self.access.presents(handshake_request(self.server, client_id))
         follows = bool(self.access.presenter_key) and not presents
         opening = self.opening
         with suppress(RuntimeError):  # stopped meanwhile
             building = self.loop.run_in_executor(
                 self.opener, self.session, client, follows, presents
             )
-            self.sessions[visitor] = session = await building
+            self.sessions[client_id] = session = await building
             if self.opening is not opening:  # shown while the session was built
                 session.visitor.open(self.opening)
             self.presenter = session if presents else self.presenter
-            if self.stopped or visitor not in self.server.get_clients():
-                self.leave(visitor)  # who has left while the session was built
+            if self.stopped or client_id not in self.server.get_clients():
+                self.leave(client_id)  # who has left while the session was built
             session.visitor.wake()
             self.resume()  # it may have been woken before it was among the sessions
 
@@ -119,9 +119,9 @@ class FrameLoop:
     async def left(self, client: ClientHandle) -> None:
         self.leave(client.client_id)
 
-    def leave(self, visitor: int) -> None:
-        """Close the session of a visitor, by client id."""
-        if session := self.sessions.pop(visitor, None):
+    def leave(self, client_id: int) -> None:
+        """Close the session of a visitor."""
+        if session := self.sessions.pop(client_id, None):
             session.close()
             self.last = session if self.access.framed else None
             if session is self.presenter:
@@ -145,20 +145,21 @@ class FrameLoop:
         wait([self.running], STOP_TIMEOUT)
         self.workers.close()
         self.opener.shutdown(cancel_futures=True)
-        for visitor in list(self.sessions):
-            self.leave(visitor)
+        for client_id in list(self.sessions):
+            self.leave(client_id)
 
     async def run(self) -> None:
         """Draw round after round. A round that shows edits and answers may take long, with many
         visitors: for a time in proportion after it, scenes only move."""
-        due = full = time.monotonic()
+        due = full = frame = time.monotonic()
         while not self.stopped:
             await self.sleep(due, full)
             now = time.monotonic()
             is_due, shows = now >= due, now >= full
             if is_due:
+                frame = now
                 self.later.clear()
-            outdated = self.outdated(now, is_due=is_due) if shows else set[int]()
+            outdated = self.outdated(now, frame) if shows else set[int]()
             await self.draw(outdated, all_moving=is_due)
             end = time.monotonic()
             if outdated:
@@ -167,20 +168,27 @@ class FrameLoop:
                 due = max(due + self.step, end - self.step)
             await exchange_messages()
 
-    def outdated(self, now: float, *, is_due: bool) -> set[int]:
-        """The visitors whose page may be outdated at the time `now` [s]: those woken, those whose
-        page shows how a job goes on, and if a frame `is_due` those whose page moves."""
+    def outdated(self, now: float, frame: float) -> set[int]:
+        """The client ids of visitors whose page may be outdated at the time `now` [s]: of those
+        woken, of those whose page shows how a job goes on, and of those whose page moves and is
+        that of before the last frame of the scenes that move, which was due at the time `frame`
+        [s]: rounds that show edits may leave no time between them at which one is due."""
         since = now - PROGRESS
         return self.woken | {
-            one
-            for one, session in self.sessions.items()
-            if (session.is_busy and session.last_shown < since) or (is_due and session.page_moves)
+            client_id
+            for client_id, session in self.sessions.items()
+            if (session.is_busy and session.last_shown < since)
+            or (session.page_moves and session.last_shown < frame)
         }
 
     @property
     def woken(self) -> set[int]:
-        """The visitors who are to be drawn before the next frame of the scenes that move."""
-        return {one for one, s in self.sessions.items() if s.visitor.outdated} - self.later
+        """The client ids of visitors who are to be drawn before the next frame of the scenes that
+        move."""
+        outdated = {
+            client_id for client_id, session in self.sessions.items() if session.visitor.outdated
+        }
+        return outdated - self.later
 
     @property
     def step(self) -> float:
@@ -207,20 +215,21 @@ class FrameLoop:
                 await self.changed.wait()
 
     async def draw(self, outdated: set[int], *, all_moving: bool) -> None:
-        """Draw a frame for each visitor with an outdated page, and a moment for each other one
-        whose scene moves if `all_moving`. The presenter comes first: others follow."""
-        sessions = sorted(self.sessions.items(), key=lambda one: one[1] is not self.presenter)
-        for k, (visitor, session) in enumerate(sessions):
-            if visitor in outdated:
-                self.tick(visitor, session)
+        """Draw a frame for each visitor whose client id is among the `outdated`, and a moment for
+        each other one whose scene moves if `all_moving`. The presenter comes first: others follow.
+        """
+        sessions = sorted(self.sessions.items(), key=lambda item: item[1] is not self.presenter)
+        for k, (client_id, session) in enumerate(sessions):
+            if client_id in outdated:
+                self.tick(client_id, session)
                 if session is self.presenter:
                     self.wake_followers()
             elif all_moving and session.is_moving:
-                self.tick(visitor, session, only_moves=True)
+                self.tick(client_id, session, only_moves=True)
             if k % GROUP == GROUP - 1:
                 await exchange_messages()
 
-    def tick(self, visitor: int, session: Session, *, only_moves: bool = False) -> None:
+    def tick(self, client_id: int, session: Session, *, only_moves: bool = False) -> None:
         """Draw for one visitor. An error ends only this session; the page connects to a new one."""
         try:
             if only_moves:
@@ -228,8 +237,8 @@ class FrameLoop:
                 return
             session.tick(time.monotonic(), in_haste=self.is_late)
             if session.is_moving and session.visitor.outdated:
-                self.later.add(visitor)
+                self.later.add(client_id)
         except Exception as error:
-            log.error("drawing", f"visitor {visitor}, who is disconnected", error)
-            self.leave(visitor)
-            disconnect(self.server, visitor)
+            log.error("drawing", f"visitor {client_id}, who is disconnected", error)
+            self.leave(client_id)
+            disconnect(self.server, client_id)

@@ -50,18 +50,17 @@ class Session:
     """
 
     def __init__(self, visitor: Visitor):
-        self.visitor, self.last_tick, self.last_shown, self.last_edit = visitor, 0.0, 0.0, 0.0
+        self.visitor = visitor
+        self.last_tick = self.last_shown = self.last_edit = 0.0
         self.features: list[Feature] = [kind(visitor) for kind in FEATURES]
         self.parts = [(part, Shown()) for feature in self.features for part in feature.parts]
-        self.view = SceneView(ViserScene(visitor.client.scene))
-        self.responses, self.pictures, self.films, self.played = (Memo() for _ in range(4))
-        self.viewpoints = Memo()
+        self.responses, self.pictures, self.films = Memo(), Memo(), Memo()
+        self.played, self.viewpoints = Memo(), Memo()
         self.scene_shown, self.page_shown, self.requested = Shown(), Shown(), Shown()
         self.postponed = False
-        self.mass_drag = MassDrag(visitor, self.view.beam)
-        self.beam_pull = BeamPull(
-            *(visitor, self.view.drawn_scene, self.view.beam, self.mass_drag.line_of_sight)
-        )
+        self.view = view = SceneView(ViserScene(visitor.client.scene))
+        self.mass_drag = drag = MassDrag(visitor, view.beam)
+        self.beam_pull = BeamPull(visitor, view.drawn_scene, view.beam, drag.line_of_sight)
         self.snapshot = self.with_picture(visitor.next_snapshot())
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)
@@ -69,13 +68,15 @@ class Session:
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """Take over where the visitor has turned the view to, and draw again, as the picture has
-        another scale. A viewpoint that was asked for since the last frame has not arrived yet, and
-        one that is too far away is left again in the next frame."""
+        another scale. A viewpoint that was asked for since the last frame has not arrived yet; one
+        that is too far away is left again in the next frame, for that of before, which is theirs
+        though the server has set it."""
         visitor, shown = self.visitor, self.snapshot.state
         with visitor.lock:
             state = visitor.state
             is_asked = state.turned is None and state.viewpoint != shown.viewpoint
-            if not (is_asked or visitor.clock.transition):
+            is_theirs = state.turned is not None and visitor.camera.is_at(state.turned)
+            if not (is_asked or is_theirs or visitor.clock.transition):
                 with suppress(InvalidInput):
                     visitor.set_state(state.with_fields(turned=visitor.camera.turned))
         visitor.wake()
@@ -100,10 +101,9 @@ class Session:
 
     @property
     def page_moves(self) -> bool:
-        """Whether the page moves as well, so that the next frame takes a snapshot."""
-        state, film = self.snapshot.state, self.snapshot.film
-        driven = state.grip or state.hold or state.run_speed is not None or film
-        return self.is_moving and bool(driven or self.postponed)
+        """Whether the page moves as well, so that the next frame takes a snapshot: it shows the
+        moment of a motion in time, or waits for what was postponed."""
+        return self.postponed or (self.snapshot.is_moving and self.snapshot.film is not None)
 
     @property
     def is_busy(self) -> bool:
@@ -113,17 +113,19 @@ class Session:
     def tick(self, now: float, *, in_haste: bool = False) -> None:
         """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
         computed for a beam that has been the same for the time REST."""
-        visitor, before = self.visitor, self.snapshot.state.case
-        since, self.last_shown = min(now - self.last_shown, LONGEST_STEP), now
+        visitor, before = self.visitor, self.snapshot
+        elapsed = min(now - self.last_shown, LONGEST_STEP)
+        self.last_shown = now
         visitor.clock = self.advanced_clock(now)
         self.snapshot = snapshot = self.with_picture(visitor.next_snapshot())
         for feature in self.features:
-            feature.react(snapshot, since)
+            feature.react(snapshot, elapsed)
         self.mass_drag.react(snapshot)
         self.beam_pull.react(snapshot)
         with visitor.client.atomic():
             self.show_scene(snapshot)
-            self.last_edit = now if snapshot.state.case is not before else self.last_edit
+            if snapshot.state.case is not before.state.case:
+                self.last_edit = now
             self.postponed = in_haste and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
@@ -144,7 +146,8 @@ class Session:
     def advanced_clock(self, now: float) -> Clock:
         """The clock at the time `now` [s] of what the last frame shows; that of the presenter while
         the visitor follows one."""
-        elapsed, self.last_tick = min(now - self.last_tick, LONGEST_STEP), now
+        elapsed = min(now - self.last_tick, LONGEST_STEP)
+        self.last_tick = now
         snapshot, clock = self.snapshot, self.visitor.clock
         if clock.transition:
             clock = replace(clock, transition=clock.transition.advanced(elapsed, clock.angle))
@@ -196,7 +199,8 @@ class Session:
 
     def draw(self, snapshot: Snapshot, clock: Clock) -> None:
         """Draw a moment of a snapshot."""
-        self.visitor.clock, picture = clock, snapshot.picture
+        picture = snapshot.picture
+        self.visitor.clock = clock
         if clock.transition and not picture.held:
             place(self.visitor.camera.view, clock.transition.camera)
         self.view.move(picture, clock)

@@ -84,8 +84,16 @@ class Snapshot:
     def reading(self) -> tuple[Any, ...]:
         """Everything but the clock, of which only the moment of a computed motion is read."""
         return (
-            *(self.state, self.answer, self.second, self.comparison, self.picture),
-            *(self.aspect, self.covered, self.undo, self.redo, self.is_led),
+            self.state,
+            self.answer,
+            self.second,
+            self.comparison,
+            self.picture,
+            self.aspect,
+            self.covered,
+            self.undo,
+            self.redo,
+            self.is_led,
             self.clock.moment if self.film else None,
             *self.jobs.values(),
         )

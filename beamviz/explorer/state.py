@@ -319,11 +319,19 @@ class State:
         moves only if the last one did."""
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
         view = replace(scene.view, playing=self.view.playing) if self.still else scene.view
-        state = replace(self, case=Case.of(scene), view=view, comparison=comparison, kept=None)
-        state = replace(state, kept_by_edit=False)
-        state = state.with_viewpoint(scene.camera)
-        state = replace(state.ended("scene"), per_rev=scene.per_rev, rate=None, refused=None)
-        state = replace(state.without_run_up(), in_motion=False, moment=0.0)
+        state = replace(
+            self.ended("scene").without_run_up().with_viewpoint(scene.camera),
+            case=Case.of(scene),
+            view=view,
+            per_rev=scene.per_rev,
+            comparison=comparison,
+            kept=None,
+            kept_by_edit=False,
+            in_motion=False,
+            moment=0.0,
+            rate=None,
+            refused=None,
+        )
         return state.changed("over", scene.over).with_mass_kept()
 
     def with_viewpoint(self, camera: Camera | None) -> Self:

@@ -42,7 +42,7 @@ from beamviz.lessons import lesson
 from beamviz.scene import Scene, ViewOptions
 
 Edit = Callable[[State, Any], State]  # of a state, by the value of a control
-Shown = Callable[[State], Any]  # what a control shows of the state
+ShownValue = Callable[[State], Any]  # what a control shows of the state
 
 
 VIEW_TYPES = {key: type(getattr(ViewOptions, key)) for key in VIEW_KEYS if key != "shares"}
@@ -76,7 +76,7 @@ class Visitor:
         self.workers = workers
         self.lock = threading.RLock()
         self.camera = PageCamera(client.camera, initial(state.to_scene()))
-        self.controls: dict[str, Shown] = {}
+        self.controls: dict[str, ShownValue] = {}
         self.jobs: dict[str, Job] = {}
         self.solver = SolveJob(workers, self.wake)
         self.jobs[self.solver.name] = self.solver
@@ -205,7 +205,7 @@ class Visitor:
 
     # Controls
 
-    def bind(self, key: str, edit: Edit, shown: Shown, takes: Any) -> None:
+    def bind(self, key: str, edit: Edit, shown: ShownValue, takes: Any) -> None:
         """Bind the controls with data-set="key": they show `shown(state)`; an edit, with a value of
         the type `takes`, replaces the state by `edit(state, value)`."""
         self.page.on(key, lambda value: self.change(lambda state: edit(state, value)), takes)

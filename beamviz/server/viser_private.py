@@ -45,12 +45,14 @@ ATTRIBUTES = {  # by class, function or module: attributes, fields and arguments
     "websockets.asyncio.server:serve": "create_connection process_request process_response"
     " server_header",
     "viser:ViserServer": "request_share_url",
+    "viser.infra:Message": "as_serializable_dict redundancy_key",
     "viser.infra:WebsockServer": "get_message_buffer queue_message",
     "viser.infra:WebsockMessageHandler": "get_message_serializer",
     "viser.infra:StateSerializer": "as_html",
     "viser._gui_handles:_GuiHandleState": "gui_api props sync_cb uuid value",
     "viser._scene_api:SceneApi": "_queue_scene_message",
     "viser._scene_handles:_SceneNodeHandleState": "api position props wxyz",
+    "viser._messages:SetPositionMessage": "include_in_scene_serialization",
     "viser._messages": "RunJavascriptMessage SceneNodeUpdateMessage SetOrientationMessage"
     f" SetPositionMessage {' '.join(MESSAGES)}",
 }

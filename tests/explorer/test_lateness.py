@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 from live.fresh import Guest
-from live.server import TIMEOUT, last_until
-from live.visitor import Visitor, frequency_text, pause
+from live.server import TIMEOUT, frame_loop_at, last_until, wait_until
+from live.visitor import Visitor, frequency_text, pause, visitor
 
 from beamviz.explorer import frame_loop, jobs, solutions
 from beamviz.explorer.features import loads, loci_chart
@@ -283,6 +283,31 @@ def test_a_chart_that_a_drag_leaves_behind_says_so(guest, session, monkeypatch):
         ended.set()
         dragging.join()
     guest.wait(lambda _: not told(guest, "loci-chart"))
+
+
+def test_the_moment_of_a_motion_is_shown_while_another_page_is_edited_without_pause(
+    guest, session, url, frame_loops, monkeypatch
+):
+    """Each time that the edits are, though frames of the scenes that move are due meanwhile."""
+    guest.do("tab", "motion")
+    guest.do("experiment", "pull", until=lambda _: session.snapshot.film)
+    with visitor(url) as other:
+        pause(other)
+        sessions, seen = frame_loop_at(url, frame_loops).sessions, list[float]()
+        edited = sessions[max(sessions)]
+        show = edited.tick
+
+        def show_and_edit(*given: Any, **options: Any) -> None:
+            time.sleep(1.5 / frame_loop.FRAMES)
+            show(*given, **options)
+            shown = session.visitor.page.sent["charts", "motion-chart", "cursor"]["x"]
+            seen.append(session.snapshot.clock.moment - shown)
+            edited.visitor.wake()
+
+        monkeypatch.setattr(edited, "tick", show_and_edit)
+        edited.visitor.wake()
+        wait_until(lambda: len(seen) >= 20)
+    assert not any(seen[1:])  # the first may be shown before a frame is due
 
 
 def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):

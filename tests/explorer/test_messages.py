@@ -3,6 +3,8 @@
 import json
 import re
 import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import msgspec
 import pytest
@@ -36,6 +38,25 @@ def test_an_update_has_the_declared_types():
     ):
         with pytest.raises(msgspec.ValidationError):
             messages.encode_update(wrong)
+
+
+def test_what_several_threads_say_at_once_is_all_said(guest, session):
+    """As the thread of a file that is written, and the event loop."""
+    texts = [[f"{k} {i}" for i in range(400)] for k in range(4)]
+
+    def say(some: list[str]) -> None:
+        for text in some:
+            session.visitor.page.say(text)
+
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+    try:
+        with ThreadPoolExecutor(len(texts)) as pool:
+            list(pool.map(say, texts))
+    finally:
+        sys.setswitchinterval(before)
+    catch_up(guest)
+    assert {one["text"] for one in guest.said} >= {text for some in texts for text in some}
 
 
 @pytest.mark.parametrize("text", ["", "[1]", '[1, "a", []]', '["1", "a", 1]', '[1, "a", NaN]'])

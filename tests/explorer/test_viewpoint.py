@@ -19,6 +19,7 @@ from beamviz.scene import Camera, Scene
 
 FIRST = Scene(PAPER).changed(playing=False, rotating_frame=False)
 EASED = 30  # frames of a change of view, and a few more
+LATE = 8  # frames that a message of a page on a slow connection takes
 
 
 @pytest.fixture
@@ -119,6 +120,22 @@ def test_the_page_is_put_right_where_it_has_an_earlier_viewpoint(desk):
         assert desk.camera == last
 
 
+def test_over_a_slow_connection_no_one_has_turned_a_view_that_follows_a_slider(desk):
+    """The page tells all viewpoints, each a third of a second late."""
+    told = [desk.camera]
+    for k in range(100):
+        desk.do("delta", round(0.08 * k, 2))
+        desk.frame()
+        told.append(desk.camera)
+        if k >= LATE:
+            now = desk.camera
+            desk.report(told[k - LATE])
+            assert desk.state.turned is None
+            desk.frame()
+            desk.report(now)
+    assert not near(told[-1], told[0])
+
+
 def test_a_view_that_is_fitted_arrives_in_parts(desk):
     """Position and target arrive one after the other; then the page is where it should be."""
     fitted = desk.camera
@@ -215,13 +232,16 @@ def test_a_page_of_another_size_is_fitted_unless_it_was_turned(desk):
 
 
 def test_a_viewpoint_too_far_away_is_left_again(desk):
-    """It would be invalid in a link; the page goes back to the last valid one."""
+    """It would be invalid in a link; the page goes back to the last valid one, and tells so."""
     turned = desk.turn()
     desk.frame()
     for far in ((0.0, 0.0, 2000.0), (math.nan, 0.0, 1.0), (math.inf, 0.0, 1.0)):
         view = desk.visitor.client.camera
         view.position = far
         run(desk.session.camera_moved(None))
+        desk.frame()
+        assert desk.camera == desk.state.turned == turned
+        desk.report(turned)
         desk.frame()
         assert desk.camera == desk.state.turned == turned
 

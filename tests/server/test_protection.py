@@ -76,6 +76,7 @@ def test_the_self_test_is_neither_logged_nor_counted(caplog):
         (viser._messages, "SetPositionMessage", "viser._messages.SetPositionMessage"),
         (viser._messages, "SceneNodeDragMessage", "viser._messages.SceneNodeDragMessage"),
         (viser.infra.WebsockServer, "queue_message", "viser.infra.WebsockServer.queue"),
+        (viser.infra.Message, "redundancy_key", "viser.infra.Message.redundancy_key"),
         (viser._scene_api, "SceneApi", "viser._scene_api.SceneApi, which"),
     ],
 )

@@ -279,7 +279,9 @@ class LociTab(Feature):
     """The chart and its lists."""
 
     tab = Tab(
-        *("Frequencies", 1, page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False)),
+        "Frequencies",
+        1,
+        page.chart_tab(tools(), "loci-chart", *LISTS, hidden=False),
         (SOLUTION, CHART),
     )
 

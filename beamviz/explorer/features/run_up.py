@@ -141,7 +141,12 @@ NOTE = (
 DAMPING_ENDS = [100 * end for end in DAMPING]
 TOOLS = page.select("force_per_rev", "force", {k: f"{k} × per revolution" for k in PER_REV})
 TOOLS += page.slider(
-    *("damping", "damping ζ [%]", DAMPING_HELP), min=DAMPING_ENDS[0], max=DAMPING_ENDS[1], step=0.1
+    "damping",
+    "damping ζ [%]",
+    DAMPING_HELP,
+    min=DAMPING_ENDS[0],
+    max=DAMPING_ENDS[1],
+    step=0.1,
 )
 TOOLS += page.button("Run up from rest", id="run-up-button", class_="main", data_do="run_up")
 

@@ -183,16 +183,18 @@ class Page:
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
         one = {"text": typeset(text), "error": error}
-        with self.lock:
-            waiting = self.waiting.get(("say",), [])
-        if one not in waiting:
-            self.send([*waiting, one], "say")
+        self.queue(lambda said: said if one in said else [*said, one], [], "say")
 
     def send(self, content: Any, *path: str) -> None:
         """Queue a part of the page, by its keys in the argument of `beamviz.apply` (page.js)."""
+        self.queue(lambda _: content, None, *path)
+
+    def queue(self, change: Callable[[Any], Any], usual: Any, *path: str) -> None:
+        """Queue `change` of what is queued for a part of the page, `usual` where nothing is; from
+        any thread."""
         with self.lock:
             queued = bool(self.waiting)
-            self.waiting[path] = content
+            self.waiting[path] = change(self.waiting.get(path, usual))
         if not queued:
             run_script(self.client, self.script)
 
