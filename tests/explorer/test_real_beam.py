@@ -106,6 +106,15 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     assert not caplog.records
 
 
+def test_the_table_of_an_own_blade_is_offered_beside_every_real_beam(guest):
+    """A visitor who tried another beam first finds it where it stood before."""
+    offered = 'data-do="blade.begin"'
+    guest.wait(lambda _: offered in guest.texts["real-beam"])
+    guest.do("real.preset", "steel beam")
+    guest.wait(lambda _: 'data-set="real.length"' in guest.texts["real-beam"])
+    assert offered in guest.texts["real-beam"]
+
+
 def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     """A rod of 20 mm; the tube of this beam; the same beam by area and second moment. Invalid
     values are named and change nothing, nor do unknown presets, sections and fields."""

@@ -389,10 +389,11 @@ BUTTONS = "".join(
     page.button(one.title, data_do="blade.preset", data_value=name, title=one.source)
     for name, one in BLADES.items()
 )
+OWN_BLADE = page.button("your blade", data_do="blade.begin")
 INVITATION = (
     '<details class="real"><summary>Real beam (m, kg, rpm, Hz)</summary>'
     "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
-    f'<div class="choices">{BUTTONS}{page.button("your blade", data_do="blade.begin")}</div>'
+    f'<div class="choices">{BUTTONS}{OWN_BLADE}</div>'
     "</details>"
 )
 
@@ -418,7 +419,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     along = "<p>It bends along h, in the plane that is chosen at the top.</p>"
     return (
         '<details class="real" open><summary>Real beam</summary>'
-        f'<div class="choices">{BUTTONS}'
+        f'<div class="choices">{BUTTONS}{OWN_BLADE}'
         f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{field('length')}{page.select('real.section', 'section', SECTION_NAMES)}"
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
