@@ -42,7 +42,9 @@ from beamviz.units import Units
 TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
 NO_COMPARISON, EARLIER = "nothing", "earlier"
 COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
-LASTING = ("playing", "dark")  # view options that are the visitor's own: no link or undo sets them
+# View options that are the visitor's own: no undo sets them, and of links only one to a moment of a
+# motion, which stands there.
+LASTING = ("playing", "dark")
 STEPS = 200  # that can be undone
 BETA_DIGITS = 3  # of a position in the hand: finer than a pointer
 PAUSE = 1.0  # [s] after which another edit of the same values is another step

@@ -177,7 +177,8 @@ def test_a_reset_begins_at_the_start(desk):
 
 @pytest.mark.parametrize("still", [False, True])
 def test_a_link_opens_a_motion_at_its_moment(still):
-    """From which it goes on unless motion is reduced; a link to the same one moves it there."""
+    """Where it stands until it is played, as on the page of the sender; a link to the same one
+    moves it there."""
     with offline():
         desk = Desk(FIRST)
         desk.do("playing", not still)
@@ -187,8 +188,12 @@ def test_a_link_opens_a_motion_at_its_moment(still):
         for _ in range(2):
             assert moment(desk) == 1.5
             desk.frame(2)
-            assert moment(desk) == (1.5 if still else pytest.approx(1.5 + 2 * step(desk)))
-            assert linked(desk) == ("1.5" if still else None)
+            assert moment(desk) == 1.5
+            assert linked(desk) == "1.5"
+            desk.do("playing", True)
+            desk.frame(2)
+            assert moment(desk) == pytest.approx(1.5 + step(desk))  # the first frame begins there
+            assert linked(desk) is None
             desk.do("moment", 3.0)
             desk.frame(2)
             desk.do("link", f"?{LINK}&moment=1.5")

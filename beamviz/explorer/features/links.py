@@ -217,6 +217,8 @@ def linked(state: State, scene: Scene, values: dict[str, Any]) -> State:
     for choice in linked_choices().values():
         if choice.name in values:
             state = state.with_choice(choice, values[choice.name])
+    if values.get("moment"):  # the sender has stopped the motion there
+        state = state.changed("playing", False)
     if not name:
         state = replace(state, opened_motion=(state.experiment, state.in_motion))
     state = replace(state, case=changed_case(state.case, values.get(ENTERED, {})))

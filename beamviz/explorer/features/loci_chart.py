@@ -427,7 +427,7 @@ def event_buttons(chart: Chart) -> str:
     for key, event in chart.pairs.items():
         label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
         buttons += page.button(label, data_set="go_to_event", data_value=key)
-    return page.group("go to", buttons)
+    return page.group("go to", f'<span class="soft">go to</span>{buttons}')
 
 
 def cells(chart: Chart, key: str, sign: str, one: Event) -> tuple[str, str, str]:
