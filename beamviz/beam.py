@@ -312,8 +312,9 @@ def exceeds_joint_limit(gamma: Any, mu: Any) -> bool:
     range: that of one out of range is told beside. False where one is no number."""
     if not (is_number(gamma) and is_number(mu)):
         return False
-    (_, most), (least, _) = PARAMETERS["gamma"].limits, PARAMETERS["mu"].limits
-    return mu > 0 and min(gamma, most) > MAX_GAMMA_OVER_MU * max(mu, least) * (1 + ROUNDING)
+    (_, most), (least, largest) = PARAMETERS["gamma"].limits, PARAMETERS["mu"].limits
+    nearest = min(max(mu, least), largest)
+    return mu > 0 and min(gamma, most) > MAX_GAMMA_OVER_MU * nearest * (1 + ROUNDING)
 
 
 def check_joint_limit(gamma: Any, mu: Any) -> None:

@@ -9,6 +9,7 @@ from beamviz.beam import Beam
 # Inputs that once failed.
 BUCKLED = Beam(alpha=100, beta=0.2, delta=-2, mu=10000)
 FAILED = {
+    "Beam": [({"alpha": 0.0, "beta": 0.0, "gamma": 0.0, "delta": 0.0, "mu": 10**400},)],
     "solve": [
         (Beam(alpha=83, beta=0.8125, gamma=25, mu=10), {}),
         (Beam(gamma=92, beta=0, delta=-2, mu=264), {"method": "ancf"}),

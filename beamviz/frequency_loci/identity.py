@@ -1,9 +1,9 @@
 """Corresponding modes of two solutions, and the names of modes, also where Coriolis forces mix
 shapes."""
 
-from functools import lru_cache
 from itertools import combinations
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -88,8 +88,18 @@ class ModeIdentity(NamedTuple):
         return "; ".join(texts)
 
 
-@lru_cache(maxsize=64)
+# Of solutions in use: that of a deflected blade holds ten megabytes.
+IDENTITIES: WeakKeyDictionary[Solution, ModeIdentity] = WeakKeyDictionary()
+
+
 def identify_modes(solution: Solution) -> ModeIdentity:
+    """The names of the modes of a solution, which are found once for each."""
+    if solution not in IDENTITIES:
+        IDENTITIES[solution] = _identified(solution)
+    return IDENTITIES[solution]
+
+
+def _identified(solution: Solution) -> ModeIdentity:
     """The names of the modes of a solution.
 
     Without Coriolis forces they are those of `solution.labels`: stretching and bending are

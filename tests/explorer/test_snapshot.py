@@ -774,7 +774,7 @@ LIES = {
     },
     "deflection of a pull": Planted(of_request("pull", "deflection"), "motion"),
     "beam that is let go": Planted(of_method("beam_pull", "react"), "motion"),
-    "moment of a pause": Planted(of_nothing("react", motion_tab.MotionTab), "motion", 15),
+    "moment of a pause": Planted(of_nothing("react", motion_tab.MotionTab), "motion", 9),
     "sleeve": Planted(of_argument("beam_pull", "offer", "offered"), "motion"),
     "numbers of the methods": Planted(of_request("method timing", "numbers"), "methods"),
     "options of the methods": Planted(of_request("method timing", "options"), "methods"),
