@@ -70,12 +70,15 @@ def reraise(number: int) -> None:
 @contextlib.contextmanager
 def defer_signals() -> Iterator[None]:
     """Context in which signals are deferred, so that code that starts a process can store it
-    before a signal ends it."""
+    before a signal ends it. One that came is raised also after an error: it may be the reason, as
+    where it has ended a process that the code waits for."""
     waiting: list[int] = []
-    with handle_signals(lambda number, _: waiting.append(number)):
-        yield
-    for number in waiting[:1]:
-        signal.raise_signal(number)
+    try:
+        with handle_signals(lambda number, _: waiting.append(number)):
+            yield
+    finally:
+        for number in waiting[:1]:
+            signal.raise_signal(number)
 
 
 @contextlib.contextmanager
