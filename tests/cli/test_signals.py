@@ -154,9 +154,13 @@ def test_a_signal_waits_until_what_is_started_is_known(send):
 
 def test_a_signal_that_waits_is_not_lost_by_an_error():
     """As where it has ended a process as well, which is missed before the signal is handled."""
-    with pytest.raises(Terminated), terminate_on_signal(), defer_signals():
+
+    def wait_for_process() -> None:
         signal.raise_signal(signal.SIGTERM)
         raise OSError("a process has ended")
+
+    with pytest.raises(Terminated), terminate_on_signal(), defer_signals():
+        wait_for_process()
 
 
 def test_a_signal_whose_exception_python_discards_comes_again(capsys):
