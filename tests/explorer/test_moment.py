@@ -5,7 +5,7 @@ from dataclasses import replace
 from urllib.parse import parse_qsl
 
 import pytest
-from live.offline import STEP, Desk, offline
+from live.offline import STEP, Desk, lecture, offline
 
 from beamviz.beam import Beam
 from beamviz.explorer import computed_motion
@@ -217,14 +217,7 @@ def test_a_lesson_that_is_left_returns_to_the_moment_before_it(desk):
 def test_a_lecture_has_the_moment_of_the_presenter(desk):
     """Moved, going on, paused; whoever leaves it stays there."""
     one = Desk(FIRST)
-    one.visitor.presenter = lambda: desk.session.snapshot
-    one.visitor.update(lambda state: replace(state, following=True))
-
-    def both(count: int = 1) -> None:
-        for _ in range(count):
-            desk.frame()
-            one.frame()
-
+    both = lecture(desk, one)
     both()
     for wanted in (2.0, 0.0):
         desk.do("moment", wanted)

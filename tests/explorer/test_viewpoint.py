@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 from live.browser import READY, page
-from live.offline import CLOCK, Desk, Offline, Workers, offline, run
+from live.offline import CLOCK, Desk, Offline, Workers, lecture, offline, run
 from live.server import wait_until
 from live.visitor import PAPER
 
@@ -273,14 +273,7 @@ def test_a_visitor_of_a_lecture_keeps_a_view_of_their_own():
     """Whatever the presenter edits, until that changes the frame."""
     with offline():
         lead, one = Desk(FIRST), Desk(FIRST)
-        one.visitor.presenter = lambda: lead.session.snapshot
-        one.visitor.update(lambda state: replace(state, following=True))
-
-        def both(count: int = 1) -> None:
-            for _ in range(count):
-                lead.frame()
-                one.frame()
-
+        both = lecture(lead, one)
         both()
         lead.turn()
         turned = one.turn(-1.0)

@@ -341,6 +341,19 @@ class Desk:
         self.session.move(CLOCK.time)
 
 
+def lecture(presenter: Desk, follower: Desk) -> Callable[..., None]:
+    """Let one page follow another; returns a function that draws the next frames of both."""
+    follower.visitor.presenter = lambda: presenter.session.snapshot
+    follower.visitor.update(lambda state: replace(state, following=True))
+
+    def both(count: int = 1) -> None:
+        for _ in range(count):
+            presenter.frame()
+            follower.frame()
+
+    return both
+
+
 @contextmanager
 def offline() -> Iterator[None]:
     """Context in which sessions need no connection, and the time is that of the test."""
