@@ -1,5 +1,7 @@
 """Labels of the charts: none is lost, and none covers another, at any size of the page."""
 
+import math
+
 import pytest
 from live.browser import READY, are_apart, by_id
 
@@ -137,3 +139,22 @@ def test_a_label_within_the_chart_covers_no_mark_and_no_line_of_the_beam(shown, 
     shown.wait(f"{READY} && ({LABEL_AND_SIGNS})?.length > 2")
     label, *signs = shown.evaluate(LABEL_AND_SIGNS)
     assert all(are_apart([label, sign]) for sign in signs)
+
+
+OF_CROSSING = """(() => {
+  const middle = (e) => { const r = e.getBoundingClientRect();
+    return [(r.left + r.right) / 2, (r.top + r.bottom) / 2]; };
+  const chart = document.getElementById('loci-chart');
+  const mark = chart.querySelector('.events > .mark[aria-label*="S1 and B3"]');
+  return mark && [middle(mark), [...chart.querySelectorAll('.ring')].map(middle)]; })()"""
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: "x".join(map(str, size)))
+def test_the_mark_of_a_crossing_is_where_its_lines_cross(shown, url, size):
+    """At the rings of a beam there: also on a phone, where marks have more room for a finger."""
+    crossing = 9.3733
+    shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma={crossing}")
+    shown.resize(*size)
+    shown.wait(f"{READY} && {OF_CROSSING}?.[1].length > 3")
+    mark, rings = shown.evaluate(OF_CROSSING)
+    assert min(math.dist(mark, ring) for ring in rings) < 1.5  # [px]

@@ -59,7 +59,11 @@ def bent_truth(
     found = []
     for points, layers in RESOLUTIONS:
         problem = _Problem(beam, strain, curvature, _mesh(beam, points, layers, guess))
-        z, f = problem.state(guess)
+        try:
+            with np.errstate(over="raise", divide="raise", invalid="raise"):
+                z, f = problem.state(guess)
+        except FloatingPointError as error:  # Newton's method diverges
+            raise UnresolvedError(f"{beam}: no bent state next to the guess: {error}") from error
         found.append((problem.modes(z, f, coriolis, count), z[-D:][:2]))
     (coarse, _), (omega, tip) = found
     return BentTruth(omega, abs(omega - coarse), tip)
