@@ -26,9 +26,11 @@ from beamviz.explorer.experiment import RANGES
 from beamviz.explorer.feature import same
 from beamviz.explorer.features import (
     answer,
+    blade,
     controls,
     loci_chart,
     method_timing,
+    real_beam,
     run_up,
     veering,
 )
@@ -242,17 +244,17 @@ POSSIBLE |= {"alpha": 1.0, "beta": 0.5, "gamma": 5.0, "delta": 0.25, "mu": 70.0}
 POSSIBLE |= {"plane": "chordwise", "softening": True, "stiffening": True, "state": "straight"}
 
 
-def possible_again(guest: Guest) -> Action | None:
+def possible_again(guest: Guest, about: str) -> Action | None:
     """An edit that removes one reason why the beam of a visitor has no solution or no motion, or
-    takes long; None where there is none."""
+    takes long; None where there is none. A blade stays one for edits about it."""
     state, answer = guest.session.visitor.state, guest.session.snapshot.answer
     own = state.case.numbers | state.case.options
-    if not state.case.nearest_beam().is_uniform:
+    if about != "blade" and not state.case.nearest_beam().is_uniform:
         return "blade.uniform", None
     slow = [name for name in ("spin_up", "state", "method") if own[name] != POSSIBLE[name]]
     if slow:
         return slow[0], POSSIBLE[slow[0]]
-    if answer is None or answer.result is None or not can_move(state):
+    if about != "blade" and (answer is None or answer.result is None or not can_move(state)):
         if state.case.units:
             return "dimensionless", None
         return next(((name, one) for name, one in POSSIBLE.items() if own[name] != one), None)
@@ -401,8 +403,8 @@ class Edits:
             yield "lesson", ""
         if about in tabs() and guest.visitor.parts["open"] != about:
             yield "tab", about
-        if about != "blade" and chance.random() < POSSIBLE_PART:
-            yield from iter(lambda: possible_again(guest), None)
+        if chance.random() < POSSIBLE_PART:
+            yield from iter(lambda: possible_again(guest, about), None)
         yield from self.shown(about)
         yield self.deal(about)
 
@@ -780,6 +782,9 @@ LIES = {
     "options of the methods": Planted(of_request("method timing", "options"), "methods"),
     "facts of the lesson": Planted(of_request("lesson", ""), "lessons", 15),
     "body that is let go": Planted(of_method("mass_drag", "react"), SCENE, 15),
+    "section of a real beam": Planted(of_part(real_beam.panel_content, 1), "real"),
+    "numbers of a blade": Planted(of_part(blade.numbers_content, 1), "blade"),
+    "hinge": Planted(of_argument("view.beam.joint", "show", 0), "blade"),
 }
 
 
