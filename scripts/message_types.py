@@ -67,7 +67,7 @@ def actions() -> dict[str, Any]:
 def declarations() -> str:
     """All messages."""
     structs = [one for one in vars(messages).values() if isinstance(one, type)]
-    own = [one for one in structs if issubclass(one, Struct) and one is not Struct]
+    own = [one for one in structs if issubclass(one, messages.Message) and one.__struct_fields__]
     taken = {name: typescript(types.type_info(kind)) for name, kind in actions().items()}
     lines = "".join(f'  "{name}": {kind};\n' for name, kind in taken.items())
     names = f"interface Actions {{ // the types of their values\n{lines}}}\n"
