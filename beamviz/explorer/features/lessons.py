@@ -309,7 +309,9 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     """A card for each lesson; the open one is marked, those with a challenge met are ticked."""
     text = f"{len(LESSONS)} short lessons, one question each, every one a small experiment."
     text += f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
-    begin, cards = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n"), ""
+    begin = cards = ""
+    if not open_lesson:  # whose next step it would be
+        begin = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
     for k, one in enumerate(LESSONS, 1):
         own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
         own += page.attributes(aria_current=True if one.name == open_lesson else None)
