@@ -17,10 +17,10 @@ from beamviz.drawing.modes import rotated
 from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import loci_lines
 from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, fading
-from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SolverAnswer, solver_answer

@@ -13,9 +13,9 @@ from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import cursor
 from beamviz.explorer.declarations import Choice, Tab, number_key
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import cursor
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
