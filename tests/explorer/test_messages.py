@@ -24,8 +24,9 @@ CHECK = load_script("check_page")
 
 
 def test_the_types_of_the_page_are_those_of_the_server():
-    """messages.d.ts is written from messages.py."""
+    """messages.d.ts is written from messages.py, offline.d.ts from offline_data.py."""
     assert TYPES.PATH.read_text() == TYPES.declarations()
+    assert TYPES.OFFLINE.read_text() == TYPES.offline_declarations()
 
 
 def test_an_update_has_the_declared_types():
