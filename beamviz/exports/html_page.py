@@ -163,15 +163,17 @@ def chart(scene: Scene) -> str:
 
 
 def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:
-    """A chart as an element that a click enlarges, with a line across at x; moves: a script moves
-    it, by the step of one unit of x that the element has as an attribute."""
+    """A chart as an element that a click, or the key Enter, enlarges, with a line across at x;
+    moves: a script moves it, by the step of one unit of x that the element has as an attribute."""
     axes.axvline(x, color="0.5", lw=0.8, zorder=0, gid="marker")
     svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     low, high = axes.get_xlim()
     step = POINTS * figure.get_figwidth() * axes.get_position().width / (high - low)
     moved = f' data-step="{step}"' if moves else ""
     enlarge = "this.classList.toggle('large')"
-    return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}><svg{svg}</figure>'
+    by_key = "if (event.key === 'Enter') this.click()"
+    own = f'tabindex="0" onclick="{enlarge}" onkeydown="{by_key}"{moved}'
+    return f'<figure title="click, or press Enter, to enlarge" {own}><svg{svg}</figure>'
 
 
 def solved_speeds(solved: SolvedScene) -> list[Solution]:

@@ -304,6 +304,20 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
         assert shown.problems == []
 
 
+@pytest.mark.slow
+def test_the_chart_of_a_page_is_enlarged_by_a_key(document):
+    """And made small again, as by a click."""
+    with page(document.as_uri(), 1280, 720) as shown:
+        shown.wait("!!document.querySelector('aside figure')", 60)
+        figure = "document.querySelector('aside figure')"
+        before = shown.box(figure)
+        shown.evaluate(f"{figure}.focus()")
+        shown.key("Enter")
+        assert shown.box(figure)[2] > 2 * before[2]
+        shown.key("Enter")
+        assert shown.box(figure)[2] == before[2]
+
+
 def choose_speed(shown: Page, gamma: float) -> None:
     """Move the slider of a page to the solved speed nearest to gamma."""
     low, high = chart_range(PAPER, "gamma")
