@@ -340,7 +340,7 @@ const beamviz = (() => {
   /** @param {string} text */
   function say(text, error = false) {
     const live = byId("live"), toast = byId("toast");
-    live.textContent = text;
+    live.textContent = error ? "" : text; // an error is told once, by its alert
     if (!error) return;
     toast.textContent = text;
     toast.hidden = false;
