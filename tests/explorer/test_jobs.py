@@ -16,7 +16,7 @@ from live.visitor import PAPER
 from beamviz.beam import Beam
 from beamviz.errors import Cancelled
 from beamviz.explorer import solutions
-from beamviz.explorer.features.loci_chart import ChartRequest
+from beamviz.explorer.computed_loci import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
 from beamviz.explorer.jobs import Job, JobStatus, WorkerPool, Workers, percentage

@@ -13,8 +13,8 @@ from live.fresh import Guest
 from live.server import TIMEOUT, frame_loop_at, last_until, wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
 
-from beamviz.explorer import frame_loop, jobs, solutions
-from beamviz.explorer.features import loads, loci_chart
+from beamviz.explorer import computed_loci, frame_loop, jobs, solutions
+from beamviz.explorer.features import loads
 from beamviz.explorer.features import map as map_tab
 from beamviz.explorer.jobs import LATE, PATIENCE, Job
 from beamviz.explorer.state import State
@@ -176,8 +176,8 @@ def waiting(compute: Callable[..., Any], release: threading.Event) -> Callable[.
 @pytest.mark.parametrize(
     ("module", "name", "tab", "chart", "others"),
     [
-        (loci_chart, "loci", "frequencies", "loci-chart", LISTS),
-        (loci_chart, "loci", "veering", "veering-chart", ("veering-shapes",)),
+        (computed_loci, "loci", "frequencies", "loci-chart", LISTS),
+        (computed_loci, "loci", "veering", "veering-chart", ("veering-shapes",)),
         (map_tab, "solve_in_memory", "map", "map-chart", ("map-text",)),
         (loads, "loads_along", "loads", "loads-axial", ("loads-text",)),
     ],
@@ -204,7 +204,7 @@ def test_a_chart_of_earlier_numbers_says_so(
 
 def test_undo_takes_back_what_was_said_of_a_chart(guest, release, monkeypatch):
     """Though the other one is still being computed."""
-    monkeypatch.setattr(loci_chart, "loci", waiting(loci_chart.loci, release))
+    monkeypatch.setattr(computed_loci, "loci", waiting(computed_loci.loci, release))
     guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
     pause(guest)
     release.clear()

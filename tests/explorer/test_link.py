@@ -278,7 +278,8 @@ def test_a_link_with_many_mistakes_says_how_many_more(guest):
 
 @pytest.mark.slow
 def test_the_page_shows_the_mistakes_of_its_link_on_a_line_each(url):
-    """As many lines as mistakes and a title, where there is room for each."""
+    """As many lines as mistakes and a title, where there is room for each. A screen reader gets
+    them once, from the alert."""
     with page(f"{url}/?alpha=-1&beta=3&mode=0&gamma=3", 1440, 900) as shown:
         shown.wait("!document.getElementById('toast').hidden")
         lines = shown.evaluate("document.getElementById('toast').innerText").splitlines()
@@ -287,6 +288,9 @@ def test_the_page_shows_the_mistakes_of_its_link_on_a_line_each(url):
         box = "e.clientHeight - 2 * parseFloat(getComputedStyle(e).paddingTop)"
         rows = f"(e => Math.round(({box}) / {height}))({by_id('toast')})"
         assert shown.evaluate(rows) == len(lines)
+        told = "[...document.querySelectorAll('[role=alert], [role=status]')]"
+        told += f".filter(e => e.innerText.includes({lines[0]!r}))"
+        assert shown.evaluate(f"{told}.map(e => e.id)") == ["toast"]
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ from live.offline import OfflineGuest, memories, offline
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
-from beamviz.explorer import computed_motion, explorer
+from beamviz.explorer import computed_loci, computed_motion, explorer
 from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.declarations import tabs
 from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
@@ -275,8 +275,8 @@ def coarse() -> Iterator[None]:
     """Coarse charts and maps and short motions: what is compared is whether they are those of the
     state, not what they show."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loci_chart, "CHART_POINTS", 15)
-        patch.setattr(loci_chart, "loci", coarse_loci(loci_chart.loci))
+        patch.setattr(computed_loci, "CHART_POINTS", 15)
+        patch.setattr(computed_loci, "loci", coarse_loci(computed_loci.loci))
         patch.setattr(veering, "POINTS", 12)
         patch.setattr(map_tab, "SIZE", (9, 5))
         patch.setattr(map_tab, "SMALL_SIZE", (3, 2))

@@ -17,10 +17,10 @@ from beamviz.drawing.modes import rotated
 from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import loci_lines
 from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, fading
-from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SolverAnswer, solver_answer
@@ -309,7 +309,9 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     """A card for each lesson; the open one is marked, those with a challenge met are ticked."""
     text = f"{len(LESSONS)} short lessons, one question each, every one a small experiment."
     text += f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
-    begin, cards = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n"), ""
+    begin = cards = ""
+    if not open_lesson:  # whose next step it would be
+        begin = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
     for k, one in enumerate(LESSONS, 1):
         own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
         own += page.attributes(aria_current=True if one.name == open_lesson else None)

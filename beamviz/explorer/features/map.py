@@ -17,9 +17,9 @@ from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import AXES
 from beamviz.explorer.declarations import Choice, Key, Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import AXES
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot

@@ -13,9 +13,9 @@ from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import cursor
 from beamviz.explorer.declarations import Choice, Tab, number_key
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import cursor
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -266,7 +266,7 @@ def resonance_table(run: RunUp) -> str:
     heads = ("go to", f"at {along.head}", across.label, "tip moves")
     rows = []
     for one in run.resonances:
-        speed = {"data_set": "gamma", "data_value": along.factor * one.at}
+        speed = {"data_do": "gamma", "data_value": along.factor * one.at}
         go_to = page.button(f"{page.sign('resonance')} {one.branches[0]}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
