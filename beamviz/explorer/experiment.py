@@ -1,7 +1,6 @@
 """The motion in time that a visitor has chosen: how the beam starts, what turns the hub and happens
 to the mass."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple, Self
@@ -12,7 +11,7 @@ from beamviz.dynamics.drives import Hub, Ramp
 from beamviz.errors import InvalidInput
 from beamviz.input_files import check_keys
 from beamviz.lessons.model import Lesson
-from beamviz.scene import check_bool
+from beamviz.scene import check_bool, inline_toml
 
 STOP = 0.1  # [T*] in which a hub stops dead
 
@@ -105,7 +104,7 @@ class Experiment:
         """What is not as usual, as an inline table of TOML."""
         usual = asdict(PULLED)
         own = {name: one for name, one in asdict(self).items() if one != usual[name]}
-        return f"{{{', '.join(f'{name} = {json.dumps(one)}' for name, one in own.items())}}}"
+        return inline_toml(own)
 
     def changed(self, name: str, value: Any) -> Self:
         """With one value as a browser sent it: numbers are clamped, an invalid one is ignored."""

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from beamviz.beam import NUMBERS
+from beamviz.checks import check_int
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE
 from beamviz.drawing.modes import rotated
 from beamviz.drawing.text import frequencies, significant
@@ -57,7 +58,10 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 
 # The step of the open lesson, from 0, and the answer chosen at its first step.
 STEP = Choice("step", 0, key=count_key("step", len(STEPS)), until=("lesson",))
-GUESS: Choice[int | None] = Choice("guess", None, key=count_key("guess", 9), until=("scene",))
+MOST_GUESSES = max(len(one.guesses) for one in LESSONS)
+GUESS: Choice[int | None] = Choice(
+    "guess", None, key=count_key("guess", MOST_GUESSES), until=("scene",)
+)
 
 
 class Lessons(Feature):
@@ -161,6 +165,14 @@ class Facts(NamedTuple):
     def of(cls, name: str) -> Self:
         """The facts of a lesson, which stores them."""
         return cls(name, lesson(name).proof, lesson(name).answer)
+
+
+def check_guess(guess: int, name: str) -> None:
+    """Check that a lesson, "" for none, has the answer of an index to choose. Raises InvalidInput,
+    which counts from 1."""
+    if not name:
+        raise InvalidInput(f"guess = {guess + 1}: there is no lesson to guess in")
+    check_int("guess", guess + 1, 1, len(lesson(name).guesses))
 
 
 def facts_of(snapshot: Snapshot) -> Facts | None:
