@@ -214,15 +214,26 @@ class PullRequest(NamedTuple):
         """The size of the beam; None where it is not known."""
         return self.beam.units
 
+    def is_of(self, state: State) -> bool:
+        """Whether it is the beam of a state, and where it is held, by any distance."""
+        if not state.hold:
+            return False
+        try:
+            now = PullRequest.of(state)
+        except InvalidInput:
+            return False
+        return now._replace(deflection=self.deflection) == self
+
     def pulled(self) -> PulledBeam:
         """The beam as it is held. Raises the errors of `pulled`."""
         return pulled(self.beam, self.deflection, self.at, **dict(self.options))
 
 
 def film_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The beam while it is held, and the last motion if the scene shows it."""
-    state = snapshot.state
-    held = snapshot.job_answer(PULL_JOB) if state.hold else None
+    """The beam as it was last held at its present place, and the last motion if the scene shows
+    that."""
+    state, held = snapshot.state, snapshot.job_answer(PULL_JOB)
+    held = held if held and held.request.is_of(state) else None
     return held, (answer_of(snapshot) if state.in_motion else None)
 
 

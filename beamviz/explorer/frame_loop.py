@@ -13,11 +13,10 @@ from dataclasses import replace
 from viser import ClientHandle, ViserServer
 
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.lessons import prepare
+from beamviz.explorer.features.lessons import first_state, prepare
 from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
@@ -46,7 +45,8 @@ class FrameLoop:
 
     sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
     ones; later: ids of those who were woken by their own frame: what that has changed is shown by
-    the next one, not by one in between; presenter: None while there is none; is_late: the last
+    the next one, not by one in between; presenter: the session that was opened last with the
+    presenter's key, None without one; is_late: the last
     round that showed edits took longer than a frame may.
     """
 
@@ -86,7 +86,7 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = replace(State.of(self.first_scene()), following=follows)
+        state = replace(first_state(self.first_scene()), following=follows)
         presenter = self.presented if follows else None
         return Session(Visitor(client, state, self.workers, self.resume, presenter, presents))
 
@@ -125,7 +125,8 @@ class FrameLoop:
             session.close()
             self.last = session if self.access.framed else None
             if session is self.presenter:
-                self.presenter = None
+                others = [one for one in self.sessions.values() if one.visitor.presents]
+                self.presenter = others[-1] if others else None
                 self.wake_followers()
 
     def wake_followers(self) -> None:

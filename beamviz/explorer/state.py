@@ -313,7 +313,7 @@ class State:
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """The state in which a page opens on a scene."""
+        """The state of a scene, with all other choices as usual."""
         return cls(scene, Case.of(scene)).loaded(scene)
 
     def loaded(self, scene: Scene) -> Self:

@@ -80,8 +80,6 @@ class Lessons(Feature):
         self.page.on("lesson_restart", lambda _: visitor.reset())
         self.page.on("met", self.keep_met, str)
         for one in LESSONS:
-            if one.scene == visitor.state.opened:
-                visitor.change(partial(begun, lesson=one))
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
 
     def open(self, name: Any) -> None:
@@ -180,6 +178,13 @@ def facts_of(snapshot: Snapshot) -> Facts | None:
     answer = snapshot.job_answer(JOB)
     facts = answer.result if answer else None
     return facts if facts and facts.lesson == snapshot.state.lesson else None
+
+
+def first_state(scene: Scene) -> State:
+    """The state in which a page opens on a scene; that of a lesson begins it."""
+    state = State.of(scene)
+    found = (begun(state, one) for one in LESSONS if one.scene == scene)
+    return next(found, state)
 
 
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:

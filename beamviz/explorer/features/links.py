@@ -241,7 +241,6 @@ class Links(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.start = replace(visitor.state, met=frozenset())
         visitor.page.on("link", self.open, str, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
@@ -253,7 +252,7 @@ class Links(Feature):
             with visitor.reporting("The link is not valid"):
                 link = parse_link(text)
                 if link is None and visitor.state.reserved is not None:
-                    link = Link(self.start.opened, {})
+                    link = Link(visitor.first.opened, {})
                 if link and (scene := link.scene):
                     visitor.change(lambda state: linked(state, scene, link.values), loads=True)
                 if link:
@@ -282,7 +281,7 @@ class Links(Feature):
             return page.props("copy-link", disabled=False, title=None)
         query = reason = ""
         try:
-            query = query_of(state, self.start)
+            query = query_of(state, self.visitor.first)
         except InvalidInput as error:
             reason = str(error)
         found = {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
@@ -294,12 +293,12 @@ def shown_content(is_shown: bool) -> Content:
     return page.props("scene", data_ready="") if is_shown else {}
 
 
-def query_of(state: State, start: State) -> str:
-    """The query of a link to a state; "" for that at the start, or of a presenter. start: the state
-    of a page that opens without a query."""
+def query_of(state: State, first: State) -> str:
+    """The query of a link to a state; "" for that of a page that opens without a query, `first`, or
+    of a presenter."""
     scene = replace(state, case=state.case.nearest).to_scene()
     own = {name: getattr(state.view, name) for name in LASTING}
-    first = replace(start, view=replace(start.view, **own))
+    first = replace(first, view=replace(first.view, **own))
     pairs = extra_pairs(state)
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
@@ -311,7 +310,7 @@ def query_of(state: State, start: State) -> str:
             if choice.key and choice.key.is_long:
                 pairs.pop(key, None)
         found = "&".join(filter(None, (urlencode(pairs), of_scene)))
-    return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
+    return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not the first one
 
 
 @cache
