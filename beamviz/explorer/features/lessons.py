@@ -119,11 +119,13 @@ class Lessons(Feature):
 
     def guess(self, number: Any) -> None:
         """Choose an answer to the question, and highlight the controls of the experiment."""
-        name = self.visitor.state.lesson
-        if name and number in range(len(lesson(name).guesses)):
+        with self.visitor.lock:
+            name = self.visitor.state.lesson
+            if not (name and number in range(len(lesson(name).guesses))):
+                return
             self.visitor.change(lambda state: state.with_choice(GUESS, int(number)))
-            keys = controls(lesson(name).do)
-            self.page.point(*(key for key in keys if not key.startswith("tab-")))
+        keys = controls(lesson(name).do)
+        self.page.point(*(key for key in keys if not key.startswith("tab-")))
 
     def keep_met(self, names: Any) -> None:
         """Take the lessons whose challenge was met in the same browser before."""

@@ -186,17 +186,19 @@ class MotionTab(Feature):
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed; instead of a number out of range the
         nearest one, which is said."""
-        if name in RANGES:
-            shown, entered = display(name, self.visitor.state.case.units), value
-            value = shown.plain(entered)
-            ends = RANGES[name].limits
-            if isinstance(value, float | int) and not ends[0] <= value <= ends[1]:
-                low, high = (significant(shown.factor * end, 6) for end in ends)
-                reason = f"{shown.label} = {entered:g}: must lie in {low} .. {high}"
-                self.page.say(f"{reason}; the nearest of these is taken", error=True)
-        self.visitor.change(
-            lambda state: state.with_experiment(state.experiment.changed(name, value))
-        )
+        visitor = self.visitor
+        with visitor.lock:
+            if name in RANGES:
+                shown, entered = display(name, visitor.state.case.units), value
+                value = shown.plain(entered)
+                ends = RANGES[name].limits
+                if isinstance(value, float | int) and not ends[0] <= value <= ends[1]:
+                    low, high = (significant(shown.factor * end, 6) for end in ends)
+                    reason = f"{shown.label} = {entered:g}: must lie in {low} .. {high}"
+                    self.page.say(f"{reason}; the nearest of these is taken", error=True)
+            visitor.change(
+                lambda state: state.with_experiment(state.experiment.changed(name, value))
+            )
 
     def begin(self, name: Any) -> None:
         """Begin a motion, which plays unless the visitor prefers reduced motion."""
