@@ -18,7 +18,7 @@ from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import Experiment
 from beamviz.explorer.film import Film, HeldShapes, time_text
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs
 from beamviz.explorer.solutions import case_error
 from beamviz.explorer.state import Case, State
 from beamviz.solver import interruption, solve
@@ -182,15 +182,15 @@ def can_move(state: State) -> bool:
     return obstacle is None or not obstacle.of_beam
 
 
-def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
+def answer_of(inputs: Inputs) -> Answer[MotionRequest, Computed] | None:
     """The last motion; None before the first, and where the state describes none."""
-    return snapshot.job_answer(JOB) if wanted(snapshot.state) else None
+    return inputs.job_answer(JOB) if wanted(inputs.state) else None
 
 
-def is_before(snapshot: Snapshot) -> bool:
+def is_before(inputs: Inputs) -> bool:
     """Whether the motion shown is not yet that of the state, which is being computed."""
-    answer = answer_of(snapshot)
-    return answer is not None and answer.request != wanted(snapshot.state)
+    answer = answer_of(inputs)
+    return answer is not None and answer.request != wanted(inputs.state)
 
 
 class PullRequest(NamedTuple):
@@ -229,12 +229,12 @@ class PullRequest(NamedTuple):
         return pulled(self.beam, self.deflection, self.at, **dict(self.options))
 
 
-def film_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+def film_reads(inputs: Inputs) -> tuple[Any, ...]:
     """The beam as it was last held at its present place, and the last motion if the scene shows
     that."""
-    state, held = snapshot.state, snapshot.job_answer(PULL_JOB)
+    state, held = inputs.state, inputs.job_answer(PULL_JOB)
     held = held if held and held.request.is_of(state) else None
-    return held, (answer_of(snapshot) if state.in_motion else None)
+    return held, (answer_of(inputs) if state.in_motion else None)
 
 
 def film_of(
@@ -249,8 +249,7 @@ def film_of(
     return answer.result.film if answer and answer.result else None
 
 
-def played_reads(snapshot: Snapshot, film: Film) -> tuple[Any, ...]:
-    """What the picture of a motion depends on, besides that without it."""
-    moment = snapshot.clock.moment
+def played_reads(inputs: Inputs, film: Film, moment: float) -> tuple[Any, ...]:
+    """What the picture of a motion at a moment [T*] depends on, besides that without it."""
     diverged = film.diverged is not None and moment >= film.diverged
-    return snapshot.state.view, snapshot.scale, film.has_body(moment), diverged
+    return inputs.state.view, inputs.scale, film.has_body(moment), diverged

@@ -8,7 +8,7 @@ A move of a slider becomes a picture at these stations:
 4. `Job.request`: in that, the new case becomes the latest request of the solver job;
 5. `Job.perform`: the case is solved, and its shapes are sampled: in the frame where that is quick,
    else by a worker thread;
-6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
+6. `Visitor.next_inputs`: state, answers and clock of this frame, whose snapshot is taken;
 7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
 """
 
@@ -29,7 +29,7 @@ from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.mass_drag import MassDrag
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, picture_reads, with_film
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
@@ -61,7 +61,7 @@ class Session:
         self.view = view = SceneView(ViserScene(visitor.client.scene))
         self.mass_drag = drag = MassDrag(visitor, view.beam)
         self.beam_pull = BeamPull(visitor, view.drawn_scene, view.beam, drag.line_of_sight)
-        self.snapshot = self.with_picture(visitor.next_snapshot())
+        self.snapshot = self.with_picture(visitor.next_inputs())
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)
         visitor.page.send(True, "ready")  # all actions have handlers
@@ -81,17 +81,19 @@ class Session:
                     visitor.set_state(state.with_fields(turned=visitor.camera.turned))
         visitor.wake()
 
-    def with_picture(self, snapshot: Snapshot) -> Snapshot:
-        """A snapshot with what the scene shows of it, and the moment of that."""
-        response = self.responses(response_drawn, *response_reads(snapshot))
-        picture = self.pictures(picture_of, *picture_reads(snapshot, response))
-        film = self.films(film_of, *film_reads(snapshot))
-        if not snapshot.is_led:
-            clock = snapshot.clock.with_film(film, snapshot.state.moment)
-            snapshot = replace(snapshot, clock=clock)
+    def with_picture(self, inputs: Inputs) -> Snapshot:
+        """The snapshot of a visitor's inputs: with what the scene shows of them, and the moment of
+        that."""
+        response = self.responses(response_drawn, *response_reads(inputs))
+        picture = self.pictures(picture_of, *picture_reads(inputs, response))
+        film = self.films(film_of, *film_reads(inputs))
+        clock = inputs.clock
+        if not inputs.is_led:
+            clock = clock.with_film(film, inputs.state.moment)
         if film:
-            picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
-        return replace(snapshot, picture=picture, clock=fitted_clock(snapshot.clock, picture))
+            reads = played_reads(inputs, film, clock.moment)
+            picture = self.played(with_film, picture, film, *reads)
+        return Snapshot.of(replace(inputs, clock=fitted_clock(clock, picture)), picture)
 
     @property
     def is_moving(self) -> bool:
@@ -117,7 +119,7 @@ class Session:
         elapsed = min(now - self.last_shown, LONGEST_STEP)
         self.last_shown = now
         visitor.clock = self.advanced_clock(now)
-        self.snapshot = snapshot = self.with_picture(visitor.next_snapshot())
+        self.snapshot = snapshot = self.with_picture(visitor.next_inputs())
         for feature in self.features:
             feature.react(snapshot, elapsed)
         self.mass_drag.react(snapshot)

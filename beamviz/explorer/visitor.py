@@ -26,7 +26,7 @@ from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
 from beamviz.explorer.state import (
     CHOICES,
@@ -170,10 +170,10 @@ class Visitor:
 
     # Snapshots
 
-    def next_snapshot(self) -> Snapshot:
-        """The snapshot of the next frame, in which a quick solve is done. While the visitor follows
-        a presenter, it is theirs, but for the viewpoint, and for the tab between two changes of
-        theirs; nothing is computed then."""
+    def next_inputs(self) -> Inputs:
+        """The inputs of the next frame, in which a quick solve is done. While the visitor follows a
+        presenter, they are theirs, but for the viewpoint, for a file that is being written, and for
+        the tab between two changes of theirs; nothing is computed then."""
         with self.lock:
             led = self.presenter() if self.state.following else None
             if not led:
@@ -183,7 +183,7 @@ class Visitor:
             if led:
                 self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
-            own = self.snapshot()
+            own = self.inputs()
             self.shown = own.jobs
         if led is None:
             return own
@@ -192,12 +192,12 @@ class Visitor:
         self.shown = MappingProxyType(jobs)
         return replace(own, **answers, jobs=self.shown, is_led=True)
 
-    def snapshot(self) -> Snapshot:
-        """The snapshot of this moment."""
+    def inputs(self) -> Inputs:
+        """The inputs of this moment."""
         with self.lock:
             state, view = self.state, self.client.camera
             answer, second, comparison = self.solver.compared
-            return Snapshot(
+            return Inputs(
                 state=state,
                 answer=answer,
                 second=second,

@@ -380,7 +380,7 @@ def forgetful(guest: OfflineGuest, snapshot: Snapshot) -> Offline:
     """A visitor who has just come, and sees a snapshot of another one."""
     other = Offline(guest.start, Workers())
     own = other.session
-    own.snapshot = own.with_picture(replace(snapshot, picture=None))
+    own.snapshot = own.with_picture(snapshot)
     own.show_scene(own.snapshot)
     own.show_page(own.snapshot)
     other.receive()
