@@ -134,7 +134,8 @@ class Progress:
 class Computed:
     """A computed motion, its spectrum and the frequencies of the modes at its end, ready to be
     shown. second: that without stiffening, or the reason why there is none, "" where none is asked
-    for."""
+    for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
+    of each; film: what the scene plays."""
 
     def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
         self.request, self.motion, self.second = request, found, second

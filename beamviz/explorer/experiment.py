@@ -36,8 +36,8 @@ RANGES = {
     "damping": Range((0.0, 0.2), (0.0, 0.05, 0.001)),
     "until": Range((0.5, 60.0), (2.0, 40.0, 1.0)),
 }
-MODES = ("B1", "B2", "B3")  # that a motion may start in
-CHOICES = {
+START_MODES = ("B1", "B2", "B3")  # that a motion may start in
+ALTERNATIVES = {
     "start": {
         "pulled": "is pulled aside and let go",
         "modes": "swings in its modes",
@@ -88,7 +88,7 @@ class Experiment:
     def __post_init__(self) -> None:
         for name, own in RANGES.items():
             object.__setattr__(self, name, check_float(name, getattr(self, name), *own.limits))
-        for name, choices in CHOICES.items():
+        for name, choices in ALTERNATIVES.items():
             check_choice(name, getattr(self, name), choices)
         check_bool("unstiffened", self.unstiffened)
 
@@ -129,7 +129,7 @@ class Experiment:
     @property
     def modes(self) -> dict[str, float]:
         """Amplitudes of the modes that it starts in."""
-        given = {name: float(getattr(self, name)) for name in MODES}
+        given = {name: float(getattr(self, name)) for name in START_MODES}
         in_modes = self.start == "modes"
         return {name: size for name, size in given.items() if size and in_modes}
 

@@ -46,8 +46,8 @@ class FrameLoop:
     sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
     ones; later: ids of those who were woken by their own frame: what that has changed is shown by
     the next one, not by one in between; presenter: the session that was opened last with the
-    presenter's key, None without one; is_late: the last
-    round that showed edits took longer than a frame may.
+    presenter's key, None without one; postpones: the last round that showed edits took longer than
+    a frame may, so charts wait until the beam rests.
     """
 
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
@@ -60,13 +60,13 @@ class FrameLoop:
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
         self.later: set[int] = set()
-        self.stopped = self.is_late = False
+        self.stopped = self.postpones = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
         server.on_client_disconnect(self.left)
 
     async def join(self, client: ClientHandle) -> None:
-        """Open a session for a new visitor on a thread of its own, while the others are drawn."""
+        """Open a session for a new visitor on the thread `opener`, while the others are drawn."""
         client_id = client.client_id
         presents = self.access.presents(handshake_request(self.server, client_id))
         follows = bool(self.access.presenter_key) and not presents
@@ -164,7 +164,7 @@ class FrameLoop:
             await self.draw(outdated, all_moving=is_due)
             end = time.monotonic()
             if outdated:
-                self.is_late, full = end - now > self.step, end + BREAK * (end - now)
+                self.postpones, full = end - now > self.step, end + BREAK * (end - now)
             if is_due:
                 due = max(due + self.step, end - self.step)
             await exchange_messages()
@@ -236,7 +236,7 @@ class FrameLoop:
             if only_moves:
                 session.move(time.monotonic())
                 return
-            session.tick(time.monotonic(), in_haste=self.is_late)
+            session.tick(time.monotonic(), postpones=self.postpones)
             if session.is_moving and session.visitor.outdated:
                 self.later.add(client_id)
         except Exception as error:

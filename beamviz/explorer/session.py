@@ -46,7 +46,7 @@ class Session:
     that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture
     are computed again, and those of page and scene shown again, only where what they read of a
     snapshot differs from the last reading (`Memo`, `Shown`). postponed: what the page needs of the
-    jobs is requested in a later frame.
+    jobs is left to a later frame.
     """
 
     def __init__(self, visitor: Visitor):
@@ -112,9 +112,9 @@ class Session:
         """Whether a job is running, whose time the page shows."""
         return any(job.busy for job in self.visitor.jobs.values())
 
-    def tick(self, now: float, *, in_haste: bool = False) -> None:
-        """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
-        computed for a beam that has been the same for the time REST."""
+    def tick(self, now: float, *, postpones: bool = False) -> None:
+        """Draw the frame of the time `now` [s]. postpones: the server is busy, and what the page
+        needs of the jobs is only requested for a beam that has been the same for the time REST."""
         visitor, before = self.visitor, self.snapshot
         elapsed = min(now - self.last_shown, LONGEST_STEP)
         self.last_shown = now
@@ -128,7 +128,7 @@ class Session:
             self.show_scene(snapshot)
             if snapshot.state.case is not before.state.case:
                 self.last_edit = now
-            self.postponed = in_haste and now < self.last_edit + REST
+            self.postponed = postpones and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
             needed = self.postponed, *snapshot.reading
@@ -174,7 +174,8 @@ class Session:
         page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
-        """Request what the page needs of the background jobs, or note that it will."""
+        """Request what the page needs of the background jobs; where that is postponed, let them
+        expect it."""
         wanted = dict(one for own in self.features for one in own.wanted(snapshot).items())
         for name, job in self.visitor.jobs.items():
             request = wanted.get(name)

@@ -55,8 +55,8 @@ class Visitor:
     client: their viser client; page: the HTML around the scene; first: the state in which the page
     opened; state: all their choices, replaced by each edit; outdated: something has changed since
     the last snapshot; schedule: tells the frame loop so; presenter: returns the presenter's last
-    snapshot, None while there is none; may_follow, presents: it is a lecture, by another visitor or
-    by this one; solver: the job that solves the case of the state; own_jobs: names of those that
+    snapshot, None while there is none; may_follow, presents: another visitor, or this one, may
+    present; solver: the job that solves the case of the state; own_jobs: names of those that
     the visitor begins; shown: the status of each job in the last snapshot; clock: of the scene;
     controls: what those of each key show.
     """

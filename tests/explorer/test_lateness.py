@@ -341,7 +341,7 @@ def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):
     def in_two_frames() -> None:
         visitor = session.visitor
         visitor.change(partial(State.changed, name="delta", value=0.4))
-        session.tick(time.monotonic(), in_haste=True)
+        session.tick(time.monotonic(), postpones=True)
         visitor.set_state(replace(visitor.state, tab="loads"))
         session.tick(time.monotonic())
 

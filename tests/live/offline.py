@@ -33,7 +33,7 @@ from beamviz.scene import Scene
 AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
 STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
 IN_A_FRAME = 0.6  # the part of the steps of a drag that a frame shows before the next one
-IN_HASTE = 0.1  # the part of the frames that come late
+POSTPONED = 0.1  # the part of the frames that come late
 STEP = 0.04  # [s] from one frame of a `Desk` to the next
 MOST = 500  # frames until a page is at rest
 
@@ -271,7 +271,7 @@ class OfflineGuest(Guest):
             return
         before = self.visitor.camera
         if is_full:
-            own.tick(now, in_haste=chance.random() < IN_HASTE)
+            own.tick(now, postpones=chance.random() < POSTPONED)
         else:
             own.move(now)
         self.visitor.receive()

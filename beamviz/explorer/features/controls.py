@@ -91,7 +91,7 @@ CONTENT = {
         + f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         + page.button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
     ),
-    "motion": (
+    "playback": (
         page.slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
         + '<div id="pace-text" class="soft"></div>'
         + page.slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
