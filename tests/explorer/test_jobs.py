@@ -105,6 +105,25 @@ def test_a_quick_solve_is_done_in_the_frame_and_a_slow_one_is_not(workers, relea
     assert job.answer.result.answer.beam.gamma == 4.0
 
 
+def test_a_slow_beam_stays_slow_where_nothing_was_to_be_solved(workers, monkeypatch):
+    """As when a comparison ends: the next beam is not solved in the frame."""
+
+    def slow(beam: Beam, **options: Any) -> Any:
+        end = time.thread_time() + 2 * solutions.QUICK
+        while time.thread_time() < end:
+            solve(beam, **options)
+        return solve(beam, **options)
+
+    monkeypatch.setattr(solutions, "solve", slow)
+    monkeypatch.setattr(solutions, "LONGEST", TIMEOUT)
+    job, first = SolveJob(workers, lambda: None), case(PAPER)
+    for cases in (Cases(first, ComparisonCase("before", case(Beam(gamma=1)))), Cases(first)):
+        job.request(cases)
+        wait_until(lambda: not job.busy)
+    job.request(Cases(case(Beam(gamma=2))))
+    assert job.busy
+
+
 @pytest.mark.parametrize("numbers", [{"delta": -0.5, "gamma": 20.0}, {"spin_up": 0.5}])
 def test_a_solve_that_takes_long_is_interrupted_within(numbers):
     """Not only before it begins: a frame that has begun it, or who cancels it, does not wait for

@@ -16,7 +16,7 @@ from live.visitor import Visitor, frequency_text, pause, visitor
 from beamviz.explorer import computed_loci, frame_loop, jobs, solutions
 from beamviz.explorer.features import loads
 from beamviz.explorer.features import map as map_tab
-from beamviz.explorer.jobs import LATE, PATIENCE, Job
+from beamviz.explorer.jobs import LATE, OUTDATED, PATIENCE, Job
 from beamviz.explorer.state import State
 from beamviz.scene import START
 from beamviz.solver import solve
@@ -151,6 +151,26 @@ def test_a_request_replaced_before_it_is_begun_leaves_nothing_late(computer):
 # On the page
 
 LISTS = ("loci-events", "loci-resonances")
+
+
+def test_a_computation_that_has_waited_has_its_time(computer):
+    """Where all threads are at work it begins late, and is not given up for the next request before
+    it has taken as long as another."""
+    computer.job.request(1)
+    computer.after(2 * OUTDATED)
+    run, seen = computer.job.run, list[float]()
+
+    def compute(request: int) -> int:
+        computer.job.request(request + 1)
+        while True:
+            computer.after(0.1)
+            seen.append(computer.now)
+            computer.job.check(run)
+
+    computer.job.compute = compute
+    begun = computer.now
+    computer.compute()
+    assert seen[-1] - begun == pytest.approx(OUTDATED, abs=0.2)
 
 
 @pytest.fixture
@@ -321,7 +341,7 @@ def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):
     def in_two_frames() -> None:
         visitor = session.visitor
         visitor.change(partial(State.changed, name="delta", value=0.4))
-        session.tick(time.monotonic(), in_haste=True)
+        session.tick(time.monotonic(), postpones=True)
         visitor.set_state(replace(visitor.state, tab="loads"))
         session.tick(time.monotonic())
 

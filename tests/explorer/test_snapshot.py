@@ -21,8 +21,7 @@ from beamviz.errors import NotConverged
 from beamviz.explorer import computed_loci, computed_motion, explorer
 from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.declarations import tabs
-from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
-from beamviz.explorer.experiment import RANGES
+from beamviz.explorer.experiment import ALTERNATIVES, RANGES
 from beamviz.explorer.feature import same
 from beamviz.explorer.features import (
     answer,
@@ -98,7 +97,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
     several = [(number, usual)] * 6
     of_motion = chance.choice(list(RANGES))
     first, last, _ = RANGES[of_motion].slider
-    chosen = chance.choice(list(MOTION_CHOICES))
+    chosen = chance.choice(list(ALTERNATIVES))
     turn = "turn", (chance.uniform(-2.0, 2.0), chance.uniform(0.7, 1.5))
     amplitude = "amplitude", chance.uniform(0.0, 0.5)
     found: dict[str, list[Action]] = {
@@ -184,7 +183,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
         "motion": [
             ("experiment", chance.choice(list(motion_tab.PRESETS))),
             *[(f"motion.{of_motion}", round(chance.uniform(first, last), 3))] * 2,
-            (f"motion.{chosen}", chance.choice([*MOTION_CHOICES[chosen], "flies"])),
+            (f"motion.{chosen}", chance.choice([*ALTERNATIVES[chosen], "flies"])),
             ("motion.unstiffened", chance.random() < 0.5),
             *[("moment", chance.choice((0.0, 0.1, 0.2, 5.0)))] * 2,
             *[("drag", (SLEEVE, chance.uniform(-0.5, 0.5)))] * 3,

@@ -60,7 +60,7 @@ class LociTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.charts = visitor.job(CHART, ChartRequest.chart)
+        visitor.job(CHART, ChartRequest.chart)
         visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
             visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k), bool)
@@ -68,7 +68,8 @@ class LociTab(Feature):
 
     def go_to(self, key: Any) -> None:
         """Move the beam to an event, and show its modes."""
-        if chart := self.charts.status.result:
+        answer = self.visitor.shown_answer(CHART)
+        if answer and (chart := answer.result):
             events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
             if event := events.get(key):
                 modes = chart.modes_of(event)
