@@ -193,13 +193,15 @@ def axial_strain(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:
 
 # [s] on screen: longest period of the slowest mode, shortest of the fastest and of a rotation.
 SLOWEST, FASTEST, TURN = 2.5, 0.6, 1.5
+AT_REST = 1e-5  # [1/T*] a smaller speed or frequency is as good as none: the rate would be infinite
 
 
 def playback_rate(frequencies: np.ndarray, gamma: float) -> float:
     """The time [T*] per second on screen at which the slowest motion is visible and the fastest can
-    be followed; frequencies: of the modes shown [1/T*], gamma: rotation speed [1/T*]."""
-    seen = frequencies[np.isfinite(frequencies) & (frequencies > 0)]
-    longest = [2 * math.pi / gamma / TURN] if gamma > 0 else []
+    be followed; frequencies: of the modes shown [1/T*], gamma: rotation speed [1/T*]; those below
+    AT_REST are no motion."""
+    seen = frequencies[np.isfinite(frequencies) & (frequencies > AT_REST)]
+    longest = [2 * math.pi / gamma / TURN] if gamma > AT_REST else []
     if len(seen):
         longest += [2 * math.pi / seen.min() / SLOWEST, 2 * math.pi / seen.max() / FASTEST]
     return min(longest, default=0.1)

@@ -1,6 +1,7 @@
 """The beam in the scene, which the visitor pulls aside and lets go, while the tab Motion is open or
 a motion is played."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -28,6 +29,7 @@ FLAT = 0.03  # sine of the angle between view and plane of rotation below which 
 DIGITS = 3  # of a place or a force
 PIECES = 12  # of the sleeve
 SLEEVE = 0.1  # [L] its width, wide enough for a finger
+NUMBERS = itertools.count(1)  # of the pulls of all visitors
 
 
 class BeamPull:
@@ -80,7 +82,7 @@ class BeamPull:
             if x is None:
                 return
             x = 1.0 if x > TIP else max(round(x, DIGITS - 1), LEAST_PLACE)
-            hold = Hold(x, 0.0)
+            hold = Hold(x, 0.0, number=next(NUMBERS))
         if deflection is not None:
             hold = hold._replace(deflection=deflection)
             visitor.change(lambda state: replace(state, hold=hold))

@@ -195,20 +195,23 @@ def is_before(inputs: Inputs) -> bool:
 
 
 class PullRequest(NamedTuple):
-    """A beam that is held, and where."""
+    """A beam that is held, and where. number: of the hold, as what was shown of an earlier one is
+    not shown again."""
 
     beam: Beam
     options: tuple[tuple[str, Any], ...]
     at: float
     deflection: float
+    number: int
 
     @classmethod
     def of(cls, state: State) -> Self:
         """That of a state in which the beam is held. Raises InvalidInput for a number out of
         range."""
-        assert state.hold
+        hold = state.hold
+        assert hold
         options = tuple((name, state.case.options[name]) for name in MODEL)
-        return cls(state.case.beam, options, state.hold.at, state.hold.deflection)
+        return cls(state.case.beam, options, hold.at, hold.deflection, hold.number)
 
     @property
     def units(self) -> Units | None:

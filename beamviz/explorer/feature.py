@@ -75,7 +75,7 @@ RETRY = page.button("Compute again", data_do="retry_jobs")
 
 def progress(jobs: Collection[JobStatus]) -> str:
     """What is said (HTML) of jobs that are running: their names, the fraction computed, and after a
-    while the time and a button that cancels them; "" for none."""
+    while the time and a button that cancels the visitor's own; "" for none."""
     if not jobs:
         return ""
     told = ", ".join(job.name for job in jobs)
@@ -83,7 +83,17 @@ def progress(jobs: Collection[JobStatus]) -> str:
     time = f" {seconds} s" if seconds else ""
     text = f'computing: {told} <span aria-hidden="true">…{percentage(jobs)}{time}</span>'
     cancel = page.button("Cancel", data_do="cancel_jobs")
-    return text + (cancel if any(job.slow for job in jobs) else "")
+    return text + (cancel if any(job.slow and not job.led for job in jobs) else "")
+
+
+def cancelled(jobs: Iterable[JobStatus]) -> str:
+    """What is said (HTML) of those jobs that were cancelled: their names, and a button that
+    computes the visitor's own again; "" for none."""
+    found = [job for job in jobs if job.cancelled]
+    if not found:
+        return ""
+    text = f"cancelled: {', '.join(job.name for job in found)}"
+    return text + ("" if all(job.led for job in found) else RETRY)
 
 
 def waiting(id: str, tab: Tab) -> Part:
@@ -106,7 +116,9 @@ def waiting_content(id: str, job: JobStatus | None) -> Content:
     """What is said of a job without a result, in an element by its id."""
     if job is None or not (job.late or job.cancelled):
         return page.html(id, "")
-    return page.html(id, progress([job]) if job.late else RETRY)
+    if job.late:
+        return page.html(id, progress([job]))
+    return page.html(id, cancelled([job]) if job.led else RETRY)
 
 
 PLAIN = (str, int, float, bool, tuple, frozenset, type(None))

@@ -71,18 +71,23 @@ class FrameLoop:
         presents = self.access.presents(handshake_request(self.server, client_id))
         follows = bool(self.access.presenter_key) and not presents
         opening = self.opening
-        with suppress(RuntimeError):  # stopped meanwhile
+        try:
             building = self.loop.run_in_executor(
                 self.opener, self.session, client, follows, presents
             )
-            self.sessions[client_id] = session = await building
-            if self.opening is not opening:  # shown while the session was built
-                session.visitor.open(self.opening)
-            self.presenter = session if presents else self.presenter
-            if self.stopped or client_id not in self.server.get_clients():
-                self.leave(client_id)  # who has left while the session was built
-            session.visitor.wake()
-            self.resume()  # it may have been woken before it was among the sessions
+            session = await building
+        except Exception as error:
+            if not self.stopped:  # else no session is built any more
+                self.fail("opening", client_id, error)
+            return
+        self.sessions[client_id] = session
+        if self.opening is not opening:  # shown while the session was built
+            session.visitor.open(self.opening)
+        self.presenter = session if presents else self.presenter
+        if self.stopped or client_id not in self.server.get_clients():
+            self.leave(client_id)  # who has left while the session was built
+        session.visitor.wake()
+        self.resume()  # it may have been woken before it was among the sessions
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
@@ -240,6 +245,10 @@ class FrameLoop:
             if session.is_moving and session.visitor.outdated:
                 self.later.add(client_id)
         except Exception as error:
-            log.error("drawing", f"visitor {client_id}, who is disconnected", error)
-            self.leave(client_id)
-            disconnect(self.server, client_id)
+            self.fail("drawing", client_id, error)
+
+    def fail(self, work: str, client_id: int, error: Exception) -> None:
+        """End the session of a visitor because of an error, and disconnect them."""
+        log.error(work, f"visitor {client_id}, who is disconnected", error)
+        self.leave(client_id)
+        disconnect(self.server, client_id)

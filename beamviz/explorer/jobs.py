@@ -107,7 +107,8 @@ class JobStatus(NamedTuple, Generic[Q, R]):
     computed; late, slow: for LATE and PATIENCE seconds the last answer has not been that to the
     latest request; seconds: for how long, 0 unless slow; done: the fraction computed, 0 where
     unknown; note: its progress in words; latest: the last request, None before the first and while
-    one is expected."""
+    one is expected; led: it is that of a presenter, which the visitor can neither cancel nor
+    repeat."""
 
     name: str
     answer: Answer[Q, R] | None
@@ -118,6 +119,7 @@ class JobStatus(NamedTuple, Generic[Q, R]):
     done: float
     note: str
     latest: Q | None = None
+    led: bool = False
 
     @property
     def result(self) -> R | None:
@@ -310,6 +312,14 @@ class Job(Generic[Q, R]):
             if self.answer and self.answer.cancelled:
                 self.answer = None
             self.latest = self.run = self.since = None
+
+    def taken(self) -> Answer[Q, R] | None:
+        """The last answer, which is kept only where it was cancelled, to be computed again."""
+        with self.lock:
+            answer = self.answer
+            if answer and not answer.cancelled:
+                self.answer = None
+            return answer
 
     def close(self) -> None:
         self.closed = True

@@ -182,11 +182,13 @@ class Grip:
 
 class Hold(NamedTuple):
     """The beam in the visitor's hand: the point at which it is held, and its deflection [L]; held:
-    the pointer still holds it, else it is let go of as soon as the force is known."""
+    the pointer still holds it, else it is let go of as soon as the force is known; number: another
+    one each time it is taken."""
 
     at: float
     deflection: float
     held: bool = True
+    number: int = 0
 
 
 def read_lesson(name: Any) -> str:

@@ -142,18 +142,7 @@ class Visitor:
     def reset(self) -> None:
         """Show the scene and the experiment of the open lesson, or else those that were opened;
         keep the theme, and a pause."""
-        before = self.state
-        experiment, in_motion = before.opened_motion
-        motion: dict[str, Any] = {"experiment": experiment, "in_motion": in_motion}
-        home = before.opened
-        if before.lesson:
-            home, motion = lesson(before.lesson).scene, motion_of(lesson(before.lesson))
-        home = home.changed(**{name: getattr(before.view, name) for name in LASTING})
-        self.change(
-            lambda state: replace(state.loaded(home), rate=state.rate, **motion),
-            loads=True,
-            replaced="The scene is reset.",
-        )
+        self.change(at_home, loads=True, replaced="The scene is reset.")
 
     def scene_to_save(self) -> Scene:
         """The scene. Raises InvalidInput for a number out of range, in the words of the page."""
@@ -188,7 +177,8 @@ class Visitor:
         if led is None:
             return own
         answers = {name: getattr(led, name) for name in ("answer", "second", "comparison")}
-        jobs = {**led.jobs, **{name: own.jobs[name] for name in self.own_jobs}}
+        jobs = {name: job._replace(led=True) for name, job in led.jobs.items()}
+        jobs |= {name: own.jobs[name] for name in self.own_jobs}
         self.shown = MappingProxyType(jobs)
         return replace(own, **answers, jobs=self.shown, is_led=True)
 
@@ -292,6 +282,17 @@ def refused_after(before: State, after: State) -> Refused | None:
     """The entry that is refused after an edit: an earlier one only while case and choices stay."""
     stays = after.case is before.case and after.chosen is before.chosen
     return after.refused if stays or after.refused is not before.refused else None
+
+
+def at_home(state: State) -> State:
+    """With the scene and the experiment of the open lesson, or else those that were opened."""
+    experiment, in_motion = state.opened_motion
+    motion: dict[str, Any] = {"experiment": experiment, "in_motion": in_motion}
+    home = state.opened
+    if state.lesson:
+        home, motion = lesson(state.lesson).scene, motion_of(lesson(state.lesson))
+    home = home.changed(**{name: getattr(state.view, name) for name in LASTING})
+    return replace(state.loaded(home), rate=state.rate, **motion)
 
 
 def changed(name: str, state: State, value: Any) -> State:

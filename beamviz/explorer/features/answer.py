@@ -20,7 +20,7 @@ from beamviz.drawing.text import (
 )
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
-from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress, told_elsewhere
+from beamviz.explorer.feature import Feature, Part, cancelled, fading, progress, told_elsewhere
 from beamviz.explorer.features.motion import MotionTab
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -129,8 +129,7 @@ def work(snapshot: Snapshot) -> str:
         told = told_elsewhere(snapshot)
         if slow := [job for job in jobs if job.slow and job is not told]:
             return progress(slow)
-    names = ", ".join(job.name for job in jobs if job.cancelled)
-    return f"cancelled: {names}{RETRY}" if names else ""
+    return cancelled(jobs)
 
 
 def picture_note(snapshot: Snapshot) -> str:

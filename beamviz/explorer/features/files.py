@@ -174,9 +174,9 @@ class Files(Feature):
             self.visitor.wake()
 
     def finish(self) -> None:
-        """Send the file that is complete, or say why there is none."""
+        """Send the file that is complete, which is not kept, or say why there is none."""
         self.visitor.wake()
-        if (answer := self.job.answer) is None:
+        if (answer := self.job.taken()) is None:
             return
         file, error, reason = answer.request, answer.error, answer.message
         if answer.result is not None:

@@ -85,9 +85,11 @@ class Lessons(Feature):
     def open(self, name: Any) -> None:
         """Begin the lesson of a name, or with "" leave all; an unknown name changes nothing."""
         if name in NAMES:
-            number = NAMES.index(name) + 1
-            said = "" if self.visitor.state.lesson else f"Lesson {number} has replaced your scene."
-            self.visitor.change(lambda state: begun(state, lesson(name)), loads=True, replaced=said)
+            said = f"Lesson {NAMES.index(name) + 1} has replaced your scene."
+            with self.visitor.lock:
+                said = "" if self.visitor.state.lesson else said
+                edit = partial(begun, lesson=lesson(name))
+                self.visitor.change(edit, loads=True, replaced=said)
         elif name == "":
             self.leave()
 
@@ -103,19 +105,21 @@ class Lessons(Feature):
 
     def go(self, step: Any) -> None:
         """Go to a step (0-based) of the open lesson; an unknown one changes nothing."""
-        if step in range(len(STEPS)) and self.visitor.state.lesson:
-            self.visitor.change(partial(at_step, step=int(step)))
+        with self.visitor.lock:
+            if step in range(len(STEPS)) and self.visitor.state.lesson:
+                self.visitor.change(partial(at_step, step=int(step)))
 
     def turn(self, by: Any) -> None:
         """Go to the next (1) or previous (-1) step, from the last or first step to the next or
         previous lesson; without a lesson, to the first or last one."""
-        state, names = self.visitor.state, ("", *NAMES)
         if by not in (1, -1):
             return
-        if state.lesson and state[STEP] + by in range(len(STEPS)):
-            self.go(state[STEP] + by)
-        else:
-            self.open(names[(names.index(state.lesson) + by) % len(names)])
+        with self.visitor.lock:
+            state, names = self.visitor.state, ("", *NAMES)
+            if state.lesson and state[STEP] + by in range(len(STEPS)):
+                self.go(state[STEP] + by)
+            else:
+                self.open(names[(names.index(state.lesson) + int(by)) % len(names)])
 
     def guess(self, number: Any) -> None:
         """Choose an answer to the question, and highlight the controls of the experiment."""

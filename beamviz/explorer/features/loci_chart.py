@@ -68,12 +68,15 @@ class LociTab(Feature):
 
     def go_to(self, key: Any) -> None:
         """Move the beam to an event, and show its modes."""
-        answer = self.visitor.shown_answer(CHART)
-        if answer and (chart := answer.result):
-            events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
-            if event := events.get(key):
-                modes = chart.modes_of(event)
-                self.visitor.change(lambda state: at_event(state, chart.request.over, event, modes))
+        visitor = self.visitor
+        with visitor.lock:
+            answer = visitor.shown_answer(CHART)
+            if answer and (chart := answer.result):
+                events = chart.events | chart.resonances_at(visitor.state.per_rev)
+                if event := events.get(key):
+                    modes = chart.modes_of(event)
+                    edit = partial(at_event, over=chart.request.over, event=event, modes=modes)
+                    visitor.change(edit)
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
         """The charts of the beam and of the one compared with."""

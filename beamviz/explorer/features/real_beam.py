@@ -25,6 +25,7 @@ from beamviz.units import Units, display_unit
 
 RPM = math.pi / 30  # [rad/s]
 MAX_VALUE = 1e12  # in the unit of a field
+MIN_VALUE = 1e-30  # in that unit: the second moment of a smaller section would be 0
 DIGITS = 8
 ROUNDING = 1e-9
 PERCENT = "mass_percent"
@@ -205,8 +206,8 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
     label, factor = field_of(name, beam.units, beam.mu)
     low = -MAX_VALUE if name in ("hub_radius", "angular_acceleration") else 0.0
     number = check_float(label, value, low, 100.0 if name == PERCENT else MAX_VALUE)
-    if number == 0 and name not in (*OPTIONAL, PERCENT):
-        raise InvalidInput(f"{label} = 0: must be above 0")
+    if number < MIN_VALUE and name not in (*OPTIONAL, PERCENT):
+        raise InvalidInput(f"{label} = {number:g}: must be above {MIN_VALUE if number else 0:g}")
     values[name] = number * factor
     if "wall" in values and values["wall"] > (1 + ROUNDING) * values["diameter"] / 2:
         raise InvalidInput(f"{label} = {value:g}: the wall is at most half the diameter")
