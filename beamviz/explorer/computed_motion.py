@@ -234,7 +234,7 @@ class PullRequest(NamedTuple):
 
 
 def film_reads(inputs: Inputs) -> tuple[Any, ...]:
-    """The beam as it was last held at its present place, and the last motion if the scene shows
+    """The beam as it was held last since it was taken, and the last motion if the scene shows
     that."""
     state, held = inputs.state, inputs.job_answer(PULL_JOB)
     held = held if held and held.request.is_of(state) else None

@@ -314,11 +314,14 @@ class Job(Generic[Q, R]):
             self.latest = self.run = self.since = None
 
     def taken(self) -> Answer[Q, R] | None:
-        """The last answer, which is kept only where it was cancelled, to be computed again."""
+        """The last answer, which is kept with its request only where that was cancelled, to be
+        computed again."""
         with self.lock:
             answer = self.answer
             if answer and not answer.cancelled:
                 self.answer = None
+                if self.latest is answer.request:
+                    self.latest = None
             return answer
 
     def close(self) -> None:

@@ -119,6 +119,13 @@ def test_the_playback_rate_suits_the_slowest_and_the_fastest_motion():
         assert 2 * math.pi / max(*frequencies, gamma) / rate == pytest.approx(period)
 
 
+def test_the_slowest_numbers_are_as_good_as_rest():
+    """At which nothing moves; their own rate would be infinite."""
+    at_rest = playback_rate(np.zeros(0), 0.0)
+    assert playback_rate(np.array([0.0, 1e-320]), 5e-324) == at_rest
+    assert playback_rate(np.array([3.5]), 5e-324) == playback_rate(np.array([3.5]), 0.0)
+
+
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_signs_do_not_flip_while_a_slider_moves(coriolis):
     """For gamma 0 .. 30 each mode correlates with itself one step before, whatever its place."""

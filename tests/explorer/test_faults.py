@@ -221,6 +221,24 @@ def test_an_error_in_drawing_ends_only_this_session(other, guest, session, frame
     assert re.search(r"drawing: failed for visitor \d+, .* disconnected: ZeroDivisionError", line)
 
 
+def test_an_error_in_opening_a_session_ends_only_that(other, url, frame_loops, caplog, monkeypatch):
+    """The page connects again, and does not wait for ever; the log has one line."""
+
+    def broken(*given: Any) -> Any:
+        raise RuntimeError("a mistake of ours")
+
+    monkeypatch.setattr(frame_loop, "Session", broken)
+    with raw_socket(url) as line:
+        line.send(encoded(**CAMERA_MESSAGE))
+        with pytest.raises(websockets.exceptions.ConnectionClosed):
+            while True:
+                line.recv(timeout=TIMEOUT)
+    assert line.close_code == 1011
+    alone(frame_loops)
+    (told,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
+    assert re.search(r"opening: failed for visitor \d+, .* disconnected: RuntimeError", told)
+
+
 def test_motion_goes_on_after_jumps_of_the_system_time_and_a_sleep(other, frame_loops, monkeypatch):
     """By an hour back and a day forward. Hours without a tick advance it by at most 0.2 s."""
     session, now = list(frame_loops[0].sessions.values())[-1], time.time

@@ -268,6 +268,17 @@ def test_a_beam_in_the_hand_is_that_of_the_numbers(desk):
     assert [beam.alpha for beam in shown] == [3.0]
 
 
+def test_a_beam_in_the_hand_is_not_shown_as_it_was_held_before(desk):
+    """At the same place, by another distance: until it is computed, as it is without the hand."""
+    shown = list[float]()
+    pull(desk, 0.3)
+    desk.frame(3)
+    threads = desk.guest.workers  # which are all at work elsewhere
+    threads.chance, threads.run = None, lambda: None
+    pull(desk, 0.1, lambda: shown.append(desk.session.snapshot.film.until))
+    assert shown == [4.0]  # the motion, which the hand has stopped
+
+
 def test_a_beam_in_the_hand_can_be_let_go_of_where_no_motion_is_offered(desk):
     """As after a key that shows a mode instead."""
     desk.do("tab", "frequencies")

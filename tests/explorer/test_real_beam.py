@@ -184,6 +184,8 @@ def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
         ("youngs_modulus", math.inf, r"Young's modulus E \[GPa\] = inf: must lie in"),
         ("length", "long", r"length L \[mm\] = 'long': must be a number"),
         ("width", None, r"width b \[mm\] = None: must be a number"),
+        ("width", 5e-324, r"width b \[mm\] = 4\.94066e-324: must be above 1e-30"),
+        ("thickness", 1e-120, r"thickness h \[mm\] = 1e-120: must be above 1e-30"),
     ],
 )
 def test_errors_name_the_field_and_its_unit(name, value, words):

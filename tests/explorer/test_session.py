@@ -1,5 +1,6 @@
 """Visitors without a browser: a session of their own each, and the latest edit; lectures."""
 
+import gc
 import gzip
 import re
 import threading
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.offline import Client, Desk, Workers, lecture, offline
+from live.offline import CLOCK, Client, Desk, Workers, lecture, offline
 from live.server import (
     CAMERA_MESSAGE,
     frame_loop_at,
@@ -27,8 +28,8 @@ from beamviz.explorer import explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features import files
 from beamviz.explorer.features.comparison import number
-from beamviz.explorer.features.lessons import first_state
-from beamviz.explorer.state import State
+from beamviz.explorer.features.lessons import begun, first_state
+from beamviz.explorer.state import RATES, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -393,6 +394,85 @@ def test_a_visitor_of_a_lecture_sees_their_own_file(monkeypatch):
             desk.do("cancel_export")
             both(2)
     release.set()
+
+
+def test_a_visitor_of_a_lecture_cannot_cancel_what_the_presenter_computes():
+    """They are told how it goes on, and that it was cancelled, without buttons of no effect."""
+    with offline():
+        lead, one = Desk(STILL), Desk(STILL)
+        both = lecture(lead, one)
+        lead.do("tab", "map")
+        both()
+        threads = lead.guest.workers  # which are all at work elsewhere
+        threads.chance, threads.run = None, lambda: None
+        lead.do("alpha", 3.0)
+        for tab in ("map", "frequencies"):
+            lead.do("tab", tab)
+            both()
+            CLOCK.time += 2 * jobs.PATIENCE
+            both(2)
+            texts = [told(page) for page in (lead, one)]
+            assert all("computing" in text for text in texts)
+            assert ["Cancel" in text for text in texts] == [True, False]
+        lead.do("cancel_jobs")
+        both(2)
+        texts = [told(page) for page in (lead, one)]
+        assert all("cancelled" in text for text in texts)
+        assert ["Compute again" in text for text in texts] == [True, False]
+
+
+def told(desk: Desk) -> str:
+    """What a page says of running jobs."""
+    assert desk.address is not None
+    texts = desk.guest.visitor.texts
+    return " ".join(text for id, text in texts.items() if id == "work" or id.endswith("-wait"))
+
+
+def test_a_reset_is_made_of_the_state_that_it_replaces():
+    """As where a lesson is begun meanwhile, on another thread."""
+    with offline():
+        visitor = Desk(STILL).visitor
+        change, nodes = visitor.change, lesson("nodes")
+
+        def late(edit: Any, **options: Any) -> None:
+            change(partial(begun, lesson=nodes))
+            change(edit, **options)
+
+        visitor.change = late
+        visitor.reset()
+        assert (visitor.state.lesson, visitor.state.case.beam) == ("nodes", nodes.scene.beam)
+
+
+def test_a_file_is_not_kept_after_it_was_sent(monkeypatch):
+    """Films are large."""
+    monkeypatch.setattr(files, "export", lambda path, scene: path.write_bytes(b"numbers"))
+    with offline():
+        desk, sent = Desk(STILL), list[bytes]()
+        send = lambda name, content, **options: sent.append(content)  # noqa: E731
+        desk.visitor.client.send_file_download = send
+        desk.do("alpha", 3.25)
+        desk.do("export", ".csv")
+        wait_until(lambda: sent)
+        desk.frame(3)
+
+        def kept() -> bool:
+            gc.collect()
+            found = [one for one in gc.get_objects() if isinstance(one, files.File)]
+            return any(one.scene.beam.alpha == 3.25 for one in found)
+
+        wait_until(lambda: not kept())
+
+
+def test_a_beam_as_good_as_at_rest_is_shown():
+    """Though nothing of it can be seen to move."""
+    with offline():
+        desk = Desk(STILL)
+        for mode in range(5):
+            desk.do(f"share-{mode}", 0.0)
+        desk.do("gamma", 5e-324)
+        desk.frame(3)
+        assert desk.session.snapshot.beam.gamma == 5e-324
+        assert desk.session.snapshot.rate < RATES[1]
 
 
 def test_an_edit_before_a_page_is_ready_is_in_its_address():

@@ -119,7 +119,7 @@ class Lessons(Feature):
             if state.lesson and state[STEP] + by in range(len(STEPS)):
                 self.go(state[STEP] + by)
             else:
-                self.open(names[(names.index(state.lesson) + int(by)) % len(names)])
+                self.open(names[(names.index(state.lesson) + by) % len(names)])
 
     def guess(self, number: Any) -> None:
         """Choose an answer to the question, and highlight the controls of the experiment."""
