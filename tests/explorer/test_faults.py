@@ -229,10 +229,9 @@ def test_an_error_in_opening_a_session_ends_only_that(other, url, frame_loops, c
 
     monkeypatch.setattr(frame_loop, "Session", broken)
     with raw_socket(url) as line:
-        line.send(encoded(**CAMERA_MESSAGE))
+        guest = Visitor(line)
         with pytest.raises(websockets.exceptions.ConnectionClosed):
-            while True:
-                line.recv(timeout=TIMEOUT)
+            guest.wait(lambda _: False, timeout=10.0)
     assert line.close_code == 1011
     alone(frame_loops)
     (told,) = [record.getMessage() for record in caplog.records if record.levelname == "ERROR"]
