@@ -534,3 +534,13 @@ def test_the_panel_of_a_real_beam_stays_open_or_closed(desk):
     desk.wait(f"Number({by_id('gamma-field')}.value) !== {speed}")
     desk.catch_up()
     assert not desk.evaluate(f"{panel}.open")
+
+
+@pytest.mark.parametrize(("key", "modifiers"), [("y", 2), ("Z", 2 + 8)])
+def test_what_was_undone_is_redone_by_either_key(desk, key, modifiers):
+    """Ctrl+Y, as in most programs of an office, or Ctrl+Shift+Z."""
+    field = f"{by_id('gamma-field')}.value"
+    desk.send("gamma", 8.0, until=f"{field} === '8'")
+    desk.evaluate("document.activeElement?.blur()")
+    desk.key("z", until=f"{field} === '5'", modifiers=2)
+    desk.key(key, until=f"{field} === '8'", modifiers=modifiers)

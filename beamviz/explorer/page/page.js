@@ -553,9 +553,9 @@ const beamviz = (() => {
     const inViser = e.closest?.("[role=dialog]"); // ours are no dialogs by their role
     if (e.matches?.(TAB)) onTabKey(event, e);
     if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
-    if ((event.ctrlKey || event.metaKey) && key === "z" && !isTyped(e)) {
+    if ((event.ctrlKey || event.metaKey) && /^[zy]$/.test(key) && !isTyped(e)) {
       event.preventDefault();
-      send(event.shiftKey ? "redo" : "undo", null);
+      send(event.shiftKey || key === "y" ? "redo" : "undo", null);
     }
     if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input, select") && !inViser) {
       event.preventDefault();
