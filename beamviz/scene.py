@@ -307,7 +307,8 @@ def inline_toml(value: Any) -> str:
         return "{" + ",".join(f"{key}={inline_toml(entry)}" for key, entry in value.items()) + "}"
     if isinstance(value, list | tuple):
         return "[" + ",".join(map(inline_toml, value)) + "]"
-    return "inf" if value == math.inf else json.dumps(value)
+    is_number = not isinstance(value, float) or math.isfinite(value)
+    return json.dumps(value) if is_number else str(value)
 
 
 def rounded(value: Any) -> Any:

@@ -1,11 +1,12 @@
-"""Write the types of the messages between server and page for its scripts: messages.d.ts.
+"""Write the types of what pages are given for their scripts: messages.d.ts and offline.d.ts.
 
 python scripts/message_types.py
 
-The types are those of beamviz/explorer/page/messages.py, and of the actions that the features of
-the page declare; run this after a change of them.
+The types are those of beamviz/explorer/page/messages.py, of the actions that the features of the
+page declare, and of beamviz/exports/offline_data.py; run this after a change of them.
 """
 
+from types import ModuleType
 from typing import Any
 from unittest.mock import MagicMock
 
@@ -17,12 +18,21 @@ from beamviz.explorer.features import FEATURES
 from beamviz.explorer.page import messages
 from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
+from beamviz.exports import offline_data
 from beamviz.scene import START
 
 PATH = _script.ROOT / "beamviz" / "explorer" / "page" / "messages.d.ts"
+OFFLINE = _script.ROOT / "beamviz" / "exports" / "offline.d.ts"
 HEAD = """\
 // The messages between server and page, written by scripts/message_types.py from messages.py and
 // from what the features of the page declare.
+
+"""
+OFFLINE_HEAD = """\
+// The data of exported pages, written by scripts/message_types.py from offline_data.py. Columns of
+// numbers over speeds or moments are second differences until `undoSteps`.
+
+type Vec3 = [number, number, number];
 
 """
 NAMES = {types.StrType: "string", types.IntType: "number", types.FloatType: "number"}
@@ -64,17 +74,28 @@ def actions() -> dict[str, Any]:
     return {name: one.takes for name, one in sorted(visitor.page.actions.items())}
 
 
+def interfaces(module: ModuleType) -> list[str]:
+    """The records of a module that have fields."""
+    structs = [one for one in vars(module).values() if isinstance(one, type)]
+    own = [one for one in structs if issubclass(one, Struct) and one.__struct_fields__]
+    return [interface(one) for one in own]
+
+
+def offline_declarations() -> str:
+    """The data of exported pages."""
+    return OFFLINE_HEAD + "\n".join(interfaces(offline_data))
+
+
 def declarations() -> str:
     """All messages."""
-    structs = [one for one in vars(messages).values() if isinstance(one, type)]
-    own = [one for one in structs if issubclass(one, Struct) and one is not Struct]
     taken = {name: typescript(types.type_info(kind)) for name, kind in actions().items()}
     lines = "".join(f'  "{name}": {kind};\n' for name, kind in taken.items())
     names = f"interface Actions {{ // the types of their values\n{lines}}}\n"
-    return HEAD + "\n".join([*map(interface, own), names])
+    return HEAD + "\n".join([*interfaces(messages), names])
 
 
 if __name__ == "__main__":
     _script.Parser(__doc__).parse_args()
-    PATH.write_text(declarations())
-    print(PATH)
+    for path, text in ((PATH, declarations()), (OFFLINE, offline_declarations())):
+        path.write_text(text)
+        print(path)

@@ -4,7 +4,7 @@ from functools import cache
 from typing import Any
 
 from beamviz.beam import Beam
-from beamviz.explorer.features.loci_chart import Chart, ChartRequest
+from beamviz.explorer.computed_loci import Chart, ChartRequest
 from beamviz.explorer.state import Case
 from beamviz.scene import Scene
 

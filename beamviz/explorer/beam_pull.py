@@ -15,7 +15,7 @@ from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.errors import InvalidInput
 from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move, reason_in
 from beamviz.explorer.experiment import RANGES
-from beamviz.explorer.features.motion import begun
+from beamviz.explorer.features.motion import MotionTab, begun
 from beamviz.explorer.mass_drag import nearest
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Hold, Ray, State
@@ -51,11 +51,12 @@ class BeamPull:
         self.sleeve.visible = False
 
     def move(self, snapshot: Snapshot) -> None:
-        """Offer the beam to be pulled where a motion is chosen and it is drawn alone: put the
-        sleeve around it as it was drawn last."""
+        """Offer the beam to be pulled where a motion is chosen and it is drawn alone, and until it
+        is let go: put the sleeve around it as it was drawn last."""
         state = snapshot.state
-        chosen = state.in_motion or state.tab == "motion"
-        self.offer(offered=chosen and not snapshot.picture.drawn.in_rows and can_move(state))
+        chosen = state.in_motion or state.tab == MotionTab.tab.key
+        can_begin = chosen and not snapshot.picture.drawn.in_rows and can_move(state)
+        self.offer(offered=can_begin or state.hold is not None)
         if not self.offered:
             return
         x = np.linspace(LEAST_PLACE, 1.0, PIECES + 1)
@@ -82,7 +83,7 @@ class BeamPull:
             hold = Hold(x, 0.0)
         if deflection is not None:
             hold = hold._replace(deflection=deflection)
-            visitor.update(lambda state: replace(state, hold=hold))
+            visitor.change(lambda state: replace(state, hold=hold))
 
     def react(self, snapshot: Snapshot) -> None:
         """Let go of the beam after a drag."""

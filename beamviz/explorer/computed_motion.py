@@ -19,7 +19,7 @@ from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import Experiment
 from beamviz.explorer.film import Film, HeldShapes, time_text
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs
 from beamviz.explorer.solutions import case_error
 from beamviz.explorer.state import Case, State
 from beamviz.solver import interruption, solve
@@ -135,7 +135,8 @@ class Progress:
 class Computed:
     """A computed motion, its spectrum and the frequencies of the modes at its end, ready to be
     shown. second: that without stiffening, or the reason why there is none, "" where none is asked
-    for."""
+    for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
+    of each; film: what the scene plays."""
 
     def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
         self.request, self.motion, self.second = request, found, second
@@ -183,9 +184,9 @@ def can_move(state: State) -> bool:
     return obstacle is None or not obstacle.of_beam
 
 
-def answer_of(snapshot: Snapshot) -> Answer[MotionRequest, Computed] | None:
+def answer_of(inputs: Inputs) -> Answer[MotionRequest, Computed] | None:
     """The last motion; None before the first, and where the state describes none."""
-    return snapshot.job_answer(JOB) if wanted(snapshot.state) else None
+    return inputs.job_answer(JOB) if wanted(inputs.state) else None
 
 
 def reason_in(answer: Answer[MotionRequest, Any] | Answer["PullRequest", Any]) -> str:
@@ -197,10 +198,10 @@ def reason_in(answer: Answer[MotionRequest, Any] | Answer["PullRequest", Any]) -
     return answer.message
 
 
-def is_before(snapshot: Snapshot) -> bool:
+def is_before(inputs: Inputs) -> bool:
     """Whether the motion shown is not yet that of the state, which is being computed."""
-    answer = answer_of(snapshot)
-    return answer is not None and answer.request != wanted(snapshot.state)
+    answer = answer_of(inputs)
+    return answer is not None and answer.request != wanted(inputs.state)
 
 
 class PullRequest(NamedTuple):
@@ -224,16 +225,27 @@ class PullRequest(NamedTuple):
         """The size of the beam; None where it is not known."""
         return self.beam.units
 
+    def is_of(self, state: State) -> bool:
+        """Whether it is the beam of a state, and where it is held, by any distance."""
+        if not state.hold:
+            return False
+        try:
+            now = PullRequest.of(state)
+        except InvalidInput:
+            return False
+        return now._replace(deflection=self.deflection) == self
+
     def pulled(self) -> PulledBeam:
         """The beam as it is held. Raises the errors of `pulled`."""
         return pulled(self.beam, self.deflection, self.at, **dict(self.options))
 
 
-def film_reads(snapshot: Snapshot) -> tuple[Any, ...]:
-    """The beam while it is held, and the last motion if the scene shows it."""
-    state = snapshot.state
-    held = snapshot.job_answer(PULL_JOB) if state.hold else None
-    return held, (answer_of(snapshot) if state.in_motion else None)
+def film_reads(inputs: Inputs) -> tuple[Any, ...]:
+    """The beam as it was last held at its present place, and the last motion if the scene shows
+    that."""
+    state, held = inputs.state, inputs.job_answer(PULL_JOB)
+    held = held if held and held.request.is_of(state) else None
+    return held, (answer_of(inputs) if state.in_motion else None)
 
 
 def film_of(
@@ -248,8 +260,7 @@ def film_of(
     return answer.result.film if answer and answer.result else None
 
 
-def played_reads(snapshot: Snapshot, film: Film) -> tuple[Any, ...]:
-    """What the picture of a motion depends on, besides that without it."""
-    moment = snapshot.clock.moment
+def played_reads(inputs: Inputs, film: Film, moment: float) -> tuple[Any, ...]:
+    """What the picture of a motion at a moment [T*] depends on, besides that without it."""
     diverged = film.diverged is not None and moment >= film.diverged
-    return snapshot.state.view, snapshot.scale, film.has_body(moment), diverged
+    return inputs.state.view, inputs.scale, film.has_body(moment), diverged

@@ -1,7 +1,6 @@
 """The motion in time that a visitor has chosen: how the beam starts, what turns the hub and happens
 to the mass."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, NamedTuple, Self
@@ -12,7 +11,7 @@ from beamviz.dynamics.drives import Hub, Ramp
 from beamviz.errors import InvalidInput
 from beamviz.input_files import check_keys
 from beamviz.lessons.model import Lesson
-from beamviz.scene import check_bool
+from beamviz.scene import check_bool, inline_toml
 
 STOP = 0.1  # [T*] in which a hub stops dead
 
@@ -37,8 +36,8 @@ RANGES = {
     "damping": Range((0.0, 0.2), (0.0, 0.05, 0.001)),
     "until": Range((0.5, 60.0), (2.0, 40.0, 1.0)),
 }
-MODES = ("B1", "B2", "B3")  # that a motion may start in
-CHOICES = {
+START_MODES = ("B1", "B2", "B3")  # that a motion may start in
+ALTERNATIVES = {
     "start": {
         "pulled": "is pulled aside and let go",
         "modes": "swings in its modes",
@@ -89,7 +88,7 @@ class Experiment:
     def __post_init__(self) -> None:
         for name, own in RANGES.items():
             object.__setattr__(self, name, check_float(name, getattr(self, name), *own.limits))
-        for name, choices in CHOICES.items():
+        for name, choices in ALTERNATIVES.items():
             check_choice(name, getattr(self, name), choices)
         check_bool("unstiffened", self.unstiffened)
 
@@ -105,7 +104,7 @@ class Experiment:
         """What is not as usual, as an inline table of TOML."""
         usual = asdict(PULLED)
         own = {name: one for name, one in asdict(self).items() if one != usual[name]}
-        return f"{{{', '.join(f'{name} = {json.dumps(one)}' for name, one in own.items())}}}"
+        return inline_toml(own)
 
     def changed(self, name: str, value: Any) -> Self:
         """With one value as a browser sent it: numbers are clamped, an invalid one is ignored."""
@@ -130,7 +129,7 @@ class Experiment:
     @property
     def modes(self) -> dict[str, float]:
         """Amplitudes of the modes that it starts in."""
-        given = {name: float(getattr(self, name)) for name in MODES}
+        given = {name: float(getattr(self, name)) for name in START_MODES}
         in_modes = self.start == "modes"
         return {name: size for name, size in given.items() if size and in_modes}
 

@@ -20,10 +20,10 @@ from beamviz.explorer.visitor import Visitor
 
 
 class Part(NamedTuple):
-    """A part of the page. reads: returns what the part depends on, of a snapshot; shows: returns
-    the contents of the page for these, and depends on nothing else; ids: of its elements and the
-    keys of its controls. It is called again when one of the readings is another object, or, of the
-    plain types, has another value."""
+    """A part of the page. reads: returns its readings, what the part depends on, of a snapshot;
+    shows: returns the contents of the page for the readings, and depends on nothing else; ids: of
+    its elements, and the keys of its controls. `shows` is called again when one of the readings is
+    another object, or, of the types PLAIN, has another value."""
 
     reads: Callable[[Snapshot], tuple[Any, ...]]
     shows: Callable[..., Content]

@@ -15,20 +15,28 @@ PAUSE = 1.5  # [s] on the screen at the end, before it begins again
 
 
 class PlayedShapes(Protocol):
-    """What is played: shapes as modes, with their amplitudes, and what they do in time."""
+    """What is played: m shapes, sampled as modes, with their amplitudes [L], and what they do in
+    time [T*]."""
 
     sampled: SampledModes
-    amplitudes: np.ndarray
+    amplitudes: np.ndarray  # (m,)
 
     @property
-    def until(self) -> float: ...
-    def phases(self, t: float) -> np.ndarray: ...
-    def angle(self, t: float) -> float | None: ...
-    def gamma(self, t: float) -> float: ...
+    def until(self) -> float:
+        """The end."""
+
+    def phases(self, t: float) -> np.ndarray:
+        """The phases (m,) [rad] to draw the shapes at."""
+
+    def angle(self, t: float) -> float | None:
+        """The angle of the hub [rad]; None where it stays as it is."""
+
+    def gamma(self, t: float) -> float:
+        """The speed of the hub [1/T*]."""
 
 
 class HeldShapes:
-    """A beam at rest in the frame of the hub, in which it has these positions (n, 2) at its
+    """A beam at rest in the frame of the hub, in which it has these positions (n, 2) [L] at its
     stations x (n,)."""
 
     until = 0.0

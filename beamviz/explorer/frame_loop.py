@@ -13,11 +13,10 @@ from dataclasses import replace
 from viser import ClientHandle, ViserServer
 
 from beamviz.errors import InvalidInput
-from beamviz.explorer.features.lessons import prepare
+from beamviz.explorer.features.lessons import first_state, prepare
 from beamviz.explorer.jobs import LATE, Workers
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
-from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.scene import Scene
 from beamviz.server.access import Access
@@ -46,8 +45,9 @@ class FrameLoop:
 
     sessions: by client id; last: the one that left last, in a notebook; opening: the scene of new
     ones; later: ids of those who were woken by their own frame: what that has changed is shown by
-    the next one, not by one in between; presenter: None while there is none; is_late: the last
-    round that showed edits took longer than a frame may.
+    the next one, not by one in between; presenter: the session that was opened last with the
+    presenter's key, None without one; postpones: the last round that showed edits took longer than
+    a frame may, so charts wait until the beam rests.
     """
 
     def __init__(self, server: ViserServer, scene: Scene, access: Access):
@@ -60,13 +60,13 @@ class FrameLoop:
         self.sessions: dict[int, Session] = {}
         self.last: Session | None = None
         self.later: set[int] = set()
-        self.stopped = self.is_late = False
+        self.stopped = self.postpones = False
         self.running = asyncio.run_coroutine_threadsafe(self.run(), self.loop)
         server.on_client_connect(self.join)
         server.on_client_disconnect(self.left)
 
     async def join(self, client: ClientHandle) -> None:
-        """Open a session for a new visitor on a thread of its own, while the others are drawn."""
+        """Open a session for a new visitor on the thread `opener`, while the others are drawn."""
         client_id = client.client_id
         presents = self.access.presents(handshake_request(self.server, client_id))
         follows = bool(self.access.presenter_key) and not presents
@@ -86,7 +86,7 @@ class FrameLoop:
 
     def session(self, client: ClientHandle, follows: bool, presents: bool) -> Session:
         """A session for a new visitor, who may follow the presenter, or is that."""
-        state = replace(State.of(self.first_scene()), following=follows)
+        state = replace(first_state(self.first_scene()), following=follows)
         presenter = self.presented if follows else None
         return Session(Visitor(client, state, self.workers, self.resume, presenter, presents))
 
@@ -125,7 +125,8 @@ class FrameLoop:
             session.close()
             self.last = session if self.access.framed else None
             if session is self.presenter:
-                self.presenter = None
+                others = [one for one in self.sessions.values() if one.visitor.presents]
+                self.presenter = others[-1] if others else None
                 self.wake_followers()
 
     def wake_followers(self) -> None:
@@ -163,7 +164,7 @@ class FrameLoop:
             await self.draw(outdated, all_moving=is_due)
             end = time.monotonic()
             if outdated:
-                self.is_late, full = end - now > self.step, end + BREAK * (end - now)
+                self.postpones, full = end - now > self.step, end + BREAK * (end - now)
             if is_due:
                 due = max(due + self.step, end - self.step)
             await exchange_messages()
@@ -235,7 +236,7 @@ class FrameLoop:
             if only_moves:
                 session.move(time.monotonic())
                 return
-            session.tick(time.monotonic(), in_haste=self.is_late)
+            session.tick(time.monotonic(), postpones=self.postpones)
             if session.is_moving and session.visitor.outdated:
                 self.later.add(client_id)
         except Exception as error:

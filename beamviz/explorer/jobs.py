@@ -106,7 +106,8 @@ class JobStatus(NamedTuple, Generic[Q, R]):
     """A job at one moment. answer: the last one, None before the first; busy: a request is being
     computed; late, slow: for LATE and PATIENCE seconds the last answer has not been that to the
     latest request; seconds: for how long, 0 unless slow; done: the fraction computed, 0 where
-    unknown; note: its progress in words."""
+    unknown; note: its progress in words; latest: the last request, None before the first and while
+    one is expected."""
 
     name: str
     answer: Answer[Q, R] | None
@@ -116,6 +117,7 @@ class JobStatus(NamedTuple, Generic[Q, R]):
     seconds: int
     done: float
     note: str
+    latest: Q | None = None
 
     @property
     def result(self) -> R | None:
@@ -135,8 +137,8 @@ def percentage(jobs: Iterable[JobStatus[Any, Any]]) -> str:
 @dataclass(eq=False)
 class Run(Generic[Q]):
     """A computation. request: what is computed, the latest one when it begins; started: when it
-    was submitted [s]; replaced: when another request became the latest, None before that; done:
-    the fraction computed, 0 where unknown; note: its progress in words."""
+    began [s], before that when it was submitted; replaced: when another request became the latest,
+    None before that; done: the fraction computed, 0 where unknown; note: its progress in words."""
 
     request: Q
     started: float
@@ -176,7 +178,8 @@ class Job(Generic[Q, R]):
             late, slow = seconds > LATE, seconds > PATIENCE
             shown = int(seconds) if slow else 0
             done, note = (self.run.done, self.run.note) if self.run else (0.0, "")
-            return JobStatus(self.name, self.answer, self.busy, late, slow, shown, done, note)
+            times = late, slow, shown
+            return JobStatus(self.name, self.answer, self.busy, *times, done, note, self.latest)
 
     def knows(self, request: Q) -> bool:
         """Whether a request is the latest, or the one that was answered last."""
@@ -262,7 +265,7 @@ class Job(Generic[Q, R]):
             if self.latest is None:  # it was replaced by one that is not known yet
                 self.run = None
                 return False
-            run.request, run.replaced = self.latest, None
+            run.request, run.replaced, run.started = self.latest, None, time.monotonic()
             return True
 
     def check(self, run: Run[Q], done: float | None = None) -> None:

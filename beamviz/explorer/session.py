@@ -8,7 +8,7 @@ A move of a slider becomes a picture at these stations:
 4. `Job.request`: in that, the new case becomes the latest request of the solver job;
 5. `Job.perform`: the case is solved, and its shapes are sampled: in the frame where that is quick,
    else by a worker thread;
-6. `Visitor.next_snapshot`: the snapshot of this frame: state, answers and clock;
+6. `Visitor.next_inputs`: state, answers and clock of this frame, whose snapshot is taken;
 7. `Session.tick`: the parts of page and scene whose readings of the snapshot have changed.
 """
 
@@ -29,7 +29,7 @@ from beamviz.explorer.features import FEATURES
 from beamviz.explorer.features.run_up import response_drawn, response_reads
 from beamviz.explorer.jobs import PENDING
 from beamviz.explorer.mass_drag import MassDrag
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.view import SceneView, fitted_clock, picture_of, picture_reads, with_film
 from beamviz.explorer.visitor import Visitor
 from beamviz.server.viser_private import ViserScene
@@ -46,7 +46,7 @@ class Session:
     that took a snapshot; last_edit: that of the last one with another beam. The parts of a picture
     are computed again, and those of page and scene shown again, only where what they read of a
     snapshot differs from the last reading (`Memo`, `Shown`). postponed: what the page needs of the
-    jobs is requested in a later frame.
+    jobs is left to a later frame.
     """
 
     def __init__(self, visitor: Visitor):
@@ -61,7 +61,7 @@ class Session:
         self.view = view = SceneView(ViserScene(visitor.client.scene))
         self.mass_drag = drag = MassDrag(visitor, view.beam)
         self.beam_pull = BeamPull(visitor, view.drawn_scene, view.beam, drag.line_of_sight)
-        self.snapshot = self.with_picture(visitor.next_snapshot())
+        self.snapshot = self.with_picture(visitor.next_inputs())
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)
         visitor.page.send(True, "ready")  # all actions have handlers
@@ -81,17 +81,19 @@ class Session:
                     visitor.set_state(state.with_fields(turned=visitor.camera.turned))
         visitor.wake()
 
-    def with_picture(self, snapshot: Snapshot) -> Snapshot:
-        """A snapshot with what the scene shows of it, and the moment of that."""
-        response = self.responses(response_drawn, *response_reads(snapshot))
-        picture = self.pictures(picture_of, *picture_reads(snapshot, response))
-        film = self.films(film_of, *film_reads(snapshot))
-        if not snapshot.is_led:
-            clock = snapshot.clock.with_film(film, snapshot.state.moment)
-            snapshot = replace(snapshot, clock=clock)
+    def with_picture(self, inputs: Inputs) -> Snapshot:
+        """The snapshot of a visitor's inputs: with what the scene shows of them, and the moment of
+        that."""
+        response = self.responses(response_drawn, *response_reads(inputs))
+        picture = self.pictures(picture_of, *picture_reads(inputs, response))
+        film = self.films(film_of, *film_reads(inputs))
+        clock = inputs.clock
+        if not inputs.is_led:
+            clock = clock.with_film(film, inputs.state.moment)
         if film:
-            picture = self.played(with_film, picture, film, *played_reads(snapshot, film))
-        return replace(snapshot, picture=picture, clock=fitted_clock(snapshot.clock, picture))
+            reads = played_reads(inputs, film, clock.moment)
+            picture = self.played(with_film, picture, film, *reads)
+        return Snapshot.of(replace(inputs, clock=fitted_clock(clock, picture)), picture)
 
     @property
     def is_moving(self) -> bool:
@@ -110,14 +112,14 @@ class Session:
         """Whether a job is running, whose time the page shows."""
         return any(job.busy for job in self.visitor.jobs.values())
 
-    def tick(self, now: float, *, in_haste: bool = False) -> None:
-        """Draw the frame of the time `now` [s]. in_haste: frames come late, and charts are only
-        computed for a beam that has been the same for the time REST."""
+    def tick(self, now: float, *, postpones: bool = False) -> None:
+        """Draw the frame of the time `now` [s]. postpones: the server is busy, and what the page
+        needs of the jobs is only requested for a beam that has been the same for the time REST."""
         visitor, before = self.visitor, self.snapshot
         elapsed = min(now - self.last_shown, LONGEST_STEP)
         self.last_shown = now
         visitor.clock = self.advanced_clock(now)
-        self.snapshot = snapshot = self.with_picture(visitor.next_snapshot())
+        self.snapshot = snapshot = self.with_picture(visitor.next_inputs())
         for feature in self.features:
             feature.react(snapshot, elapsed)
         self.mass_drag.react(snapshot)
@@ -126,7 +128,7 @@ class Session:
             self.show_scene(snapshot)
             if snapshot.state.case is not before.state.case:
                 self.last_edit = now
-            self.postponed = in_haste and now < self.last_edit + REST
+            self.postponed = postpones and now < self.last_edit + REST
             if self.page_shown.differs_from(*snapshot.reading):
                 self.show_page(snapshot)
             needed = self.postponed, *snapshot.reading
@@ -172,7 +174,8 @@ class Session:
         page.show({("captions",): captions})
 
     def request(self, snapshot: Snapshot) -> None:
-        """Request what the page needs of the background jobs, or note that it will."""
+        """Request what the page needs of the background jobs; where that is postponed, let them
+        expect it."""
         wanted = dict(one for own in self.features for one in own.wanted(snapshot).items())
         for name, job in self.visitor.jobs.items():
             request = wanted.get(name)

@@ -1,9 +1,9 @@
 """The snapshot of one frame: everything that a page shows is a function of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
@@ -17,15 +17,14 @@ from beamviz.explorer.view import Picture
 
 
 @dataclass(frozen=True, eq=False)
-class Snapshot:
-    """One moment of a visitor's session.
+class Inputs:
+    """What a snapshot is made of: state, answers and clock of a visitor at one moment.
 
     answer: to the latest case solved, None before the first; second: to the case that it was
     compared with then, which is `comparison`; jobs: the status of each background job, by its name;
     clock: the moment of the motion; aspect: width over height of the scene in the page; covered:
     fraction of half its height that the page covers below; scale: [pixels per beam length] of its
-    picture; undo, redo: whether there is a step; is_led: it is that of a presenter; picture: what
-    the scene shows of it, None while it is taken.
+    picture; undo, redo: whether there is a step; is_led: it is that of a presenter.
     """
 
     state: State
@@ -40,7 +39,6 @@ class Snapshot:
     undo: bool
     redo: bool
     is_led: bool = False
-    picture: Picture = None  # type: ignore[assignment]
 
     @property
     def beam(self) -> Beam | None:
@@ -73,6 +71,20 @@ class Snapshot:
     def job_answer(self, name: str) -> Answer[Any, Any] | None:
         """The last answer of a job."""
         return self.jobs[name].answer
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Snapshot(Inputs):
+    """One moment of a visitor's session. picture: what the scene shows of it."""
+
+    picture: Picture
+
+    @classmethod
+    def of(cls, inputs: Inputs, picture: Picture) -> Self:
+        """The snapshot of a visitor's inputs, of which the scene shows a picture."""
+        return cls(
+            **{one.name: getattr(inputs, one.name) for one in fields(Inputs)}, picture=picture
+        )
 
     def lateness(self, *names: str) -> str:
         """What to say of what these jobs have computed while that is for numbers before those

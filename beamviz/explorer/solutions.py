@@ -119,15 +119,15 @@ class SolveJob(Job[Cases, Solved]):
     def solved(self, cases: Cases) -> Solved:
         """The answers, of which the last ones are used again: many cases are compared with one, and
         one with many. Raises Cancelled."""
-        last = self.answer.result if self.answer else None
-        start = time.thread_time()
-        first, second = last or (None, None)
+        last = (self.answer.result if self.answer else None) or (None, None)
+        start, (first, second) = time.thread_time(), last
         case, other = cases.case, cases.comparison.case
         if first is None or first.request != case:
             first = solver_answer(case)
         if other and (second is None or second.request != other):
             second = solver_answer(other)
-        self.seconds = time.thread_time() - start
+        if (first, second) != last:
+            self.seconds = time.thread_time() - start
         return Solved(first, second if other else None)
 
     @property

@@ -313,7 +313,7 @@ class State:
 
     @classmethod
     def of(cls, scene: Scene) -> Self:
-        """The state in which a page opens on a scene."""
+        """The state of a scene, with all other choices as usual."""
         return cls(scene, Case.of(scene)).loaded(scene)
 
     def loaded(self, scene: Scene) -> Self:
@@ -426,8 +426,10 @@ class State:
             if name == "comparison":
                 return replace(state, kept_by_edit=False)
             return state.without_run_up() if name == "force_per_rev" else state
+        if (case := self.case.changed(name, value)) is self.case:
+            return self
         kept = own.keep_for_comparison() if name in TERMS else own
-        state = replace(kept, case=own.case.changed(name, value), run_speed=None)
+        state = replace(kept, case=case, run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
 
     def with_body_at(self, body: int, beta: float) -> Self:
@@ -435,7 +437,7 @@ class State:
         masses = list(self.case.masses)
         masses[body] = replace(masses[body], beta=beta)
         case = replace(self.case, masses=tuple(masses))
-        return replace(self, case=case, run_speed=None).without_run_up()
+        return replace(self, case=case).without_run_up()
 
     def with_mass_kept(self) -> Self:
         """Remembering the mass, for the switch that removes and restores it."""
@@ -444,7 +446,8 @@ class State:
         return self.with_fields(last_alpha=float(alpha)) if known else self
 
     def without_run_up(self) -> Self:
-        """After an edit that changes the response."""
+        """With the beam at its own speed, and without the response to a force: after an edit that
+        changes that."""
         return self.with_fields(forced_response=False, run_speed=None)
 
     def without_motion(self) -> Self:

@@ -170,17 +170,18 @@ def with_film(
     )
 
 
-def picture_reads(snapshot: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
-    """The arguments of `picture_of` for a snapshot. response: of the beam to a force, if any."""
-    state: State = snapshot.state
-    beam = snapshot.beam
-    compared = Compared(snapshot.comparison.choice, state.kept, state.stacked)
+def picture_reads(inputs: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
+    """The arguments of `picture_of` for the `Inputs` of a snapshot. response: of the beam to a
+    force, if any."""
+    state: State = inputs.state
+    beam = inputs.beam
+    compared = Compared(inputs.comparison.choice, state.kept, state.stacked)
     return (
-        snapshot.answer or state.case,
+        inputs.answer or state.case,
         state.view,
-        snapshot.scale,
-        snapshot.second,
-        snapshot.comparison.title,
+        inputs.scale,
+        inputs.second,
+        inputs.comparison.title,
         NOT_COMPARED if compared.comparison == NO_COMPARISON else compared,
         response,
         state.force_per_rev * beam.gamma if beam else 0.0,

@@ -8,7 +8,7 @@ next frame shows it.
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from operator import attrgetter
@@ -23,10 +23,10 @@ from beamviz.explorer.camera import PageCamera, covered_below
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.declarations import Choice
 from beamviz.explorer.experiment import PULLED, motion_of
-from beamviz.explorer.jobs import Callback, Job, Workers
+from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
 from beamviz.explorer.second_beam import comparison_case
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
 from beamviz.explorer.state import (
     CHOICES,
@@ -52,11 +52,13 @@ MODEL_TYPES: dict[str, type] = {**dict.fromkeys(CHOICES, str), **dict.fromkeys(T
 class Visitor:
     """A visitor's session without its pictures.
 
-    client: their viser client; page: the HTML around the scene; state: all their choices, replaced
-    by each edit; outdated: something has changed since the last snapshot; schedule: tells the frame
-    loop so; presenter: returns the presenter's last snapshot, None while there is none; may_follow,
-    presents: it is a lecture, by another visitor or by this one; solver: the job that solves the
-    case of the state; clock: of the scene; controls: what those of each key show.
+    client: their viser client; page: the HTML around the scene; first: the state in which the page
+    opened; state: all their choices, replaced by each edit; outdated: something has changed since
+    the last snapshot; schedule: tells the frame loop so; presenter: returns the presenter's last
+    snapshot, None while there is none; may_follow, presents: another visitor, or this one, may
+    present; solver: the job that solves the case of the state; own_jobs: names of those that
+    the visitor begins; shown: the status of each job in the last snapshot; clock: of the scene;
+    controls: what those of each key show.
     """
 
     def __init__(
@@ -72,14 +74,17 @@ class Visitor:
         self.outdated, self.schedule = True, schedule
         self.presenter = presenter or (lambda: None)
         self.may_follow, self.presents = presenter is not None, presents
-        self.state, self.history, self.clock = state, History(), Clock()
+        self.first = self.state = state
+        self.history, self.clock = History(), Clock()
         self.workers = workers
         self.lock = threading.RLock()
         self.camera = PageCamera(client.camera, initial(state.to_scene()))
         self.controls: dict[str, ShownValue] = {}
         self.jobs: dict[str, Job] = {}
+        self.own_jobs: set[str] = set()
+        self.shown: Mapping[str, JobStatus] = {}
         self.solver = SolveJob(workers, self.wake)
-        self.jobs[self.solver.name] = self.solver
+        self.add_job(self.solver)
         self.set_state(state)
         self.bind_usual()
 
@@ -165,10 +170,10 @@ class Visitor:
 
     # Snapshots
 
-    def next_snapshot(self) -> Snapshot:
-        """The snapshot of the next frame, in which a quick solve is done. While the visitor follows
-        a presenter, it is theirs, but for the viewpoint, and for the tab between two changes of
-        theirs; nothing is computed then."""
+    def next_inputs(self) -> Inputs:
+        """The inputs of the next frame, in which a quick solve is done. While the visitor follows a
+        presenter, they are theirs, but for the viewpoint, for a file that is being written, and for
+        the tab between two changes of theirs; nothing is computed then."""
         with self.lock:
             led = self.presenter() if self.state.following else None
             if not led:
@@ -178,18 +183,21 @@ class Visitor:
             if led:
                 self.state = following(self.state, led.state)
                 self.clock = replace(led.clock, transition=self.clock.transition)
-            own = self.snapshot()
+            own = self.inputs()
+            self.shown = own.jobs
         if led is None:
             return own
-        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison", "jobs")}
-        return replace(own, **answers, is_led=True)
+        answers = {name: getattr(led, name) for name in ("answer", "second", "comparison")}
+        jobs = {**led.jobs, **{name: own.jobs[name] for name in self.own_jobs}}
+        self.shown = MappingProxyType(jobs)
+        return replace(own, **answers, jobs=self.shown, is_led=True)
 
-    def snapshot(self) -> Snapshot:
-        """The snapshot of this moment."""
+    def inputs(self) -> Inputs:
+        """The inputs of this moment."""
         with self.lock:
             state, view = self.state, self.client.camera
             answer, second, comparison = self.solver.compared
-            return Snapshot(
+            return Inputs(
                 state=state,
                 answer=answer,
                 second=second,
@@ -247,9 +255,21 @@ class Visitor:
         """A new background job of this visitor (see `Job`), closed when they leave."""
         return self.add_job(Job(name, compute, self.workers.background.submit, self.wake))
 
+    def add_own_job(self, job: Job) -> Job:
+        """Add a job that the visitor begins, not the page for what it shows: also while they follow
+        a presenter, the page shows how it goes on."""
+        self.own_jobs.add(job.name)
+        return self.add_job(job)
+
     def add_job(self, job: Job) -> Job:
         self.jobs[job.name] = job
         return job
+
+    def shown_answer(self, name: str) -> Answer[Any, Any] | None:
+        """The answer of a job that the page shows, which may be a presenter's; None without one. A
+        click in a chart or a map refers to it."""
+        status = self.shown.get(name)
+        return status.answer if status else None
 
     def cancel_jobs(self) -> None:
         """Cancel the jobs that have been running for long."""

@@ -9,6 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -30,8 +31,9 @@ from beamviz.drawing.text import (
     stability_warning,
 )
 from beamviz.errors import BeamvizError
+from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
 from beamviz.exports.solved_scene import SolvedScene
-from beamviz.files import json_text, package_text
+from beamviz.files import package_text, plain
 from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
@@ -81,14 +83,17 @@ def write_html(file: Path, solved: SolvedScene) -> None:
     beams = solved.draw(ViserScene(recorded.scene))
     beams.move(*solved.moment())
     if not solved.warning:
-        script = player("speeds", speed_data(solved, beams), "exports/offline.js")
+        data = speed_data(solved, beams)
+        script = player("speeds", data, OfflineSpeeds, "exports/offline.js")
     beam, inner = solved.scene.beam, panel(solved)
     file.write_text(document(recorded, beam, inner, script, dark=view.dark), encoding="utf-8")
 
 
-def player(name: str, data: dict[str, Any], script: str) -> str:
-    """The elements that play data, which the file `script` finds by their name."""
-    packed = zlib.compress(json_text(data, indent=None).encode())
+def player(name: str, data: dict[str, Any], kind: type[OfflineScene], script: str) -> str:
+    """The elements that play data of this kind, which the file `script` finds by their name. Raises
+    msgspec.ValidationError if the data have not the declared types."""
+    checked = msgspec.convert(plain(data), kind)
+    packed = zlib.compress(msgspec.json.encode(checked))
     shared = "server/viser.js", "drawing/captions.js", "exports/offline_beam.js"
     code = package_text(*shared, script)
     return (
@@ -158,15 +163,17 @@ def chart(scene: Scene) -> str:
 
 
 def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:
-    """A chart as an element that a click enlarges, with a line across at x; moves: a script moves
-    it, by the step of one unit of x that the element has as an attribute."""
+    """A chart as an element that a click, or the key Enter, enlarges, with a line across at x;
+    moves: a script moves it, by the step of one unit of x that the element has as an attribute."""
     axes.axvline(x, color="0.5", lw=0.8, zorder=0, gid="marker")
     svg = figure_bytes(figure, "svg").decode().partition("<svg")[2]
     low, high = axes.get_xlim()
     step = POINTS * figure.get_figwidth() * axes.get_position().width / (high - low)
     moved = f' data-step="{step}"' if moves else ""
     enlarge = "this.classList.toggle('large')"
-    return f'<figure title="click to enlarge" onclick="{enlarge}"{moved}><svg{svg}</figure>'
+    by_key = "if (event.key === 'Enter') this.click()"
+    own = f'tabindex="0" onclick="{enlarge}" onkeydown="{by_key}"{moved}'
+    return f'<figure title="click, or press Enter, to enlarge" {own}><svg{svg}</figure>'
 
 
 def solved_speeds(solved: SolvedScene) -> list[Solution]:

@@ -23,6 +23,7 @@ from beamviz.exports.html_page import (
     steps,
 )
 from beamviz.exports.motion_scene import MotionScene
+from beamviz.exports.offline_data import OfflineMotion
 from beamviz.plotting import STYLE, axis_of
 from beamviz.plotting.motion import draw_motion, scales_of
 from beamviz.server.viser_private import RecordedServer, ViserScene
@@ -39,7 +40,8 @@ def motion_page(motion: Motion, *, dark: bool = False) -> str:
     beams = scene.draw(ViserScene(recorded.scene))
     beams.move(scene.shapes.phases(0.0), scene.shapes.angle(0.0))
     values = readings(motion, scene.shapes.t)
-    script = player("motion", motion_data(scene, beams, values), "exports/offline_motion.js")
+    data = motion_data(scene, beams, values)
+    script = player("motion", data, OfflineMotion, "exports/offline_motion.js")
     return document(recorded, motion.beam, panel(motion, values), script, dark=dark)
 
 

@@ -1,5 +1,5 @@
-// The data of exported pages, as html_page.py and motion_page.py write them. Columns of numbers over
-// speeds or moments are second differences until `undoSteps`.
+// The data of exported pages, written by scripts/message_types.py from offline_data.py. Columns of
+// numbers over speeds or moments are second differences until `undoSteps`.
 
 type Vec3 = [number, number, number];
 
@@ -9,19 +9,32 @@ interface SceneCaption {
   anchor: string;
 }
 
+interface BodyLabel {
+  name: string;
+  station: number;
+  above: [number, number, number];
+}
+
 interface OfflineBeam {
   root: string;
-  normal: Vec3;
+  normal: [number, number, number];
   largest: number;
   sections: Array<[number, number]>;
   thicknesses: Array<number>;
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
-  labels_of_bodies: Array<{ name: string; station: number; above: Vec3 }>;
+  labels_of_bodies: Array<BodyLabel>;
 }
 
-/** A beam of the modes of vibration; the last three are of the nodes. */
-interface VibratingBeam extends OfflineBeam {
+interface VibratingBeam {
+  root: string;
+  normal: [number, number, number];
+  largest: number;
+  sections: Array<[number, number]>;
+  thicknesses: Array<number>;
+  capped: Array<number>;
+  bodies: Record<string, Array<number>>;
+  labels_of_bodies: Array<BodyLabel>;
   labels: Array<string>;
   states: Array<Array<number>>;
   ring: [number, number];
@@ -29,12 +42,19 @@ interface VibratingBeam extends OfflineBeam {
   component: number;
 }
 
-interface MovedBeam extends OfflineBeam {
+interface MovedBeam {
+  root: string;
+  normal: [number, number, number];
+  largest: number;
+  sections: Array<[number, number]>;
+  thicknesses: Array<number>;
+  capped: Array<number>;
+  bodies: Record<string, Array<number>>;
+  labels_of_bodies: Array<BodyLabel>;
   fields: Array<Array<number>>;
   parts: Array<Array<number>>;
 }
 
-/** What both kinds have. */
 interface OfflineScene {
   rate: number;
   resolution: number;
@@ -44,7 +64,12 @@ interface OfflineScene {
   beams: Array<OfflineBeam>;
 }
 
-interface OfflineSpeeds extends OfflineScene {
+interface OfflineSpeeds {
+  rate: number;
+  resolution: number;
+  turning: [string, number];
+  palette: Array<number>;
+  strain: boolean;
   beams: Array<VibratingBeam>;
   gammas: Array<number>;
   start: number;
@@ -58,12 +83,24 @@ interface OfflineSpeeds extends OfflineScene {
   captions: Array<Array<SceneCaption>>;
 }
 
-interface OfflineMotion extends OfflineScene {
+interface Reading {
+  label: string;
+  unit: string;
+  values: Array<number>;
+  decimals: number;
+}
+
+interface OfflineMotion {
+  rate: number;
+  resolution: number;
+  turning: [string, number];
+  palette: Array<number>;
+  strain: boolean;
   beams: Array<MovedBeam>;
   until: number;
   angle: Array<number>;
   with_mass: Array<boolean>;
-  readings: Array<{ label: string; unit: string; values: Array<number>; decimals: number }>;
+  readings: Array<Reading>;
   captions: Array<SceneCaption>;
   speed: string;
   speeds: Array<string>;

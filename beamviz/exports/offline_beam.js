@@ -1,5 +1,5 @@
 /* Draws beams into the scene of an exported page. Repeats beam_mesh.segments of the package on the
-data of html_page.beam_record. */
+   data of html_page.beam_record. */
 "use strict";
 const beamvizOffline = (() => {
   const MAX_WEDGE = Math.tan(0.5), MIN_STEP = 10; // of a mode, in resolutions; less is rounding

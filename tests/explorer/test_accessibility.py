@@ -1,12 +1,16 @@
 """The page for everyone: sizes, light and dark, keyboard, names; axe-core finds nothing serious."""
 
+import re
+
+import numpy as np
 import pytest
 from helpers import slow
 from live import axe
-from live.browser import READY, Page, by_id, says, tab
+from live.browser import READY, Page, are_apart, by_id, says, tab
 from live.server import wait_until
 
 from beamviz.beam import Beam
+from beamviz.drawing.colours import linear
 from beamviz.explorer.declarations import tabs
 from beamviz.scene import Scene
 
@@ -112,6 +116,76 @@ def test_no_tab_and_no_table_is_cut_off(shown):
     shown.wait(offered)
     shown.evaluate(wide)
     assert shown.evaluate(f"{timings}.firstChild.{right} <= {column}.{right}")
+    leave_lesson(shown)
+
+
+BOX = "(({left, right, top, bottom}) => ({left, right, top, bottom}))(e.getBoundingClientRect())"
+
+
+@pytest.mark.parametrize("size", [(1112, 834), (1180, 820), (1366, 1024)], ids=str)
+def test_on_a_tablet_no_button_beside_the_tabs_covers_another(shown, size):
+    """The last tab, in view, the buttons that zoom, which are wider than for a mouse, and the one
+    that enlarges; all are in the row of the tabs."""
+    shown.resize(*size, touch=True)
+    shown.open_tab("frequencies")
+    shown.evaluate("document.querySelector('#loci-chart [aria-label=\"Zoom in\"]').click()")
+    buttons = "#to-export, #loci-chart .zoom button, #enlarge"
+    seen = f"[...document.querySelectorAll('{buttons}')].filter(e => e.checkVisibility())"
+    shown.wait(f"{seen}.length === 5")
+    shown.evaluate(f"{by_id('to-export')}.scrollIntoView({{block: 'nearest', inline: 'nearest'}})")
+    boxes = shown.evaluate(f"{seen}.map(e => {BOX})")
+    row = shown.evaluate(f"(e => {BOX})(document.querySelector('#dock > [role=tablist]'))")
+    assert are_apart(boxes)
+    assert all(row["top"] <= one["top"] and one["bottom"] <= row["bottom"] for one in boxes)
+    shown.evaluate("document.querySelector('#loci-chart [aria-label^=\"Show the\"]').click()")
+
+
+@on_desk_and_phone
+def test_the_buttons_of_a_table_are_beside_its_first_column(shown, size):
+    """Also when a table is scrolled, with buttons for a finger."""
+    shown.resize(*size)
+    shown.send("blade.preset", "nrel-5mw-blade")
+    shown.wait("!!document.querySelector('.cells td input')")
+    shown.evaluate("document.querySelector('.cells').scrollLeft = 60")
+    row = "[...document.querySelector('.cells tbody tr:nth-child(2)').children].slice(0, 2)"
+    assert are_apart(shown.evaluate(f"{row}.map(e => {BOX})"))
+    shown.send("dimensionless")
+    leave_lesson(shown)
+
+
+def contrast(colours: list[str]) -> float:
+    """The contrast of two opaque colours, rgb(...), by WCAG 2."""
+    channels = np.array([re.findall(r"\d+", one)[:3] for one in colours], float)
+    luminance = linear(channels) @ [0.2126, 0.7152, 0.0722]
+    return (luminance.max() + 0.05) / (luminance.min() + 0.05)
+
+
+def test_a_name_in_a_lesson_leads_to_the_control_not_to_a_button_that_sets_one_value(shown):
+    """To the slider of the speed, though the table of a run-up has buttons that go to a speed. None
+    of these is a switch, as the speed shown has fewer digits than theirs."""
+    shown.resize(*DESK)
+    shown.send("force_per_rev", "3")
+    shown.open_tab("run-up")
+    shown.wait("!!document.querySelector('#run-up-list td button')")
+    assert shown.evaluate("document.querySelector('#run-up-list td button').ariaPressed") is None
+    shown.open_tab("compare")
+    shown.evaluate("beamviz.apply({point: ['gamma']})")
+    shown.wait(f"{by_id('gamma-row')}.matches('.pulse')")
+    assert shown.evaluate(f"{tab('Compare')}.ariaSelected") == "true"
+    leave_lesson(shown)
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_sign_of_the_event_at_the_beam_is_seen(shown, scheme):
+    """On its own ground, which axe-core does not look at."""
+    shown.resize(*DESK)
+    prefer(shown, scheme)
+    shown.open_tab("frequencies")
+    chosen = "document.querySelector('#loci-chart .mark[aria-pressed=true]')"
+    key = shown.wait("beamviz.drawn['loci-chart'].marks?.[0]?.key")
+    shown.send("go_to_event", key, until=f"!!{chosen}")
+    style = f"getComputedStyle({chosen}, '::before')"
+    assert contrast(shown.evaluate(f"[{style}.color, {style}.backgroundColor]")) > 4.5
     leave_lesson(shown)
 
 

@@ -175,6 +175,21 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
     guest.says("shows the effect of one change")
 
 
+def test_a_comparison_without_a_solution_says_why(guest):
+    """Of the beam kept, of this one, or of both: the tab is never empty."""
+    guest.do("tab", "compare")
+    guest.do("keep", until=">before, ")
+    this, kept = "This beam: No equilibrium above", "before: No equilibrium above"
+    guest.set(delta=-1.0, gamma=50.0)
+    guest.says(this)
+    assert kept not in guest.text
+    guest.do("keep", until=kept)
+    guest.says(this)
+    guest.set(gamma=1.0)
+    guest.forgets(this)
+    guest.says(kept)
+
+
 def test_a_kept_beam_stays_while_the_other_changes(guest):
     """The button keeps it; the change is relative to it. Another scene ends the comparison."""
     guest.do("keep", until=">before, ")

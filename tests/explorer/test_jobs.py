@@ -16,7 +16,7 @@ from live.visitor import PAPER
 from beamviz.beam import Beam
 from beamviz.errors import Cancelled
 from beamviz.explorer import solutions
-from beamviz.explorer.features.loci_chart import ChartRequest
+from beamviz.explorer.computed_loci import ChartRequest
 from beamviz.explorer.features.map import MapRequest
 from beamviz.explorer.features.run_up import RunUpRequest
 from beamviz.explorer.jobs import Job, JobStatus, WorkerPool, Workers, percentage
@@ -103,6 +103,25 @@ def test_a_quick_solve_is_done_in_the_frame_and_a_slow_one_is_not(workers, relea
     release.set()
     wait_until(lambda: not job.busy)
     assert job.answer.result.answer.beam.gamma == 4.0
+
+
+def test_a_slow_beam_stays_slow_where_nothing_was_to_be_solved(workers, monkeypatch):
+    """As when a comparison ends: the next beam is not solved in the frame."""
+
+    def slow(beam: Beam, **options: Any) -> Any:
+        end = time.thread_time() + 2 * solutions.QUICK
+        while time.thread_time() < end:
+            solve(beam, **options)
+        return solve(beam, **options)
+
+    monkeypatch.setattr(solutions, "solve", slow)
+    monkeypatch.setattr(solutions, "LONGEST", TIMEOUT)
+    job, first = SolveJob(workers, lambda: None), case(PAPER)
+    for cases in (Cases(first, ComparisonCase("before", case(Beam(gamma=1)))), Cases(first)):
+        job.request(cases)
+        wait_until(lambda: not job.busy)
+    job.request(Cases(case(Beam(gamma=2))))
+    assert job.busy
 
 
 @pytest.mark.parametrize("numbers", [{"delta": -0.5, "gamma": 20.0}, {"spin_up": 0.5}])

@@ -13,10 +13,10 @@ from live.fresh import Guest
 from live.server import TIMEOUT, frame_loop_at, last_until, wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
 
-from beamviz.explorer import frame_loop, jobs, solutions
-from beamviz.explorer.features import loads, loci_chart
+from beamviz.explorer import computed_loci, frame_loop, jobs, solutions
+from beamviz.explorer.features import loads
 from beamviz.explorer.features import map as map_tab
-from beamviz.explorer.jobs import LATE, PATIENCE, Job
+from beamviz.explorer.jobs import LATE, OUTDATED, PATIENCE, Job
 from beamviz.explorer.state import State
 from beamviz.scene import START
 from beamviz.solver import solve
@@ -153,6 +153,26 @@ def test_a_request_replaced_before_it_is_begun_leaves_nothing_late(computer):
 LISTS = ("loci-events", "loci-resonances")
 
 
+def test_a_computation_that_has_waited_has_its_time(computer):
+    """Where all threads are at work it begins late, and is not given up for the next request before
+    it has taken as long as another."""
+    computer.job.request(1)
+    computer.after(2 * OUTDATED)
+    run, seen = computer.job.run, list[float]()
+
+    def compute(request: int) -> int:
+        computer.job.request(request + 1)
+        while True:
+            computer.after(0.1)
+            seen.append(computer.now)
+            computer.job.check(run)
+
+    computer.job.compute = compute
+    begun = computer.now
+    computer.compute()
+    assert seen[-1] - begun == pytest.approx(OUTDATED, abs=0.2)
+
+
 @pytest.fixture
 def release(monkeypatch) -> Iterator[threading.Event]:
     """An event that charts and solves wait for while it is cleared; nothing is offered to be
@@ -176,8 +196,8 @@ def waiting(compute: Callable[..., Any], release: threading.Event) -> Callable[.
 @pytest.mark.parametrize(
     ("module", "name", "tab", "chart", "others"),
     [
-        (loci_chart, "loci", "frequencies", "loci-chart", LISTS),
-        (loci_chart, "loci", "veering", "veering-chart", ("veering-shapes",)),
+        (computed_loci, "loci", "frequencies", "loci-chart", LISTS),
+        (computed_loci, "loci", "veering", "veering-chart", ("veering-shapes",)),
         (map_tab, "solve_in_memory", "map", "map-chart", ("map-text",)),
         (loads, "loads_along", "loads", "loads-axial", ("loads-text",)),
     ],
@@ -204,7 +224,7 @@ def test_a_chart_of_earlier_numbers_says_so(
 
 def test_undo_takes_back_what_was_said_of_a_chart(guest, release, monkeypatch):
     """Though the other one is still being computed."""
-    monkeypatch.setattr(loci_chart, "loci", waiting(loci_chart.loci, release))
+    monkeypatch.setattr(computed_loci, "loci", waiting(computed_loci.loci, release))
     guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
     pause(guest)
     release.clear()
@@ -321,7 +341,7 @@ def test_a_map_that_was_not_begun_is_not_waited_for(guest, frame_loops):
     def in_two_frames() -> None:
         visitor = session.visitor
         visitor.change(partial(State.changed, name="delta", value=0.4))
-        session.tick(time.monotonic(), in_haste=True)
+        session.tick(time.monotonic(), postpones=True)
         visitor.set_state(replace(visitor.state, tab="loads"))
         session.tick(time.monotonic())
 

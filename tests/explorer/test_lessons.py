@@ -36,6 +36,7 @@ def test_every_lesson_has_a_card(guest):
     the instructions name at least one control or tab."""
     guest.says(f"{len(LESSONS)} short lessons")
     cards = guest.texts["tab-lessons"]
+    assert ">Begin</button>" in cards
     pictures = re.findall("<svg.*?</svg>", cards)
     assert len(pictures) == len(LESSONS)
     assert len(set(pictures)) >= len(LESSONS) - 3
@@ -69,6 +70,7 @@ def test_the_invitation_is_to_a_lesson_that_is_not_met_and_to_what_is_there(gues
     )
     guest.do("lesson", LESSONS[-1].name)
     guest.do("lesson_step", 1, until="Next ›")
+    assert ">Begin</button>" not in guest.texts["tab-lessons"]
     guest.do("lesson_step", 2, until="Finish")
 
 

@@ -15,8 +15,8 @@ from beamviz.chart_ranges import chart_range
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import frequencies, measure
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import Chart, ChartRequest, chart_data
 from beamviz.explorer.features import loci_chart, veering
-from beamviz.explorer.features.loci_chart import Chart, ChartRequest, chart_data
 from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
 from beamviz.frequency_loci.events import EVENT_KINDS

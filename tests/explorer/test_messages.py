@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 
 import msgspec
@@ -23,18 +24,22 @@ CHECK = load_script("check_page")
 
 
 def test_the_types_of_the_page_are_those_of_the_server():
-    """messages.d.ts is written from messages.py."""
+    """messages.d.ts is written from messages.py, offline.d.ts from offline_data.py."""
     assert TYPES.PATH.read_text() == TYPES.declarations()
+    assert TYPES.OFFLINE.read_text() == TYPES.offline_declarations()
 
 
 def test_an_update_has_the_declared_types():
-    """A part that is not declared in this form is refused, before it is sent."""
+    """A part that is not declared, or not in this form, is refused, before it is sent."""
     assert json.loads(messages.encode_update({"html": {"work": ""}})) == {"html": {"work": ""}}
     for wrong in (
         {"html": {"work": 1}},
         {"charts": {"loci-chart": {"cursor": {"action": "gamma", "x": "5"}}}},
         {"charts": {"loci-chart": {"marks": [{"key": "a"}]}}},
         {"captions": [{"name": "/scene", "text": "B1"}]},
+        {"charts": {"loci-chart": {"legend": []}}},
+        {"charts": {"loci-chart": {"keys": [{"style": "line", "text": "tip", "mark": ""}]}}},
+        {"widgets": {}},
     ):
         with pytest.raises(msgspec.ValidationError):
             messages.encode_update(wrong)
@@ -111,6 +116,19 @@ VISIT = [
 # While a job is slow, after it was cancelled, for a table whose rows are not in order.
 ON_OCCASION = {"cancel_jobs", "retry_jobs", "blade.stations.sort"}
 OF_SCRIPTS = set(re.findall(r'send\("(\w+)"', package_text(*SCRIPTS)))
+
+
+def test_no_two_elements_have_the_same_id(guest, session):
+    """A label, an explanation or an update would be that of the first one."""
+    for key in tabs():
+        guest.do("tab", key)
+        catch_up(guest)
+    wait_until(lambda: not (session.is_busy or session.postponed))
+    catch_up(guest)
+    html = "".join([guest.text, *(tab.content for tab in tabs().values())])
+    ids = Counter(re.findall(r' id="([^"]+)"', html))
+    assert ids.total() > 100
+    assert [id for id, count in ids.items() if count > 1] == []
 
 
 def test_each_control_has_a_handler_and_each_handler_a_control(guest, session):

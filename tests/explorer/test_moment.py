@@ -1,7 +1,8 @@
 """The moment of a motion in time: where it stands, is moved to, or goes on from, frame by frame."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 from urllib.parse import parse_qsl
 
 import pytest
@@ -237,3 +238,53 @@ def test_a_lecture_has_the_moment_of_the_presenter(desk):
     one.frame(6)
     assert not one.state.following
     assert moment(one) == moment(desk)
+
+
+SLEEVE = "/scene/rotor/sleeve"
+
+
+def pull(desk: Desk, aside: float, held: Callable[[], Any] = lambda: None) -> None:
+    """Pull the beam aside at its tip, and let go of it; held: called while it is in the hand."""
+
+    def between() -> None:
+        desk.frame(3)
+        if desk.state.hold and desk.state.hold.held and desk.state.hold.deflection:
+            held()
+            desk.frame(3)
+
+    points = [(1.0, part * aside, 0.0) for part in (0.0, 1.0, 1.0)]
+    desk.guest.visitor.drag(SLEEVE, *points, between=between)
+
+
+def test_a_beam_in_the_hand_is_that_of_the_numbers(desk):
+    """Not the one that was pulled before at the same place."""
+    shown = list[Beam]()
+    pull(desk, 0.2)
+    desk.do("alpha", 3.0)
+    desk.frame(3)
+    threads = desk.guest.workers  # which are all at work elsewhere
+    threads.chance, threads.run = None, lambda: None
+    pull(desk, 0.2, lambda: shown.append(desk.session.snapshot.picture.drawn.shapes.beam))
+    assert [beam.alpha for beam in shown] == [3.0]
+
+
+def test_a_beam_in_the_hand_can_be_let_go_of_where_no_motion_is_offered(desk):
+    """As after a key that shows a mode instead."""
+    desk.do("tab", "frequencies")
+    desk.frame()
+    pull(desk, 0.2, lambda: desk.do("only", 0))
+    desk.frame(3)
+    assert desk.state.hold is None
+    assert desk.state.experiment.pull != PULLED.pull
+
+
+def test_a_visitor_of_a_lecture_pulls_the_beam(desk):
+    """Which they explore by themselves then."""
+    one = Desk(FIRST)
+    both = lecture(desk, one)
+    both(3)
+    pull(one, 0.2)
+    one.frame(3)
+    assert not one.state.following
+    assert one.state.experiment.pull != desk.state.experiment.pull
+    assert desk.state.hold is None

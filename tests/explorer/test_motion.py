@@ -254,7 +254,7 @@ def test_from_the_start_plays(pulled, session):
 
 
 def test_the_tab_says_that_the_scene_shows_no_motion_yet(guest, session):
-    """No line of a moment is in its chart, until the motion begins; after a mode was clicked too."""
+    """No line of a moment is in its chart until the motion begins, and after a mode was clicked."""
     guest.do("tab", "motion")
     guest.wait(lambda _: has_chart(guest, 20.0))
     guest.wait(lambda _: "natural modes" in guest.texts["motion-shown"])

@@ -3,16 +3,21 @@
 import contextlib
 import math
 import re
+import threading
+from functools import partial
 from typing import Any
 
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from live.offline import Desk, offline
 from live.visitor import Visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features import real_beam
+from beamviz.explorer.state import State
+from beamviz.scene import Scene
 from beamviz.solver import solve
 from beamviz.solver.problem import CHOICES
 
@@ -104,6 +109,24 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     guest.choose("real.length", 61)  # of this size in m
     guest.shows(Beam.from_si(**real_beam.BLADE.values | {"length": 61.0}))
     assert not caplog.records
+
+
+def test_no_edit_is_lost_while_a_field_is_set():
+    """As that of a command, which comes on another thread."""
+    with offline():
+        visitor = Desk(Scene(real_beam.STEEL_BEAM.beam).changed(playing=False)).visitor
+        faster = partial(State.changed, name="gamma", value=2.0)
+        other = threading.Thread(target=visitor.change, args=(faster,))
+
+        def longer(beam: Beam) -> Beam:
+            other.start()
+            other.join(0.2)
+            return real_beam.edited(beam, "length", 2000.0)
+
+        real_beam.load(visitor, "real.length", longer)
+        other.join()
+        assert visitor.state.case.numbers["gamma"] == 2.0
+        assert visitor.state.case.beam.si["length"] == pytest.approx(2.0)
 
 
 def test_the_table_of_an_own_blade_is_offered_beside_every_real_beam(guest):

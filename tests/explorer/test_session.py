@@ -2,22 +2,38 @@
 
 import gzip
 import re
+import threading
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
-from live.server import CAMERA_MESSAGE, frame_loop_at, http_get, raw_socket, wait_until
+from live.offline import Client, Desk, Workers, lecture, offline
+from live.server import (
+    CAMERA_MESSAGE,
+    frame_loop_at,
+    http_get,
+    last_until,
+    raw_socket,
+    wait_until,
+)
 from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
+from beamviz.explorer.features import files
 from beamviz.explorer.features.comparison import number
+from beamviz.explorer.features.lessons import first_state
+from beamviz.explorer.state import State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
 from beamviz.solver import solve
+
+STILL = Scene(PAPER).changed(playing=False)
 
 
 def test_a_visitor_gets_the_table_and_the_scene(guest):
@@ -322,6 +338,73 @@ def test_a_presenter_may_leave_and_return(hall, frame_loops):
         with visitor(f"{hall}/?token={KEY}") as lead:
             lead.choose("gamma", 5.0)
             one.shows(PAPER.replace(gamma=5))
+
+
+def test_a_presenter_with_two_pages_may_close_either(hall, frame_loops):
+    """The one that was opened last is seen, and after it the other one."""
+    with visitor(hall) as one, visitor(f"{hall}/?token={KEY}") as lead:
+        with visitor(f"{hall}/?token={KEY}") as second:
+            second.choose("gamma", 21.0)
+            one.shows(PAPER.replace(gamma=21))
+        wait_until(lambda: len(frame_loop_at(hall, frame_loops).sessions) == 2)
+        lead.choose("gamma", 5.0)
+        one.shows(PAPER.replace(gamma=5))
+
+
+@pytest.mark.parametrize(
+    ("tab", "action", "value", "expected"),
+    [
+        ("frequencies", "go_to_event", "", {}),
+        ("map", "move_beam", "20 2", {"gamma": 20.0, "alpha": 2.0}),
+    ],
+)
+def test_a_visitor_of_a_lecture_clicks_in_what_is_shown(tab, action, value, expected):
+    """In the chart or the map of the presenter; the page has none of its own."""
+    with offline():
+        lead, one = Desk(STILL), Desk(STILL)
+        both = lecture(lead, one)
+        lead.do("tab", tab)
+        lead.do("delta", 2.0)
+        both(10)
+        one.guest.visitor.receive()
+        if not value:
+            mark = one.guest.visitor.charts["loci-chart"]["marks"][0]
+            value, expected = mark["value"], {"gamma": mark["x"]}
+        one.do(action, value)
+        one.frame()
+        numbers = one.state.case.numbers
+        assert {name: numbers[name] for name in expected} == pytest.approx(expected, rel=1e-5)
+        assert not one.state.following
+
+
+def test_a_visitor_of_a_lecture_sees_their_own_file(monkeypatch):
+    """How it goes on, not how that of the presenter does."""
+    release = threading.Event()
+    monkeypatch.setattr(files, "export", lambda *given: last_until(release))
+    with offline():
+        lead, one = Desk(STILL), Desk(STILL)
+        both = lecture(lead, one)
+        for desk, other in ((lead, one), (one, lead)):
+            desk.do("export", ".csv")
+            wait_until(lambda desk=desk: desk.visitor.jobs["file"].status.note)
+            both(2)
+            texts = [page.guest.visitor.texts for page in (desk, other) if page.address is not None]
+            assert [bool(text["export-state"]) for text in texts] == [True, False]
+            desk.do("cancel_export")
+            both(2)
+    release.set()
+
+
+def test_an_edit_before_a_page_is_ready_is_in_its_address():
+    """It is not that of the page without a query."""
+    with offline():
+        client: Any = Client()
+        early = visitor_module.Visitor(client, first_state(STILL), Workers(), schedule=lambda: None)
+        early.change(partial(State.changed, name="gamma", value=21.0))
+        own = session.Session(early)
+        early.update(lambda state: replace(state, reserved=()))
+        own.tick(2.0)
+        assert "gamma=21" in early.page.sent[("address",)]
 
 
 def test_a_mass_is_let_go_of_beyond_the_tip(guest, session):

@@ -18,17 +18,18 @@ from live.offline import OfflineGuest, memories, offline
 
 from beamviz.beam import NUMBERS, PARAMETERS, Beam
 from beamviz.errors import NotConverged
-from beamviz.explorer import computed_motion, explorer
+from beamviz.explorer import computed_loci, computed_motion, explorer
 from beamviz.explorer.computed_motion import can_move
 from beamviz.explorer.declarations import tabs
-from beamviz.explorer.experiment import CHOICES as MOTION_CHOICES
-from beamviz.explorer.experiment import RANGES
+from beamviz.explorer.experiment import ALTERNATIVES, RANGES
 from beamviz.explorer.feature import same
 from beamviz.explorer.features import (
     answer,
+    blade,
     controls,
     loci_chart,
     method_timing,
+    real_beam,
     run_up,
     veering,
 )
@@ -96,7 +97,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
     several = [(number, usual)] * 6
     of_motion = chance.choice(list(RANGES))
     first, last, _ = RANGES[of_motion].slider
-    chosen = chance.choice(list(MOTION_CHOICES))
+    chosen = chance.choice(list(ALTERNATIVES))
     turn = "turn", (chance.uniform(-2.0, 2.0), chance.uniform(0.7, 1.5))
     amplitude = "amplitude", chance.uniform(0.0, 0.5)
     found: dict[str, list[Action]] = {
@@ -182,7 +183,7 @@ def edits(chance: random.Random) -> dict[str, list[Action]]:
         "motion": [
             ("experiment", chance.choice(list(motion_tab.PRESETS))),
             *[(f"motion.{of_motion}", round(chance.uniform(first, last), 3))] * 2,
-            (f"motion.{chosen}", chance.choice([*MOTION_CHOICES[chosen], "flies"])),
+            (f"motion.{chosen}", chance.choice([*ALTERNATIVES[chosen], "flies"])),
             ("motion.unstiffened", chance.random() < 0.5),
             *[("moment", chance.choice((0.0, 0.1, 0.2, 5.0)))] * 2,
             *[("drag", (SLEEVE, chance.uniform(-0.5, 0.5)))] * 3,
@@ -242,17 +243,17 @@ POSSIBLE |= {"alpha": 1.0, "beta": 0.5, "gamma": 5.0, "delta": 0.25, "mu": 70.0}
 POSSIBLE |= {"plane": "chordwise", "softening": True, "stiffening": True, "state": "straight"}
 
 
-def possible_again(guest: Guest) -> Action | None:
+def possible_again(guest: Guest, about: str) -> Action | None:
     """An edit that removes one reason why the beam of a visitor has no solution or no motion, or
-    takes long; None where there is none."""
+    takes long; None where there is none. A blade stays one for edits about it."""
     state, answer = guest.session.visitor.state, guest.session.snapshot.answer
     own = state.case.numbers | state.case.options
-    if not state.case.nearest_beam().is_uniform:
+    if about != "blade" and not state.case.nearest_beam().is_uniform:
         return "blade.uniform", None
     slow = [name for name in ("spin_up", "state", "method") if own[name] != POSSIBLE[name]]
     if slow:
         return slow[0], POSSIBLE[slow[0]]
-    if answer is None or answer.result is None or not can_move(state):
+    if about != "blade" and (answer is None or answer.result is None or not can_move(state)):
         if state.case.units:
             return "dimensionless", None
         return next(((name, one) for name, one in POSSIBLE.items() if own[name] != one), None)
@@ -273,8 +274,8 @@ def coarse() -> Iterator[None]:
     """Coarse charts and maps and short motions: what is compared is whether they are those of the
     state, not what they show."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(loci_chart, "CHART_POINTS", 15)
-        patch.setattr(loci_chart, "loci", coarse_loci(loci_chart.loci))
+        patch.setattr(computed_loci, "CHART_POINTS", 15)
+        patch.setattr(computed_loci, "loci", coarse_loci(computed_loci.loci))
         patch.setattr(veering, "POINTS", 12)
         patch.setattr(map_tab, "SIZE", (9, 5))
         patch.setattr(map_tab, "SMALL_SIZE", (3, 2))
@@ -401,8 +402,8 @@ class Edits:
             yield "lesson", ""
         if about in tabs() and guest.visitor.parts["open"] != about:
             yield "tab", about
-        if about != "blade" and chance.random() < POSSIBLE_PART:
-            yield from iter(lambda: possible_again(guest), None)
+        if chance.random() < POSSIBLE_PART:
+            yield from iter(lambda: possible_again(guest, about), None)
         yield from self.shown(about)
         yield self.deal(about)
 
@@ -780,6 +781,9 @@ LIES = {
     "options of the methods": Planted(of_request("method timing", "options"), "methods"),
     "facts of the lesson": Planted(of_request("lesson", ""), "lessons", 15),
     "body that is let go": Planted(of_method("mass_drag", "react"), SCENE, 15),
+    "section of a real beam": Planted(of_part(real_beam.panel_content, 1), "real"),
+    "numbers of a blade": Planted(of_part(blade.numbers_content, 1), "blade"),
+    "hinge": Planted(of_argument("view.beam.joint", "show", 0), "blade"),
 }
 
 

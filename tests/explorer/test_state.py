@@ -35,6 +35,14 @@ def test_an_edit_changes_one_value_and_an_invalid_one_none(name, value, expected
     assert values["alpha"] == START.values["alpha"]
 
 
+@pytest.mark.parametrize(("name", "value"), [("method", "magic"), ("plane", "sideways")])
+def test_a_choice_of_the_model_that_there_is_not_ends_nothing(name, value):
+    """No run-up, and no viewpoint."""
+    opened = State.of(Scene(PAPER, camera=Camera((1, 2, 3))))
+    state = replace(opened, run_speed=2.0, forced_response=True)
+    assert state.changed(name, value) is state
+
+
 def test_shares_of_modes_are_clamped_and_a_spin_up_bends_a_straight_beam():
     """To 0 .. 1, for modes that had none; one mode may be shown alone. With a spin-up there is no
     straight state; a state that was chosen is kept."""

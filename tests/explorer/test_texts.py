@@ -13,8 +13,8 @@ from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing import text as messages
 from beamviz.drawing.text import measure, rounded_to_error
 from beamviz.errors import NoEquilibrium
+from beamviz.explorer.computed_loci import chart_data
 from beamviz.explorer.features import answer
-from beamviz.explorer.features.loci_chart import chart_data
 from beamviz.explorer.features.real_beam import MATERIALS
 from beamviz.exports.html_page import solution_table
 from beamviz.files import package_text

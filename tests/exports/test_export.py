@@ -13,6 +13,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pygltflib
 import pytest
@@ -32,7 +33,9 @@ from beamviz.drawing.text import measure
 from beamviz.dynamics import motion
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
+from beamviz.exports.html_page import player
 from beamviz.exports.motion_files import animate_motion
+from beamviz.exports.offline_data import OfflineSpeeds
 from beamviz.exports.solved_scene import Loop, SolvedScene
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -262,6 +265,26 @@ def test_a_page_needs_nothing_but_itself(document):
     assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
 
 
+@pytest.mark.parametrize("wrong", [{"gammas": ["0"]}, {"beams": [{}]}, {"speed": 1.0}], ids=str)
+def test_a_page_is_given_what_its_script_takes(document, wrong):
+    """Data that are not declared, or not in this form, are in no page."""
+    (packed,) = re.findall('id="speeds">(.*?)</script>', document.read_text())
+    data = json.loads(zlib.decompress(base64.b64decode(packed)))
+    assert packed in player("speeds", data, OfflineSpeeds, "exports/offline.js")
+    with pytest.raises(msgspec.ValidationError):
+        player("speeds", data | wrong, OfflineSpeeds, "exports/offline.js")
+
+
+@pytest.mark.slow
+def test_the_edge_of_the_panel_of_a_dark_page_is_dark_on_a_phone(tmp_path):
+    """As it is beside the scene on a wide page."""
+    export(tmp_path / "a.html", Scene.of(PAPER, mode=2, dark=True))
+    with page((tmp_path / "a.html").as_uri(), 390, 844) as shown:
+        shown.wait("!!document.querySelector('aside')", 60)
+        edge = shown.evaluate("getComputedStyle(document.querySelector('aside')).borderTopColor")
+    assert max(map(int, re.findall(r"\d+", edge)[:3])) < 100
+
+
 @pytest.mark.slow
 def test_a_page_plays_from_the_disk_without_a_network(document):
     """In a browser that is offline the beam moves, and the page complains of nothing."""
@@ -279,6 +302,20 @@ def test_a_page_plays_from_the_disk_without_a_network(document):
         shown.wait(f"{place} !== {first!r}", 60)
         assert shown.evaluate("document.querySelector('aside').innerText").count("bending") == 4
         assert shown.problems == []
+
+
+@pytest.mark.slow
+def test_the_chart_of_a_page_is_enlarged_by_a_key(document):
+    """And made small again, as by a click."""
+    with page(document.as_uri(), 1280, 720) as shown:
+        shown.wait("!!document.querySelector('aside figure')", 60)
+        figure = "document.querySelector('aside figure')"
+        before = shown.box(figure)
+        shown.evaluate(f"{figure}.focus()")
+        shown.key("Enter")
+        assert shown.box(figure)[2] > 2 * before[2]
+        shown.key("Enter")
+        assert shown.box(figure)[2] == before[2]
 
 
 def choose_speed(shown: Page, gamma: float) -> None:

@@ -197,12 +197,12 @@ class Page:
             self.next_frame(frames)
         self.wait(until)
 
-    def resize(self, width: int, height: int) -> None:
-        """Another size of the window; a touch screen where it is narrow."""
-        phone = width < 500
-        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": phone}
+    def resize(self, width: int, height: int, *, touch: bool = False) -> None:
+        """Another size of the window; a touch screen if it is narrow."""
+        touch |= width < 500
+        size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch}
         self.call("Emulation.setDeviceMetricsOverride", **size)
-        self.call("Emulation.setTouchEmulationEnabled", enabled=phone)
+        self.call("Emulation.setTouchEmulationEnabled", enabled=touch)
         self.wait(f"innerWidth === {width}")
         self.next_frame()
 

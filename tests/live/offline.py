@@ -21,6 +21,7 @@ from live.visitor import Visitor as Socket
 
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.explorer import jobs, page, session, solutions, visitor
+from beamviz.explorer.features.lessons import first_state
 from beamviz.explorer.jobs import PENDING, Callback
 from beamviz.explorer.session import Session
 from beamviz.explorer.snapshot import Snapshot
@@ -32,7 +33,7 @@ from beamviz.scene import Scene
 AT_ONCE = 0.6  # the part of the frames in which a job under way is completed
 STEPS = (0.01, 0.04, 0.04, 0.3, 1.5)  # [s] from one frame to the next
 IN_A_FRAME = 0.6  # the part of the steps of a drag that a frame shows before the next one
-IN_HASTE = 0.1  # the part of the frames that come late
+POSTPONED = 0.1  # the part of the frames that come late
 STEP = 0.04  # [s] from one frame of a `Desk` to the next
 MOST = 500  # frames until a page is at rest
 
@@ -50,12 +51,17 @@ CLOCK = Clock()
 
 
 class Graph(SceneGraph):
-    """A scene whose nodes take the handlers of drags, which a test calls itself."""
+    """A scene whose nodes take the handlers of drags; drags: those of each node, by its name."""
 
-    def add_batched_meshes_simple(self, *given: Any, **properties: Any) -> Any:
-        node = super().add_batched_meshes_simple(*given, **properties)
-        for name in ("on_drag", "on_click", "remove_drag_callback"):
-            setattr(node, name, lambda handler: None)
+    def __init__(self) -> None:
+        super().__init__()
+        self.drags: dict[str, list[Callable[..., Any]]] = {}
+
+    def add_batched_meshes_simple(self, name: str, *given: Any, **properties: Any) -> Any:
+        node = super().add_batched_meshes_simple(name, *given, **properties)
+        self.drags[name] = handlers = list[Callable[..., Any]]()
+        node.on_drag, node.remove_drag_callback = handlers.append, handlers.remove
+        node.on_click = lambda handler: None
         return node
 
 
@@ -145,7 +151,7 @@ class Offline(Socket):
     def __init__(self, scene: Scene, workers: Workers):
         super().__init__(Line())
         self.client: Any = Client()
-        opened = Visitor(self.client, State.of(scene), workers, schedule=lambda: None)
+        opened = Visitor(self.client, first_state(scene), workers, schedule=lambda: None)
         self.session = Session(opened)
 
     def do(self, action: str, value: Any = None, until: Any = "") -> None:
@@ -167,20 +173,16 @@ class Offline(Socket):
     ) -> None:
         """Drag a node of the scene along points, the first of which takes it. between: called after
         each of them."""
-        own = self.session
-        handler = own.mass_drag.dragged if node.endswith("mass") else own.beam_pull.dragged
         phases = ["start", *["update"] * (len(points) - 2), "end"]
         for phase, point in zip(phases, points, strict=True):
-            run(
-                handler(
-                    SimpleNamespace(
-                        phase=phase,
-                        end_position=point,
-                        target=self.client.scene.nodes[node],
-                        instance_index=0,
-                    )
-                )
+            event = SimpleNamespace(
+                phase=phase,
+                end_position=point,
+                target=self.client.scene.nodes[node],
+                instance_index=0,
             )
+            for handler in [*self.client.scene.drags[node]]:
+                run(handler(event))
             between()
 
     def receive(self, timeout: float = 0.0) -> list[dict[str, Any]]:
@@ -269,7 +271,7 @@ class OfflineGuest(Guest):
             return
         before = self.visitor.camera
         if is_full:
-            own.tick(now, in_haste=chance.random() < IN_HASTE)
+            own.tick(now, postpones=chance.random() < POSTPONED)
         else:
             own.move(now)
         self.visitor.receive()
@@ -378,7 +380,7 @@ def forgetful(guest: OfflineGuest, snapshot: Snapshot) -> Offline:
     """A visitor who has just come, and sees a snapshot of another one."""
     other = Offline(guest.start, Workers())
     own = other.session
-    own.snapshot = own.with_picture(replace(snapshot, picture=None))
+    own.snapshot = own.with_picture(snapshot)
     own.show_scene(own.snapshot)
     own.show_page(own.snapshot)
     other.receive()

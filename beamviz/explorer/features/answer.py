@@ -21,12 +21,12 @@ from beamviz.drawing.text import (
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
 from beamviz.explorer.feature import RETRY, Feature, Part, fading, progress, told_elsewhere
+from beamviz.explorer.features.motion import MotionTab
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.explorer.view import Picture
-from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.lessons import NAMES
 from beamviz.solver import Solution
@@ -43,19 +43,14 @@ IN_MOTION = "Motion in time, at its true size. Click a mode to see its free vibr
 BUCKLED = "in the plane of rotation this straight beam has buckled: choose that plane to see it"
 EARLIER_MOTION = "The motion before the last change: the new one is being computed."
 EARLIER_PICTURE = "The beam before the last change: the new one is being computed."
-MOTION = "motion"  # the tab in which the beam can be pulled
 HELD = "You hold the beam: let go, and its motion is computed."
 LOCK_HINT = "Keep this time, so that a faster vibration looks faster; else it suits the motion"
 UNIT_HINT = page.hint("the unit", "× 1/T*, the beam's own unit of time: T* = √(ρ A L⁴ / E I).")
 
 
 class AnswerPanel(Feature):
-    """What the page says of the beam shown, around the scene. first: the case as the server has
-    it, with which the page invites to drag something."""
-
-    def __init__(self, visitor: Visitor):
-        super().__init__(visitor)
-        self.first = visitor.state.case
+    """What the page says of the beam shown, around the scene. With the case in which it opened it
+    invites to drag something."""
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -74,7 +69,7 @@ class AnswerPanel(Feature):
         dragged, and the lessons whose challenge is met."""
         state = snapshot.state
         chosen = state.run_speed is not None or state.comparison != NO_COMPARISON
-        first = state.case == self.first and not chosen
+        first = state.case == self.visitor.first.case and not chosen
         picture = snapshot.picture
         shown = RESPONSE if picture.force is not None else IN_MOTION if picture.film else ""
         if picture.film and is_before(snapshot):
@@ -175,7 +170,7 @@ def has_mass(case: Case) -> bool:
 def dragged(state: State) -> str:
     """What a visitor is invited to drag: where a motion can begin the beam, else the mass, if any,
     or the speed, whose line is in the chart below or not."""
-    if state.tab == MOTION and can_move(state):
+    if state.tab == MotionTab.tab.key and can_move(state):
         return "the beam aside, and let it go"
     speed = (
         "the line of the speed in the chart below" if not state.tab else "the slider of the speed"

@@ -88,8 +88,13 @@ def table_content(
 ) -> Content:
     """The frequencies of both beams, or a message why there are none."""
     text = f"<p>{escape(title or INVITATION)}</p>" if nothing else ""
-    if second and second.error:
-        text = f"<p>{escape(f'{title}: {second.message}')}</p>"
+    failed = [
+        f"{name}: {one.message}"
+        for name, one in ((THIS.capitalize(), answer), (title, second))
+        if second and one and one.error
+    ]
+    if failed:
+        text = "".join(f"<p>{escape(reason)}</p>" for reason in failed)
     elif second and second.solution and answer and answer.solution:
         pair = (THIS, answer.solution), (title, second.solution)
         table = comparison_table(*(pair[::-1] if earlier else pair))

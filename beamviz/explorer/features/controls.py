@@ -91,7 +91,7 @@ CONTENT = {
         + f"<details><summary>Advanced</summary>{number_slider('spin_up')}</details>"
         + page.button("Reset the scene", data_do="reset", data_key="r", title=RESET_HINT)
     ),
-    "motion": (
+    "playback": (
         page.slider("pace", "playback speed", PACE_HINT, min=0, max=MAX_PACE, step=0.05)
         + '<div id="pace-text" class="soft"></div>'
         + page.slider("amplitude", "amplitude", AMPLITUDE_HINT, min=0, max=MAX_AMPLITUDE, step=0.01)
@@ -182,8 +182,8 @@ class Controls(Feature):
         return content | {("open",): state.tab or next(iter(tabs())), ("dark",): state.view.dark}
 
     def edit(self, name: str, value: Any) -> None:
-        number = measure(name, self.visitor.state.case.units).plain(value)
-        self.visitor.change(lambda state: state.changed(name, number))
+        """Set a number of the beam, as displayed."""
+        self.visitor.change(partial(with_number, name=name, shown=value))
 
     def show_alone(self, mode: Any) -> None:
         """Show one mode (from 0) alone."""
@@ -254,6 +254,11 @@ def slider_range(name: str, number: float, units: Units | None) -> tuple[float, 
     if not low <= own.factor * number <= high * (1 + ROUNDING):
         low, high = (own.factor * limit for limit in limits)
     return low, high, step
+
+
+def with_number(state: State, name: str, shown: Any) -> State:
+    """With another number of the beam, given in its units."""
+    return state.changed(name, measure(name, state.case.units).plain(shown))
 
 
 def switch_mass(state: State, on: Any) -> State:

@@ -75,7 +75,7 @@ class Files(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job: Job[File, bytes] = visitor.add_job(
+        self.job: Job[File, bytes] = visitor.add_own_job(
             Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
         )
         self.page.on("save", lambda _: self.save())
@@ -117,7 +117,8 @@ class Files(Feature):
 
     def start_motion(self, suffix: Any) -> None:
         """Export the motion in time, in place of the visitor's running export."""
-        computed = self.visitor.jobs[MOTION].status.result
+        answer = self.visitor.shown_answer(MOTION)
+        computed = answer.result if answer else None
         if computed and computed.request != wanted(self.visitor.state):
             self.page.say("The motion is still being computed: download it after that.", error=True)
         elif suffix in MOTION_KINDS and computed:

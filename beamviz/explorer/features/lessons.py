@@ -12,15 +12,16 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from beamviz.beam import NUMBERS
+from beamviz.checks import check_int
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE
 from beamviz.drawing.modes import rotated
 from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import loci_lines
 from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, fading
-from beamviz.explorer.features.loci_chart import loci_lines
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SolverAnswer, solver_answer
@@ -57,7 +58,10 @@ CONTROLS = {  # named in the texts of lessons: the key of each, or the id of a t
 
 # The step of the open lesson, from 0, and the answer chosen at its first step.
 STEP = Choice("step", 0, key=count_key("step", len(STEPS)), until=("lesson",))
-GUESS: Choice[int | None] = Choice("guess", None, key=count_key("guess", 9), until=("scene",))
+MOST_GUESSES = max(len(one.guesses) for one in LESSONS)
+GUESS: Choice[int | None] = Choice(
+    "guess", None, key=count_key("guess", MOST_GUESSES), until=("scene",)
+)
 
 
 class Lessons(Feature):
@@ -76,8 +80,6 @@ class Lessons(Feature):
         self.page.on("lesson_restart", lambda _: visitor.reset())
         self.page.on("met", self.keep_met, str)
         for one in LESSONS:
-            if one.scene == visitor.state.opened:
-                visitor.change(partial(begun, lesson=one))
             visitor.command(f"Lesson: {one.title}", partial(self.open, one.name))
 
     def open(self, name: Any) -> None:
@@ -117,11 +119,13 @@ class Lessons(Feature):
 
     def guess(self, number: Any) -> None:
         """Choose an answer to the question, and highlight the controls of the experiment."""
-        name = self.visitor.state.lesson
-        if name and number in range(len(lesson(name).guesses)):
+        with self.visitor.lock:
+            name = self.visitor.state.lesson
+            if not (name and number in range(len(lesson(name).guesses))):
+                return
             self.visitor.change(lambda state: state.with_choice(GUESS, int(number)))
-            keys = controls(lesson(name).do)
-            self.page.point(*(key for key in keys if not key.startswith("tab-")))
+        keys = controls(lesson(name).do)
+        self.page.point(*(key for key in keys if not key.startswith("tab-")))
 
     def keep_met(self, names: Any) -> None:
         """Take the lessons whose challenge was met in the same browser before."""
@@ -163,11 +167,26 @@ class Facts(NamedTuple):
         return cls(name, lesson(name).proof, lesson(name).answer)
 
 
+def check_guess(guess: int, name: str) -> None:
+    """Check that a lesson, "" for none, has the answer of an index to choose. Raises InvalidInput,
+    which counts from 1."""
+    if not name:
+        raise InvalidInput(f"guess = {guess + 1}: there is no lesson to guess in")
+    check_int("guess", guess + 1, 1, len(lesson(name).guesses))
+
+
 def facts_of(snapshot: Snapshot) -> Facts | None:
     """The facts of the open lesson; None before they are computed."""
     answer = snapshot.job_answer(JOB)
     facts = answer.result if answer else None
     return facts if facts and facts.lesson == snapshot.state.lesson else None
+
+
+def first_state(scene: Scene) -> State:
+    """The state in which a page opens on a scene; that of a lesson begins it."""
+    state = State.of(scene)
+    found = (begun(state, one) for one in LESSONS if one.scene == scene)
+    return next(found, state)
 
 
 def begun(state: State, lesson: Lesson, scene: Scene | None = None) -> State:
@@ -309,7 +328,9 @@ def cards_html(open_lesson: str, met: frozenset[str]) -> str:
     """A card for each lesson; the open one is marked, those with a challenge met are ticked."""
     text = f"{len(LESSONS)} short lessons, one question each, every one a small experiment."
     text += f" Challenges met: {len(met)} of {len(LESSONS)}." if met else ""
-    begin, cards = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n"), ""
+    begin = cards = ""
+    if not open_lesson:  # whose next step it would be
+        begin = page.button("Begin", data_do="lesson_turn", data_value=1, data_key="n")
     for k, one in enumerate(LESSONS, 1):
         own = page.attributes(data_do="lesson", data_value=one.name, class_="card")
         own += page.attributes(aria_current=True if one.name == open_lesson else None)

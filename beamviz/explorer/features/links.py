@@ -4,7 +4,6 @@ A page opens with the scene of its address, and the address is updated with the 
 ?lesson=nodes, ?alpha=1&gamma=10&mode=3, or both, with the keys of other choices.
 """
 
-import json
 import math
 from collections.abc import Iterable
 from contextlib import suppress
@@ -20,7 +19,7 @@ from beamviz.explorer import page
 from beamviz.explorer.camera import DEFAULT
 from beamviz.explorer.declarations import Choice, features
 from beamviz.explorer.feature import Feature, Part
-from beamviz.explorer.features.lessons import begun
+from beamviz.explorer.features.lessons import GUESS, begun, check_guess
 from beamviz.explorer.page import Content
 from beamviz.explorer.state import CHOICES, LASTING, SHARED, TERMS, Case, History, State
 from beamviz.explorer.visitor import Visitor
@@ -32,6 +31,7 @@ from beamviz.scene import (
     Scene,
     check_bool,
     check_choice,
+    inline_toml,
     parse_query,
 )
 from beamviz.server.access import KEY_PARAMETER
@@ -42,11 +42,18 @@ RESERVED = {KEY_PARAMETER, "websocket", "fixedDpr", "darkMode", "showStats", "lo
 ROUNDING = 1e-12  # relative: of a number that was in SI units meanwhile
 LONGEST_LINK = MAX_LINK + 1000  # [characters] as a page sends it, with the keys of other readers
 
+SIZE = "the size"  # part of a link: the keys that make one beam in SI units
+LINES, LINE = 6, 130  # of the message on a link: lines at most, characters of one
+# Keys of a link: what of the case is out of range, or not taken by its method; what the case kept
+# for comparison has otherwise.
+ENTERED, BEFORE = "entered", "before"
 
-def check_before(values: Any) -> dict[str, Any]:
-    """What the case kept for comparison has otherwise. Raises InvalidInput."""
+
+def check_before(values: Any, key: str = BEFORE) -> dict[str, Any]:
+    """What the case kept for comparison has otherwise. Raises InvalidInput, which names the key of
+    the link."""
     values = values if isinstance(values, dict) else {"": values}
-    check_keys(values, (*NUMBERS, *CHOICES, *TERMS), "before")
+    check_keys(values, (*NUMBERS, *CHOICES, *TERMS), key)
     for name, value in values.items():
         if name in NUMBERS:
             check_float(name, value)
@@ -57,13 +64,6 @@ def check_before(values: Any) -> dict[str, Any]:
     return values
 
 
-SIZE = "the size"  # part of a link: the keys that make one beam in SI units
-LINES, LINE = 6, 130  # of the message on a link: lines at most, characters of one
-# Keys of a link: what of the case is out of range, or not taken by its method; what the case kept
-# for comparison has otherwise.
-ENTERED, BEFORE = "entered", "before"
-
-
 def check_entered(values: Any) -> dict[str, Any]:
     """Numbers as entered, and options of the model. Raises InvalidInput."""
     values = values if isinstance(values, dict) else {"": values}
@@ -71,7 +71,7 @@ def check_entered(values: Any) -> dict[str, Any]:
     if any(isinstance(one, dict | list) for one in numbers.values()):
         raise InvalidInput(f"{ENTERED} = {numbers!r}: must be numbers")
     others = {name: one for name, one in values.items() if name not in NUMBERS}
-    return numbers | check_before(others)
+    return numbers | check_before(others, ENTERED)
 
 
 # Keys of a link for what one case has otherwise than another, and their checks.
@@ -190,6 +190,8 @@ def described(keys: dict[str, Any]) -> Link:
     for key, choice in choices.items():
         if choice.key and key in keys:
             values[choice.name] = choice.key.read(keys[key])
+    if GUESS.name in values:
+        check_guess(values[GUESS.name], values.get("lesson", ""))
     values |= {key: check(keys[key]) for key, check in DIFFERENCES.items() if key in keys}
     base = lesson(values["lesson"]).scene if "lesson" in values else Scene()
     scene = Scene.from_query({key: keys[key] for key in keys if key not in others}, base)
@@ -239,7 +241,6 @@ class Links(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.start = replace(visitor.state, met=frozenset())
         visitor.page.on("link", self.open, str, max_text=LONGEST_LINK)
 
     def open(self, query: Any) -> None:
@@ -251,7 +252,7 @@ class Links(Feature):
             with visitor.reporting("The link is not valid"):
                 link = parse_link(text)
                 if link is None and visitor.state.reserved is not None:
-                    link = Link(self.start.opened, {})
+                    link = Link(visitor.first.opened, {})
                 if link and (scene := link.scene):
                     visitor.change(lambda state: linked(state, scene, link.values), loads=True)
                 if link:
@@ -280,7 +281,7 @@ class Links(Feature):
             return page.props("copy-link", disabled=False, title=None)
         query = reason = ""
         try:
-            query = query_of(state, self.start)
+            query = query_of(state, self.visitor.first)
         except InvalidInput as error:
             reason = str(error)
         found = {("address",): "&".join(filter(None, (urlencode(state.reserved), query)))}
@@ -292,12 +293,12 @@ def shown_content(is_shown: bool) -> Content:
     return page.props("scene", data_ready="") if is_shown else {}
 
 
-def query_of(state: State, start: State) -> str:
-    """The query of a link to a state; "" for that at the start, or of a presenter. start: the state
-    of a page that opens without a query."""
+def query_of(state: State, first: State) -> str:
+    """The query of a link to a state; "" for that of a page that opens without a query, `first`, or
+    of a presenter."""
     scene = replace(state, case=state.case.nearest).to_scene()
     own = {name: getattr(state.view, name) for name in LASTING}
-    first = replace(start, view=replace(start.view, **own))
+    first = replace(first, view=replace(first.view, **own))
     pairs = extra_pairs(state)
     if state.following or (scene == first.to_scene() and pairs == extra_pairs(first)):
         return ""
@@ -309,7 +310,7 @@ def query_of(state: State, start: State) -> str:
             if choice.key and choice.key.is_long:
                 pairs.pop(key, None)
         found = "&".join(filter(None, (urlencode(pairs), of_scene)))
-    return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not that at start
+    return found or f"gamma={scene.beam.gamma!r}"  # the default scene, but not the first one
 
 
 @cache
@@ -351,5 +352,4 @@ def inline_table(case: Case, other: Case) -> str:
     values, others = case.options | case.numbers, other.options | other.numbers
     known = (*NUMBERS, *CHOICES, *TERMS)
     changed = {k: v for k, v in values.items() if k in known and not is_same(v, others[k])}
-    pairs = ", ".join(f"{key} = {json.dumps(value)}" for key, value in changed.items())
-    return f"{{{pairs}}}" if pairs else ""
+    return inline_toml(changed) if changed else ""

@@ -1,266 +1,39 @@
 """The tab Frequencies: the Campbell diagram along one of the five numbers, with lists of events."""
 
 import contextlib
-import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
-from itertools import pairwise
-from typing import Any, Self
+from collections.abc import Iterable, Mapping
+from functools import partial
+from typing import Any
 
-import numpy as np
-
-from beamviz.beam import PARAMETERS, Beam
-from beamviz.chart_ranges import CHART_POINTS, chart_range
-from beamviz.drawing.text import Measure, frequencies, measure
+from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import (
+    AXES,
+    FAILURES,
+    Chart,
+    ChartRequest,
+    axes_data,
+    chart_data,
+    cursor,
+    event_names,
+)
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.jobs import Answer
-from beamviz.explorer.page import Content, Data
+from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION
-from beamviz.explorer.state import Case, State
+from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
-from beamviz.frequency_loci import Branch, Event, Loci, loci
+from beamviz.frequency_loci import Event
 from beamviz.frequency_loci.events import EVENT_KINDS
-from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.scene import PER_REV
-from beamviz.units import Units
 
-AT = 1e-7  # of the range: distance of a beam that is at an event
-ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
-FAILURES = {
-    "no-equilibrium": "No equilibrium",
-    "unstable": "Unstable",
-    "growing": "Vibrations grow",
-    "not-converged": "The calculation did not converge",
-    "not-located": "An event was not located",
-}
-AXES = {name: PARAMETERS[name].short_label for name in ("gamma", "alpha", "beta", "delta", "mu")}
 PER_REV_HELP = (
     "A force spread over the beam like its weight, repeating k times per revolution, excites a mode"
     " where the line k × speed intersects it. The chart with these lines is a Campbell diagram."
 )
-
-
-@dataclass(frozen=True)
-class ChartRequest:
-    """The loci to compute. beam: its number `over` is the start of the range; options: keywords of
-    `solve`; per_rev: the largest multiple of the speed for resonances."""
-
-    beam: Beam
-    over: str
-    start: float
-    stop: float
-    options: dict[str, Any]
-    per_rev: int = 0
-
-    @classmethod
-    def around(cls, case: Case, over: str, per_rev: int = 0) -> Self:
-        """The chart around a case. Raises InvalidInput where a number is out of range."""
-        beam = case.beam
-        start, stop = chart_range(beam, over)
-        beam = beam.replace(**{over: start})
-        return cls(beam, over, start, stop, case.options, per_rev if over == "gamma" else 0)
-
-    def same_axis(self, case: Case) -> Self:
-        """The chart of another case over the same range."""
-        beam = case.beam.replace(**{self.over: self.start})
-        return replace(self, beam=beam, options=case.options, per_rev=0)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
-
-    @property
-    def measures(self) -> tuple[Measure, Measure]:
-        """Display units of the axis and of the frequencies; none over mu, on which T* depends."""
-        units = None if self.over == "mu" else self.beam.units
-        return measure(self.over, units), frequencies(units)
-
-    def chart(self) -> "Chart":
-        """The chart. Raises the errors of `loci`."""
-        values = np.linspace(self.start, self.stop, CHART_POINTS)
-        return Chart(self, loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options))
-
-
-@dataclass(frozen=True)
-class Chart:
-    """Computed loci."""
-
-    request: ChartRequest
-    loci: Loci
-
-    @cached_property
-    def events(self) -> dict[str, Event]:
-        """The events but resonances by key: the labels of their branches and a count, as
-        'B3 S1 1'. Keys remain valid when the beam or the model changes."""
-        events = (event for event in self.loci.events if not event.per_rev)
-        return numbered((" ".join(sorted(event.branches)), event) for event in events)
-
-    @property
-    def pairs(self) -> dict[str, Event]:
-        """The crossings and veerings among the events."""
-        kinds = ("crossing", "veering")
-        return {key: event for key, event in self.events.items() if event.kind in kinds}
-
-    def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
-        """Resonances with these multiples of the speed by key: multiple, branch and a count."""
-        shown = (event for event in self.loci.events if event.per_rev in multiples)
-        return numbered((f"{event.per_rev} {event.branches[0]}", event) for event in shown)
-
-    def event_at(self, value: float) -> str:
-        """The key of the event or resonance at a value of the axis, "" where there is none."""
-        near = AT * (self.request.stop - self.request.start)
-        places = self.events | self.resonances_at(PER_REV)
-        distance = {key: abs(one.at - value) for key, one in places.items()}
-        nearest = min(distance, key=distance.__getitem__, default="")
-        return nearest if nearest and distance[nearest] <= near else ""
-
-    def modes_of(self, event: Event) -> tuple[int, ...]:
-        """The modes (from 0) of an event."""
-        k = int(np.argmin(abs(self.loci.values - event.at)))
-        found = (int(self.loci[label].mode_index[k]) for label in event.branches)
-        return tuple(mode for mode in found if mode >= 0)
-
-    def nearest_pair(self, value: float) -> Event | None:
-        """The crossing or veering nearest to a value of the axis."""
-        return min(self.pairs.values(), key=lambda event: abs(event.at - value), default=None)
-
-    @cached_property
-    def top(self) -> float:
-        """End of the frequency axis: a round number in display units, just above all loci."""
-        factor = self.request.measures[1].factor
-        found = np.concatenate([branch.frequency for branch in self.loci.branches])
-        largest = 1.03 * factor * np.max(found, initial=0.0, where=np.isfinite(found)) or 1.0
-        power = 10.0 ** math.floor(math.log10(largest))
-        return power * next(step for step in ROUND if step * power >= largest) / factor
-
-
-def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Records with names by their names and a count from 1."""
-    counts, found = Counter[str](), {}
-    for name, record in named:
-        counts[name] += 1
-        found[f"{name} {counts[name]}"] = record
-    return found
-
-
-# Data for the page
-
-
-def cursor(beam: Beam | None, over: str, along: Measure) -> Data | None:
-    """The line at a beam, which sets the number along the axis; None without one."""
-    return {"action": over, "x": float(along.factor * getattr(beam, over))} if beam else None
-
-
-def loci_lines(
-    found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
-) -> list[Data]:
-    """The loci, of all or some branches, interpolated at x (n,), in runs of one family and name of
-    the mode; consecutive runs share a point, so that lines have no gaps."""
-    lines = []
-    last, solved = len(x) - 1, found.problem.gyroscopic  # then a name takes two solves
-    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
-    names = cache(lambda k: names_of_branches(found, float(found.values[k])))
-
-    def name_at(label: str, i: int) -> str:
-        return names(before[i]).get(label, label)
-
-    for branch in branches or found.branches:
-        y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
-        family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        kinds = [(one, None if solved else name(i)) for i, one in enumerate(family)]
-        cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
-        runs = []
-        for start, stop in pairwise([0, *cuts, len(x)]):
-            if own := family[start]:
-                parts = one_name(name, start, stop)
-                runs += [[first, min(end, last), own, name(first)] for first, end in parts]
-        if runs:
-            lines.append({"label": runs[-1][3], "y": page.sent(factor * y), "runs": runs})
-    return lines
-
-
-def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
-    """The parts of a run of points in which a name is constant if it is the same at both ends."""
-    middle = (start + stop) // 2
-    if middle == start or name(start) == name(stop - 1):
-        return [(start, stop)]
-    return one_name(name, start, middle) + one_name(name, middle, stop)
-
-
-def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data:
-    """A chart without loci, for the reason `message`, and the loci of a second beam."""
-    along, across = request.measures
-    lines = []
-    if second:
-        x = second.loci.values
-        own = {"second": True, "at": page.sent(along.factor * x)}
-        lines = [line | own for line in loci_lines(second.loci, x, across.factor)]
-    return {
-        "name": f"Frequencies over {along.label}",
-        "message": message,
-        "x": page.axis_data(along, (request.start, request.stop)),
-        "y": page.frequency_axis(across, (0.0, 1.0)),
-        "lines": lines,
-        "at": [],
-        "perRev": None,
-        "gaps": [],
-        "marks": [],
-        "keys": page.keys(lines),
-    }
-
-
-def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
-    """The chart with per-rev lines, and behind it the loci of a second beam."""
-    data, (along, across) = axes_data(chart.request, "", second), chart.request.measures
-    x = np.union1d(chart.loci.values, [event.at for event in chart.loci.events])
-    if chart.request.over == "gamma":
-        per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
-        data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
-    lines = data["lines"] + loci_lines(chart.loci, x, across.factor)
-    own_marks = marks(chart, multiples)
-    return data | {
-        "y": page.frequency_axis(across, (0.0, chart.top)),
-        "at": page.sent(along.factor * x),
-        "lines": lines,
-        "gaps": [
-            [*(float(along.factor * x) for x in (one.start, one.stop)), FAILURES[one.kind]]
-            for one in chart.loci.limits
-        ],
-        "marks": own_marks,
-        "keys": page.keys(lines, own_marks),
-    }
-
-
-def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
-    """Crossings, veerings and resonances as buttons."""
-    axes = along, across = chart.request.measures
-    places = {**chart.events, **chart.resonances_at(multiples)}
-    found = []
-    for key, one in places.items():
-        force = f" with {one.per_rev} per revolution" if one.per_rev else ""
-        name = f"{one.kind} of {' and '.join(event_names(chart, one))}{force}"
-        text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
-        action = {"action": "go_to_event", "value": key}
-        found.append(page.mark(key, one.kind, axes, (one.at, one.frequency), text, **action))
-    return found
-
-
-def event_names(chart: Chart, event: Event) -> list[str]:
-    """The names of the modes of an event there, stretching modes first."""
-    names = names_of_branches(chart.loci, event.at)
-    found = {names.get(one, one) for one in event.branches}
-    return sorted(found, key=lambda name: (name[0] != "S", name))
-
-
-# The tab
-
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
 LISTS = "loci-resonances", "loci-events"
 
@@ -287,7 +60,7 @@ class LociTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.charts = visitor.job(CHART, ChartRequest.chart)
+        visitor.job(CHART, ChartRequest.chart)
         visitor.job(SECOND_CHART, ChartRequest.chart)
         for k in PER_REV:
             visitor.bind(f"per_rev_{k}", partial(with_line, k=k), partial(has_line, k=k), bool)
@@ -295,7 +68,8 @@ class LociTab(Feature):
 
     def go_to(self, key: Any) -> None:
         """Move the beam to an event, and show its modes."""
-        if chart := self.charts.status.result:
+        answer = self.visitor.shown_answer(CHART)
+        if answer and (chart := answer.result):
             events = chart.events | chart.resonances_at(self.visitor.state.per_rev)
             if event := events.get(key):
                 modes = chart.modes_of(event)

@@ -17,9 +17,9 @@ from beamviz.drawing import colours
 from beamviz.drawing.text import Measure, frequencies, measure, significant
 from beamviz.errors import InvalidInput
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import AXES
 from beamviz.explorer.declarations import Choice, Key, Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import AXES
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -151,12 +151,12 @@ class MapTab(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
-        self.job = visitor.job(JOB, MapRequest.solve)
+        visitor.job(JOB, MapRequest.solve)
         self.page.on("move_beam", self.move_beam, str)
 
     def move_beam(self, place: Any) -> None:
         """Give the beam the two numbers of a point "x y" of the map, in the units of its axes."""
-        if answer := self.job.answer:
+        if answer := self.visitor.shown_answer(JOB):
             (along, up), (first, second, _) = answer.request.over, answer.request.measures
             ends = tuple(end for _, end in answer.request.ranges)
             with contextlib.suppress(ValueError):
@@ -165,13 +165,13 @@ class MapTab(Feature):
                 self.visitor.change(lambda state: moved(state, numbers, ends))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
-        """The map while the tab is open; while it is closed, one that was begun for this beam goes
-        on."""
+        """The map while the tab is open; while it is closed, that of this beam goes on if it was
+        begun."""
         state, case = snapshot.state, snapshot.drawn_case
         if case is None:
             return {}
         request = MapRequest.around(case, (state.over, state.across), state[ENDS])
-        goes_on = state.tab == self.tab.key or self.visitor.jobs[JOB].latest == request
+        goes_on = state.tab == self.tab.key or snapshot.jobs[JOB].latest == request
         return {JOB: request if goes_on else None}
 
     @property

@@ -33,7 +33,7 @@ from beamviz.explorer.computed_motion import (
     reason_in,
 )
 from beamviz.explorer.declarations import Tab
-from beamviz.explorer.experiment import CHOICES, MODES, RANGES, STOP, Experiment
+from beamviz.explorer.experiment import ALTERNATIVES, RANGES, START_MODES, STOP, Experiment
 from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.film import time_text
 from beamviz.explorer.jobs import Answer
@@ -54,7 +54,7 @@ HINTS = {
     "start": "How the beam begins: held by a force until it is let go, or swinging in its modes",
     **{
         name: f"Amplitude of the mode {name} with which it begins, its largest displacement"
-        for name in MODES
+        for name in START_MODES
     },
     "pull": PULL_HINT,
     "pull_at": "Where it is pulled: 1 is the tip; near the clamp, at 0, it hardly moves",
@@ -69,7 +69,7 @@ HINTS = {
 }
 NAMES = {
     "start": "the beam",
-    **{name: f"amplitude of {name}" for name in MODES},
+    **{name: f"amplitude of {name}" for name in START_MODES},
     "pull": "pull F",
     "pull_at": "pull at x / L",
     "hub": "the hub",
@@ -115,7 +115,7 @@ def slider_of(name: str) -> str:
 
 
 def select_of(name: str) -> str:
-    return page.select(f"motion.{name}", NAMES[name], CHOICES[name], HINTS[name])
+    return page.select(f"motion.{name}", NAMES[name], ALTERNATIVES[name], HINTS[name])
 
 
 TOOLS = page.group(
@@ -136,7 +136,7 @@ TOOLS += page.group(
     id="motion-play-row",
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
-MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *MODES)))
+MORE = select_of("start") + "".join(map(slider_of, ("pull", "pull_at", *START_MODES)))
 MORE += select_of("hub") + "".join(map(slider_of, ("within", "torque", "inertia")))
 MORE += select_of("body") + slider_of("body_at")
 MORE += page.checkbox("motion.unstiffened", "theory without stiffening beside it", UNSTIFFENED_HINT)
@@ -178,7 +178,11 @@ class MotionTab(Feature):
         super().__init__(visitor)
         visitor.job(JOB, MotionRequest.computed)
         visitor.job(PULL_JOB, PullRequest.pulled)
-        takes = {**dict.fromkeys(RANGES, float), **dict.fromkeys(CHOICES, str), "unstiffened": bool}
+        takes = {
+            **dict.fromkeys(RANGES, float),
+            **dict.fromkeys(ALTERNATIVES, str),
+            "unstiffened": bool,
+        }
         for name, kind in takes.items():
             self.page.on(f"motion.{name}", partial(self.edit, name), kind)
         self.page.on("experiment", self.begin, str)
@@ -189,17 +193,19 @@ class MotionTab(Feature):
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed; instead of a number out of range the
         nearest one, which is said."""
-        if name in RANGES:
-            shown, entered = display(name, self.visitor.state.case.units), value
-            value = shown.plain(entered)
-            ends = RANGES[name].limits
-            if isinstance(value, float | int) and not ends[0] <= value <= ends[1]:
-                low, high = (significant(shown.factor * end, 6) for end in ends)
-                reason = f"{shown.label} = {entered:g}: must lie in {low} .. {high}"
-                self.page.say(f"{reason}; the nearest of these is taken", error=True)
-        self.visitor.change(
-            lambda state: state.with_experiment(state.experiment.changed(name, value))
-        )
+        visitor = self.visitor
+        with visitor.lock:
+            if name in RANGES:
+                shown, entered = display(name, visitor.state.case.units), value
+                value = shown.plain(entered)
+                ends = RANGES[name].limits
+                if isinstance(value, float | int) and not ends[0] <= value <= ends[1]:
+                    low, high = (significant(shown.factor * end, 6) for end in ends)
+                    reason = f"{shown.label} = {entered:g}: must lie in {low} .. {high}"
+                    self.page.say(f"{reason}; the nearest of these is taken", error=True)
+            visitor.change(
+                lambda state: state.with_experiment(state.experiment.changed(name, value))
+            )
 
     def begin(self, name: Any) -> None:
         """Begin a motion, which plays unless the visitor prefers reduced motion."""
@@ -303,7 +309,7 @@ def moment_of(snapshot: Snapshot) -> float | None:
 
 # Displayed values
 
-VALUES = tuple(f"motion.{name}" for name in (*RANGES, *CHOICES, "unstiffened"))
+VALUES = tuple(f"motion.{name}" for name in (*RANGES, *ALTERNATIVES, "unstiffened"))
 PLAYED = *CHARTS, "moment-row", "moment-slider", "moment-label", "motion-files"
 WORDS = "motion-words", "motion-play-row", "motion-presets", "motion-settings"
 
@@ -316,7 +322,7 @@ def display(name: str, units: Units | None) -> Measure:
         return own._replace(label=f"{label} [{own.unit or 'T*'}]")
     if name == "damping":
         return Measure(label, "ζ", "%", PERCENT)
-    if name in MODES:
+    if name in START_MODES:
         return lengths(label, "y", units)
     if name in LOADS and units and units.mass:
         symbol, _, quantity, powers = LOADS[name]
@@ -343,7 +349,7 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
         content |= page.html(f"{key}-label", escape(shown.label))
         content |= page.props(f"{key}-field", aria_label=shown.label)
         content |= page.value(key, float(f"{shown.factor * getattr(experiment, name):.6g}"))
-    for name in (*CHOICES, "unstiffened"):
+    for name in (*ALTERNATIVES, "unstiffened"):
         content |= page.value(f"motion.{name}", getattr(experiment, name))
     preset = next((key for key, (_, one) in PRESETS.items() if one == experiment), "")
     content |= page.value("experiment", preset)
@@ -354,7 +360,7 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
         "inertia": experiment.hub != "torque",
         "pull": in_modes,
         "pull_at": not experiment.pulls,
-        **dict.fromkeys(MODES, not in_modes),
+        **dict.fromkeys(START_MODES, not in_modes),
         "body_at": experiment.body == "stays",
     }
     for name, is_hidden in hidden.items():

@@ -339,21 +339,22 @@ def load(
     entry: Any = "",
     then: Callable[[State], State] = lambda state: state,
 ) -> None:
-    """Show another beam, made of the one that is shown, in the state `then(state)`; or refuse the
-    entry of the field with this key."""
-    state = visitor.state
-    scene = replace(state, case=state.case.nearest).to_scene()
-    try:
-        beam = edit(scene.beam)
-    except InvalidInput as error:
-        refused = Refused(key, str(entry), str(error))
-        visitor.change(lambda state: replace(state, refused=refused))
-        return
-    if beam == scene.beam:
-        visitor.change(then)
-    else:
-        changed = replace(scene, beam=beam, camera=None)
-        visitor.change(lambda state: then(state.loaded(changed)), loads=True)
+    """Show another beam, made of that of the state, in the state `then(state)`; or refuse the entry
+    of the field with this key."""
+    with visitor.lock:
+        state = visitor.state
+        scene = replace(state, case=state.case.nearest).to_scene()
+        try:
+            beam = edit(scene.beam)
+        except InvalidInput as error:
+            refused = Refused(key, str(entry), str(error))
+            visitor.change(lambda state: replace(state, refused=refused))
+            return
+        if beam == scene.beam:
+            visitor.change(then)
+        else:
+            changed = replace(scene, beam=beam, camera=None)
+            visitor.change(lambda state: then(state.loaded(changed)), loads=True)
 
 
 def panel_reads(snapshot: Snapshot) -> tuple[object, ...]:

@@ -13,12 +13,12 @@ from beamviz.chart_ranges import CHART_FILL, chart_range
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.text import Measure, frequencies, measure
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import cursor
 from beamviz.explorer.declarations import Choice, Tab, number_key
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import cursor
 from beamviz.explorer.jobs import Answer
 from beamviz.explorer.page import Content
-from beamviz.explorer.snapshot import Snapshot
+from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import Case, State
 from beamviz.explorer.visitor import Visitor
@@ -62,22 +62,22 @@ JOB = "run-up"
 SHOWN = "run-up-chart", "run-up-list"  # ids of the chart and of the resonances
 
 
-def answer_of(snapshot: Snapshot) -> Answer[RunUpRequest, RunUp] | None:
+def answer_of(inputs: Inputs) -> Answer[RunUpRequest, RunUp] | None:
     """The run-up of the present beam and force; None before it is computed."""
-    answer = snapshot.job_answer(JOB)
-    return answer if answer and answer.request == RunUpRequest.of(snapshot.state) else None
+    answer = inputs.job_answer(JOB)
+    return answer if answer and answer.request == RunUpRequest.of(inputs.state) else None
 
 
-def run_of(snapshot: Snapshot) -> RunUp | None:
-    answer = answer_of(snapshot)
+def run_of(inputs: Inputs) -> RunUp | None:
+    answer = answer_of(inputs)
     return answer.result if answer else None
 
 
-def response_reads(snapshot: Snapshot) -> tuple[Any, ...]:
+def response_reads(inputs: Inputs) -> tuple[Any, ...]:
     """What `response_drawn` depends on; it is shown from the start until a mode is chosen."""
-    state = snapshot.state
+    state = inputs.state
     shown = state.forced_response and not state.view.all_modes
-    return (run_of(snapshot) if shown else None), snapshot.answer, state.view, snapshot.scale
+    return (run_of(inputs) if shown else None), inputs.answer, state.view, inputs.scale
 
 
 def response_drawn(
@@ -266,7 +266,7 @@ def resonance_table(run: RunUp) -> str:
     heads = ("go to", f"at {along.head}", across.label, "tip moves")
     rows = []
     for one in run.resonances:
-        speed = {"data_set": "gamma", "data_value": along.factor * one.at}
+        speed = {"data_do": "gamma", "data_value": along.factor * one.at}
         go_to = page.button(f"{page.sign('resonance')} {one.branches[0]}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))

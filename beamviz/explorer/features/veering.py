@@ -12,17 +12,10 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
+from beamviz.explorer.computed_loci import Chart, ChartRequest, cursor, loci_lines
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import (
-    CHART,
-    Chart,
-    ChartRequest,
-    current_chart,
-    cursor,
-    event_buttons,
-    loci_lines,
-)
+from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons
 from beamviz.explorer.jobs import PENDING, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot

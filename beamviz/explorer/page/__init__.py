@@ -323,13 +323,14 @@ def button(label: str, **values: Any) -> str:
     return f'<button type="button"{attributes(**values)}>{escape(label)}</button>'
 
 
-def hint(name: str, text: str) -> str:
-    """A question mark that opens an explanation of `name`; "" without one."""
+def hint(name: str, text: str, key: str = "") -> str:
+    """A question mark that opens an explanation of `name`; "" without one. key: of the control,
+    where others may have the same name."""
     if not text:
         return ""
-    key = "hint-" + "".join(c if c.isalnum() else "-" for c in name)
-    mark = button("?", class_="hint", popovertarget=key, aria_label=f"About {name}")
-    return f'{mark}<span popover id="{key}">{escape(text)}</span>'
+    id = "hint-" + "".join(c if c.isalnum() else "-" for c in key or name)
+    mark = button("?", class_="hint", popovertarget=id, aria_label=f"About {name}")
+    return f'{mark}<span popover id="{id}">{escape(text)}</span>'
 
 
 def number_box(id: str, key: str, **values: Any) -> str:
@@ -342,7 +343,8 @@ def slider(key: str, label: str, help: str = "", **values: Any) -> str:
     """A slider with its label and a number field; values: min=, max=, step= of the slider."""
     box = number_box(f"{key}-field", key, aria_label=label)
     bar = attributes(id=f"{key}-slider", data_set=key, **values)
-    name = f'<label for="{key}-slider" id="{key}-label">{escape(label)}</label>{hint(label, help)}'
+    name = f'<label for="{key}-slider" id="{key}-label">{escape(label)}</label>'
+    name += hint(label, help, key)
     inputs = f'{box}<input type="range"{bar}>'
     return f'<div class="field" id="{key}-row"><span class="name">{name}</span>{inputs}</div>'
 
@@ -350,7 +352,7 @@ def slider(key: str, label: str, help: str = "", **values: Any) -> str:
 def checkbox(key: str, label: str, help: str = "") -> str:
     box = f'<input type="checkbox"{attributes(data_set=key)}>'
     name = f'<label class="check">{box}{escape(label)}</label>'
-    return f'<div class="row">{name}{hint(label, help)}</div>'
+    return f'<div class="row">{name}{hint(label, help, key)}</div>'
 
 
 def options(choices: Choices) -> str:
@@ -363,7 +365,7 @@ def options(choices: Choices) -> str:
 def select(key: str, label: str, choices: Choices, help: str = "", id: str = "") -> str:
     """A select element with its label."""
     id = id or f"{key}-select"
-    name = f'<label for="{id}">{escape(label)}</label>{hint(label, help)}'
+    name = f'<label for="{id}">{escape(label)}</label>{hint(label, help, key)}'
     box = f'<select id="{id}" data-set="{key}">{options(choices)}</select>'
     return f'<div class="field"><span class="name">{name}</span>{box}</div>'
 

@@ -17,7 +17,7 @@ of the page.
   chosen   key of the mark at the beam                                                 */
 const BeamvizChart = (() => {
   "use strict";
-  const { Figure, TOP, clamp, make, minus, px, valueAt } = beamvizFigure;
+  const { Figure, TOP, clamp, escape, make, minus, px, valueAt } = beamvizFigure;
   const REACH = 14; // [px] from the pointer to a mark that it points at
   const FINGER = 22; // [px] the same for a finger
   /** @param {number} value */
@@ -126,7 +126,8 @@ const BeamvizChart = (() => {
     }
 
     drawKeys() {
-      const markup = this.data.keys.map(({ style, text, sign }) => `<li><i class="key ${style}">${sign}</i>${text}</li>`).join("");
+      const markup = this.data.keys.map(({ style, text, sign }) =>
+        `<li><i class="key ${style}">${escape(sign)}</i>${escape(text)}</li>`).join("");
       if (this.keyList.innerHTML !== markup) this.keyList.innerHTML = markup;
     }
 

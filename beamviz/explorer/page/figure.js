@@ -202,10 +202,10 @@ const beamvizFigure = (() => {
     /** @param {number[]} pixel */
     hover(pixel) {}
     /**
-     * @param {boolean} larger
+     * @param {boolean} shifted whether Shift is held
      * @returns {Record<string, number[]>} the steps of the place, by key
      */
-    moves(larger) { return {}; }
+    moves(shifted) { return {}; }
     /** @param {Mark} mark */
     go(mark) {}
     /** @param {WheelEvent} event */
@@ -590,5 +590,5 @@ const beamvizFigure = (() => {
     }
   }
 
-  return { Figure, TOP, clamp, make, minus, px, valueAt };
+  return { Figure, TOP, clamp, escape, make, minus, px, valueAt };
 })();

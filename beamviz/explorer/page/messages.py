@@ -14,7 +14,11 @@ Scalar = str | int | float | bool | None
 Numbers = list[float | None]  # null: none there
 
 
-class Axis(Struct):
+class Message(Struct, forbid_unknown_fields=True):
+    """A part of an update: what is not declared is refused, not left out."""
+
+
+class Axis(Message):
     """An axis of a chart or a map. unit: "" for a dimensionless number; log: logarithmic."""
 
     label: str
@@ -24,7 +28,7 @@ class Axis(Struct):
     log: bool = False
 
 
-class Line(Struct, omit_defaults=True):
+class Line(Message, omit_defaults=True):
     """A line of a chart in runs [first point, last point, style, name]. label: at its end, "" for
     none; at: its own x, else that of the chart; second: of another beam; dots: marked points."""
 
@@ -36,7 +40,7 @@ class Line(Struct, omit_defaults=True):
     dots: bool = False
 
 
-class Mark(Struct, omit_defaults=True):
+class Mark(Message, omit_defaults=True):
     """A mark of a chart, a sign; with an action it is a button that sends it with the value."""
 
     key: str
@@ -50,7 +54,7 @@ class Mark(Struct, omit_defaults=True):
     value: Scalar = None
 
 
-class Key(Struct):
+class Key(Message):
     """An entry of the key of a chart: a style of lines, or a sign of marks, and what it means."""
 
     style: str
@@ -58,7 +62,7 @@ class Key(Struct):
     sign: str = ""
 
 
-class Cursor(Struct, omit_defaults=True):
+class Cursor(Message, omit_defaults=True):
     """The place of the beam in a chart (x) or a map (x, y), and the action that moves it."""
 
     action: str
@@ -66,21 +70,21 @@ class Cursor(Struct, omit_defaults=True):
     y: float | UnsetType = UNSET
 
 
-class PerRev(Struct):
+class PerRev(Message):
     """Multiples of the speed, as lines of this slope times each."""
 
     slope: float
     multiples: list[int]
 
 
-class Value(Struct):
+class Value(Message):
     """The quantity of a map."""
 
     symbol: str
     unit: str
 
 
-class Region(Struct):
+class Region(Message):
     """The name of a region of a map, at a point."""
 
     x: float
@@ -88,7 +92,7 @@ class Region(Struct):
     text: str
 
 
-class Chart(Struct, omit_defaults=True):
+class Chart(Message, omit_defaults=True):
     """A chart, or a map if it has `values`; what is not given stays.
 
     name: accessible name; message: why there are no lines; x, y: axes; at: x of the lines; keys: of
@@ -118,7 +122,7 @@ class Chart(Struct, omit_defaults=True):
     regions: list[Region] | UnsetType = UNSET
 
 
-class Caption(Struct):
+class Caption(Message):
     """A text at a node of the scene; anchor: the side of the text that is there."""
 
     name: str
@@ -126,14 +130,14 @@ class Caption(Struct):
     anchor: str
 
 
-class Said(Struct):
+class Said(Message):
     """A text for screen readers; an error is also shown."""
 
     text: str
     error: bool
 
 
-class Update(Struct, omit_defaults=True):
+class Update(Message, omit_defaults=True):
     """A message to the page; what is not given stays.
 
     bridge: the id of the control that takes actions, first in a session, which begins anew; html:

@@ -100,13 +100,13 @@ const beamviz = (() => {
       beamvizViser.check();
       nameCanvas();
     }
-    const rows = rowPlaces(), step = lessonStep(), guessed = found("try"), met = isMet();
+    const rows = update.html?.["mode-rows"] ? rowPlaces() : null, step = lessonStep(), guessed = found("try"), met = isMet();
     Object.assign(values, update.values); // the new texts show them
     for (const [id, html] of Object.entries(update.html ?? {})) {
       texts[id] = html;
       fill(found(id), html);
     }
-    if (update.html?.["mode-rows"]) moveRows(rows);
+    if (rows) moveRows(rows);
     for (const [key, value] of Object.entries(update.values ?? {})) {
       controls(key).forEach((e) => showValue(e, value));
     }
@@ -349,7 +349,7 @@ const beamviz = (() => {
   /** @param {string} text */
   function say(text, error = false) {
     const live = byId("live"), toast = byId("toast");
-    live.textContent = text;
+    live.textContent = error ? "" : text; // an error is told once, by its alert
     if (!error) return;
     toast.textContent = text;
     toast.hidden = false;
@@ -432,7 +432,8 @@ const beamviz = (() => {
    * @param {string} key
    */
   function point(key) {
-    const e = [...controls(key, true), ...all(`[data-do="${CSS.escape(key)}"]`)][0];
+    const those = [...controls(key, true), ...all(`[data-do="${CSS.escape(key)}"]`)];
+    const e = those.find((one) => !one.matches("button[data-value]")) ?? those[0]; // which sets one value
     if (!e) return;
     if (e.matches("[role=tabpanel]")) return openTab(e);
     for (let up = e.parentElement; up; up = up.parentElement) {

@@ -1,0 +1,126 @@
+"""The data of exported pages, which their scripts play.
+
+What a page is given is checked against these types before it is written. `offline.d.ts` has the
+same types for the scripts, which TypeScript checks; `scripts/message_types.py` writes it.
+"""
+
+from collections.abc import Sequence
+
+from msgspec import Struct
+
+Vec3 = tuple[float, float, float]
+Steps = list[list[int]]  # columns of numbers over speeds or moments: see `html_page.steps`
+
+
+class Record(Struct, forbid_unknown_fields=True):
+    """A part of the data: what is not declared is refused, not left out."""
+
+
+class SceneCaption(Record):
+    """A text at a node of the scene; anchor: the side of the text that is there."""
+
+    name: str
+    text: str
+    anchor: str
+
+
+class BodyLabel(Record):
+    """The label of a body, by the name of its node: its station, and its place from there."""
+
+    name: str
+    station: int
+    above: Vec3
+
+
+class OfflineBeam(Record):
+    """A beam in n pieces, of which the last one begins at station n - 1.
+
+    root: name of its node; normal: of its plane of motion; largest: the end of the colour map;
+    sections, thicknesses: of each piece; capped: the pieces whose ends are seen; bodies: by the
+    names of their nodes, the stations of their instances.
+    """
+
+    root: str
+    normal: Vec3
+    largest: float
+    sections: list[tuple[float, float]]
+    thicknesses: list[float]
+    capped: list[int]
+    bodies: dict[str, list[int]]
+    labels_of_bodies: list[BodyLabel]
+
+
+class VibratingBeam(OfflineBeam):
+    """A beam that moves in modes of these labels; states: see `html_page.beam_data`.
+
+    ring: the length of the mark of a node along the beam, and its size over that of the section;
+    component: of the displacement whose zeros are nodes.
+    """
+
+    labels: list[str]
+    states: Steps
+    ring: tuple[float, float]
+    ring_colour: list[int]
+    component: int
+
+
+class MovedBeam(OfflineBeam):
+    """A beam in a motion in time: see `motion_page.motion_data`."""
+
+    fields: Steps
+    parts: Steps
+
+
+class OfflineScene(Record):
+    """What all pages have.
+
+    rate: time [T*] per second on the screen; resolution: the unit of `Steps`; turning: the node
+    that turns with the hub, and its sense; palette: red, green and blue of each colour; strain: the
+    colours are of strain, else of displacement.
+    """
+
+    rate: float
+    resolution: float
+    turning: tuple[str, int]
+    palette: list[int]
+    strain: bool
+    beams: Sequence[OfflineBeam]
+
+
+class OfflineSpeeds(OfflineScene):
+    """Modes of vibration at several speeds: see `html_page.speed_data`."""
+
+    beams: Sequence[VibratingBeam]
+    gammas: list[float]
+    start: int
+    speeds: list[str]
+    factor: float
+    numbers: list[str]
+    frequencies: dict[str, list[float]]
+    body: Steps
+    faces: list[int]
+    arrow: str
+    captions: list[list[SceneCaption]]
+
+
+class Reading(Record):
+    """A number over time, shown with some decimals."""
+
+    label: str
+    unit: str
+    values: list[float]
+    decimals: int
+
+
+class OfflineMotion(OfflineScene):
+    """A motion in time: see `motion_page.motion_data`."""
+
+    beams: Sequence[MovedBeam]
+    until: float
+    angle: list[float]
+    with_mass: list[bool]
+    readings: list[Reading]
+    captions: list[SceneCaption]
+    speed: str
+    speeds: list[str]
+    of_mass: list[str]
