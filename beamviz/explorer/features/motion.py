@@ -228,8 +228,9 @@ class MotionTab(Feature):
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused; one that goes on is at none."""
         state, playing = snapshot.state, snapshot.state.view.playing
-        if snapshot.film and playing != (state.moment is None):
-            moment = None if playing else round(snapshot.clock.moment, PAUSED_DIGITS)
+        if (film := snapshot.film) and playing != (state.moment is None):
+            shown = min(snapshot.clock.moment, film.until)  # the end is shown for a while
+            moment = None if playing else round(shown, PAUSED_DIGITS)
             self.visitor.update(lambda now: with_moment(now, state.moment, moment))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
