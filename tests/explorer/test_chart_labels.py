@@ -83,7 +83,7 @@ def test_long_labels_leave_the_chart_its_room(shown, url, size):
       return [left, right, chart.querySelector("clipPath rect").width.baseVal.value]; })
       (document.getElementById("timing-chart"))""")
     assert all(left <= one["left"] and one["right"] <= right for one in found)
-    assert frame > 0.35 * (right - left)
+    assert frame > 0.3 * (right - left)
 
 
 @pytest.mark.parametrize("end", [0, 1])

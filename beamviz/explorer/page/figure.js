@@ -166,6 +166,7 @@ const beamvizFigure = (() => {
       this.px = this.py = scale([0, 1], false, 0, 1);
       this.left = LEFT;
       this.right = this.bottom = this.letters = 0;
+      this.ruler = /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
       this.isDrawn = this.low = false;
       // of the pointer
       /** @type {{ pixel: Pixel, mark: Mark | null } | null} */
@@ -535,6 +536,15 @@ const beamvizFigure = (() => {
       };
     }
 
+    /**
+     * The width of a label, and at least that of three letters, so that short ones have columns.
+     * @param {string} label
+     */
+    widthOf(label) {
+      this.ruler.font = `600 14px ${getComputedStyle(this.plot).fontFamily}`;
+      return Math.max(3 * LETTER, this.ruler.measureText(label).width);
+    }
+
     /* Labels at the right ends of the lines, as close to them as they have room, the longest first;
        none is over another. */
     besideLabels() {
@@ -543,7 +553,7 @@ const beamvizFigure = (() => {
       const columns = Math.ceil((beside.length * LETTERS) / (this.bottom - TOP)) || 1;
       const heights = spread(beside.map((one) => one.y), LETTERS / columns, lowest);
       const found = beside.map(({ x, label, style }, k) => (
-        { x: x + 4, y: heights[k], width: LETTER * Math.max(3, label.length) + BETWEEN, label, style }));
+        { x: x + 4, y: heights[k], width: this.widthOf(label) + BETWEEN, label, style }));
       /** @type {typeof found} */
       const placed = [];
       for (const one of [...found].sort((a, b) => b.width - a.width)) {
