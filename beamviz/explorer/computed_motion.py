@@ -9,10 +9,11 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
+from beamviz.drawing.text import error_summary
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
 from beamviz.dynamics.pull import PulledBeam, pulled
-from beamviz.errors import BeamvizError, InvalidInput
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import Experiment
@@ -186,6 +187,15 @@ def can_move(state: State) -> bool:
 def answer_of(inputs: Inputs) -> Answer[MotionRequest, Computed] | None:
     """The last motion; None before the first, and where the state describes none."""
     return inputs.job_answer(JOB) if wanted(inputs.state) else None
+
+
+def reason_in(answer: Answer[MotionRequest, Any] | Answer["PullRequest", Any]) -> str:
+    """Why an answer has no result, of a beam without an equilibrium as the scene says it; "" for a
+    result."""
+    error = answer.error
+    if isinstance(error, NoEquilibrium) and math.isfinite(error.limit):
+        return f"{error_summary(error, answer.request.beam)}."
+    return answer.message
 
 
 def is_before(inputs: Inputs) -> bool:

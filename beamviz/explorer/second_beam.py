@@ -14,6 +14,7 @@ class ComparisonCase(NamedTuple):
     choice: str = NO_COMPARISON
 
 
+KEEP = "Keep this beam, then change it"  # label of the button
 LABELS = {
     "nothing": "nothing",
     "earlier": "the beam before",
@@ -23,7 +24,7 @@ LABELS = {
     "effects": "all effects on",
 }
 REASONS = {  # why there is no second beam
-    "earlier": "No beam is kept yet: press the button below, then change the beam.",
+    "earlier": f"No beam is kept yet: press “{KEEP}”.",
     "coriolis": "Coriolis forces act in the plane of rotation only: switch the plane to chordwise.",
     "mass": "There is no mass to double: give the beam one first.",
     "effects": "All effects are on already.",

@@ -9,7 +9,9 @@ const beamvizViser = (() => {
    * A vector, a node and a camera of three.js, which viser draws with.
    * @typedef {{ x: number, y: number, clone(): Vector, setFromMatrixPosition(matrix: object): Vector,
    *   project(camera: object): Vector }} Vector
-   * @typedef {{ position: Vector, matrixWorld: object }} SceneNode
+   * @typedef {{ position: Vector, matrixWorld: object, traverse?(each: (solid: Solid) => void): void }} SceneNode
+   * @typedef {{ isMesh?: boolean, isInstancedMesh?: boolean, material?: { uniforms?: { thickness?: object } },
+   *   raycast?: () => void }} Solid
    *
    * What viser has in `window.__viserMutable`, "for tests and debugging".
    * @typedef {object} Viewer
@@ -127,11 +129,23 @@ const beamvizViser = (() => {
     };
   }
 
-  /* viser would call preventDefault in a passive listener: without effect, but with an error. */
+  /* viser would call preventDefault in a passive listener: without effect, but with an error. And the
+     outline of a body, which is invisible, unscaled and at the hub until a pointer has been over the
+     body, would take the pointer there: no drag would turn the view, and the server ends a connection
+     that sends such a drag of no body. */
   function quietPointer() {
-    document.addEventListener("pointerdown", (event) => {
-      if (event.target instanceof HTMLCanvasElement) event.preventDefault = () => {};
-    }, true);
+    /** @param {Event} event */
+    const prepare = (event) => {
+      if (!(event.target instanceof HTMLCanvasElement)) return;
+      if (event.type === "pointerdown") event.preventDefault = () => {};
+      for (const node of Object.values(viewer().nodeRefFromName ?? {})) node?.traverse?.(passOver);
+    };
+    for (const type of ["pointerdown", "pointermove"]) document.addEventListener(type, prepare, true);
+  }
+
+  /** @param {Solid} solid whose outline takes no pointer */
+  function passOver(solid) {
+    if (solid.isMesh && !solid.isInstancedMesh && solid.material?.uniforms?.thickness) solid.raycast = () => {};
   }
 
   /* Opens the palette of commands for Ctrl+K in a field, where viser ignores it. */

@@ -515,3 +515,27 @@ def test_a_blade_without_units_becomes_uniform(guest):
     guest.do("dimensionless", until=lambda _: guest.texts["blade"] == "")
     guest.do("blade.uniform")
     guest.shows(NREL.replace(units=None, blade=None))
+
+
+@pytest.mark.parametrize("name", ["nrel-5mw-blade", "tapered-steel-blade"])
+def test_every_column_of_a_blade_can_be_read(opened, name):
+    """On a desktop all of them are in view at once, with every tab; on a phone a finger brings the
+    last one. No number is cut: without the end of its power it would be another one."""
+    opened.resize(1440, 900)
+    opened.send("reset")
+    opened.send("blade.preset", name, until=f"!!document.querySelector('#blade table') && {CELLS}")
+    opened.catch_up()
+    table = "document.querySelector('#blade .cells')"
+    right = "getBoundingClientRect().right"
+    last = f"{table}.querySelector('th:last-child').{right} <= {table}.{right}"
+    cut = f"{CELLS}.filter(e => e.scrollWidth > e.clientWidth).map(e => e.value)"
+    opened.wait(last)
+    assert opened.evaluate(cut) == []
+    tabs = "document.querySelector('[role=tablist]')"
+    assert opened.evaluate(f"{tabs}.scrollWidth <= {tabs}.clientWidth")
+    opened.resize(390, 844)
+    left, top, width, height = opened.box(table)
+    opened.swipe((left + 0.9 * width, top + height / 2), (left + 0.1 * width, top + height / 2))
+    opened.wait(last)
+    assert opened.evaluate(cut) == []
+    opened.resize(1440, 900)

@@ -254,3 +254,12 @@ def test_a_second_beam_that_is_not_drawn_is_missed_at_once(guest):
     guest.wait(lambda _: comparisons.ALL_SHOWN in guest.texts["comparison"])
     text = guest.texts["comparison"]
     assert text.index(comparisons.ALL_SHOWN) < text.index("<table")
+
+
+def test_without_a_beam_before_the_button_that_keeps_one_is_named(guest):
+    """By its own words, wherever it is on a page of this width."""
+    guest.do("comparison", "earlier")
+    guest.wait(lambda _: "No beam is kept yet" in guest.texts["comparison"])
+    (named,) = re.findall("“(.*?)”", guest.texts["comparison"])
+    assert f'data-do="keep">{named}<' in ComparisonTab.tab.content
+    guest.do("comparison", "nothing")

@@ -517,3 +517,50 @@ def test_the_beam_does_not_swing_behind_the_invitation(url, size):
         shown.catch_up()
         tip, text = wait_until(lambda: settled(shown, ABOVE_THE_TIP))
         assert text < tip + (LETTERS if size[0] < 500 else 0)
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1100, 900), (390, 844)], ids=str)
+def test_the_menu_of_methods_has_a_visible_name(desk, size):
+    """Beside it: its choices alone, as "auto", do not say what they are of."""
+    desk.resize(*size)
+    menu = "document.querySelector('#status select[data-set=method]')"
+    name = f"{menu}.labels[0].firstChild"
+    assert desk.evaluate(f"{name}.textContent.trim()") == "method"
+    letters = f"(r => (r.selectNode({name}), r.getBoundingClientRect().toJSON()))(new Range())"
+    text, field = desk.evaluate(letters), box(desk, menu)
+    assert 0 < text["left"] < text["right"] <= field["left"]
+    assert field["top"] <= text["top"] < text["bottom"] <= field["bottom"]
+
+
+def test_the_panel_of_a_real_beam_stays_open_or_closed(desk):
+    """As the visitor has left it, whatever the beam is: of another size, of none, a blade."""
+    panel = "[...document.querySelectorAll('#real-beam > details, #blade > details')][0]"
+    desk.wait(f"{panel}.textContent.includes('dimensionless')")
+    if not desk.evaluate(f"{panel}.open"):
+        desk.click(f"{panel}.querySelector('summary')", until=f"{panel}.open")
+    for name in ("steel beam", "tapered steel blade"):
+        choice = f"[...{panel}.querySelectorAll('button')].find(e => e.innerText === '{name}')"
+        desk.click(choice, until=says("dimensionless"))
+        desk.wait(f"document.getElementById('units').innerText === 'SI units' && {panel}.open")
+        back = f"{panel}.querySelector('[data-do=dimensionless]')"
+        desk.click(back, until="document.getElementById('units').innerText !== 'SI units'")
+        desk.catch_up()
+        assert desk.evaluate(f"{panel}.open")
+    desk.click(f"[...{panel}.querySelectorAll('button')].find(e => e.innerText === 'steel beam')")
+    desk.wait(f"{panel}.innerText.includes('density')")
+    desk.click(f"{panel}.querySelector('summary')", until=f"!{panel}.open")
+    speed = desk.number("gamma")
+    desk.drag_along(by_id("gamma-slider"), 0.3, 0.6)
+    desk.wait(f"Number({by_id('gamma-field')}.value) !== {speed}")
+    desk.catch_up()
+    assert not desk.evaluate(f"{panel}.open")
+
+
+@pytest.mark.parametrize(("key", "modifiers"), [("y", 2), ("Z", 2 + 8)])
+def test_what_was_undone_is_redone_by_either_key(desk, key, modifiers):
+    """Ctrl+Y, as in most programs of an office, or Ctrl+Shift+Z."""
+    field = f"{by_id('gamma-field')}.value"
+    desk.send("gamma", 8.0, until=f"{field} === '8'")
+    desk.evaluate("document.activeElement?.blur()")
+    desk.key("z", until=f"{field} === '5'", modifiers=2)
+    desk.key(key, until=f"{field} === '8'", modifiers=modifiers)

@@ -94,6 +94,17 @@ def test_a_motion_that_is_paused_stands_where_it_was(desk):
     assert linked(desk) is None
 
 
+def test_a_motion_that_is_paused_after_its_end_stands_at_its_end(desk):
+    """That is shown for a while before the motion begins again."""
+    desk.do("moment", 4.0)
+    desk.frame(3)
+    assert moment(desk) > 4.0
+    desk.do("playing", False)
+    desk.frame(2)
+    assert linked(desk) == "4.0"
+    assert moment(desk) == 4.0
+
+
 def test_a_motion_that_is_moved_and_paused_at_once_stands_there(desk):
     """In either order."""
     for edits in (("moment", 1.25), ("playing", False)), (("playing", False), ("moment", 0.75)):

@@ -22,7 +22,7 @@ from beamviz.explorer import computed_motion, explorer
 from beamviz.explorer.computed_motion import TOLERANCE
 from beamviz.explorer.experiment import PULLED, Experiment
 from beamviz.explorer.features.links import parse_link
-from beamviz.explorer.features.motion import PRESETS
+from beamviz.explorer.features.motion import CONTENT, PRESETS
 from beamviz.explorer.session import Session
 from beamviz.explorer.state import Case, Hold, State
 from beamviz.presets import PRESETS as PRESETS_OF_BLADES
@@ -240,6 +240,38 @@ def test_play_begins_the_motion(guest, session):
     guest.wait(lambda _: session.snapshot.film and "Pause" in guest.texts["motion-play"])
     guest.do("motion.play")
     guest.wait(lambda _: session.snapshot.film and "Play" in guest.texts["motion-play"])
+
+
+def test_from_the_start_plays(pulled, session):
+    """Where the motion is paused, though motion is reduced: the visitor asks for it."""
+    (attributes,) = re.findall("<button([^>]*)>From the start<", CONTENT)
+    (action,) = re.findall('data-do="(.*?)"', attributes)
+    pulled.do("moment", 2.5, until=lambda _: pulled.values["moment"] == 2.5)
+    for value in re.findall('data-value="(.*?)"', attributes) or [None]:
+        pulled.do(action, value and json.loads(value))
+    pulled.wait(lambda _: "Pause" in pulled.texts["motion-play"])
+    wait_until(lambda: 0 < session.visitor.clock.moment < 2.5)
+
+
+def test_the_tab_says_that_the_scene_shows_no_motion_yet(guest, session):
+    """No line of a moment is in its chart until the motion begins, and after a mode was clicked."""
+    guest.do("tab", "motion")
+    guest.wait(lambda _: has_chart(guest, 20.0))
+    guest.wait(lambda _: "natural modes" in guest.texts["motion-shown"])
+    assert guest.charts[CHART]["cursor"] is None
+    guest.do("motion.play", until=lambda _: guest.charts[CHART]["cursor"])
+    assert guest.texts["motion-shown"] == ""
+    guest.do("only", 1, until=lambda _: guest.charts[CHART]["cursor"] is None)
+    guest.wait(lambda _: "natural modes" in guest.texts["motion-shown"])
+
+
+def test_without_an_equilibrium_the_tab_says_what_the_scene_says(guest):
+    """With the same digits of the limit."""
+    guest.do("link", "?alpha=1&beta=0.5&gamma=40&strain=hencky&tab=motion")
+    guest.wait(lambda _: "No equilibrium above" in guest.texts["equilibrium"])
+    (told,) = re.findall("<b>(.*?)</b>", guest.texts["equilibrium"])
+    guest.wait(lambda _: "quilibrium" in guest.texts["motion-words"])
+    assert guest.texts["motion-words"] == f"{told}."
 
 
 def test_an_experiment_that_is_begun_again_begins_at_its_start(pulled, session):

@@ -10,7 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from helpers import slow
-from live.browser import NODES, Page, are_apart, by_id, page, says
+from live.browser import NODES, READY, Page, are_apart, by_id, page, says
 from live.server import wait_until
 from live.visitor import PAPER, frequency_text
 from scipy import ndimage
@@ -241,6 +241,33 @@ def test_the_mass_is_dragged_by_a_mouse(shown, frame_loops, beam, state, end, tu
 
     wait_until(both_are_compared)
     assert shown.problems == []
+
+
+@pytest.mark.parametrize("alpha", [1.0, 0.0])
+def test_a_drag_beside_the_beam_turns_the_view(url, alpha):
+    """Also near the hub, and before the pointer was over a body; what was edited can be undone: the
+    connection is the same."""
+    scene = f"?alpha={alpha}&beta=0.5&gamma=2&shares=[1.0]&amplitude=0.0&playing=false"
+    with page(f"{url}/{scene}", 1440, 900) as opened:
+        opened.wait(f"{READY} && {NODES}?.['/scene/rotor/mass'] && {says('1st bending')}")
+        opened.send("gamma", 3.0, until="!document.getElementById('undo').disabled")
+        opened.evaluate("window.bridges = 0")
+        opened.evaluate("""(apply => { beamviz.apply = update => {
+          if (update.bridge) window.bridges++; apply(update); } })(beamviz.apply)""")
+        viewpoint = "window.__viserMutable.camera.position.toArray()"
+        before = at_rest(opened, lambda: opened.evaluate(viewpoint))
+
+        def turned(least: float) -> bool:
+            moved = np.subtract(opened.evaluate(viewpoint), before)
+            return bool(np.linalg.norm(moved) > least)
+
+        left, top, width, height = opened.box("document.querySelector('#scene canvas')")
+        start = left + 0.45 * width, top + 0.85 * height
+        opened.drag(start, (start[0] + 150, start[1] - 40), arrived=lambda: turned(0.5))
+        opened.catch_up()
+        assert opened.evaluate("window.bridges") == 0
+        assert not opened.evaluate("document.getElementById('undo').disabled")
+        assert opened.problems == []
 
 
 def test_each_body_is_dragged_by_a_mouse(shown, frame_loops):

@@ -14,7 +14,7 @@ from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, waiting_content
 from beamviz.explorer.jobs import JobStatus
 from beamviz.explorer.page import Content
-from beamviz.explorer.second_beam import LABELS
+from beamviz.explorer.second_beam import KEEP, LABELS
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import EARLIER, State
@@ -36,7 +36,7 @@ TOOLS += page.group(
     page.button("overlaid", data_set="stacked", data_value=False),
     page.button("one above the other", data_set="stacked", data_value=True),
     '<span class="space"></span>',
-    page.button("Keep this beam, then change it", data_do="keep"),
+    page.button(KEEP, data_do="keep"),
 )
 
 WAIT = "comparison-wait"  # id of the place for what is computed

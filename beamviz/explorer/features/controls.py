@@ -76,8 +76,8 @@ CONTENT = {
         f"{page.options(PLANES)}</select>"
         '<button type="button" class="quiet switch" data-set="coriolis" data-key="c"'
         ' title="Coriolis forces (C)">Coriolis</button>'
-        '<select class="quiet" data-set="method" aria-label="Method">'
-        f"{page.options(CHOICES['method'])}</select>"
+        '<label class="method">method <select class="quiet" data-set="method">'
+        f"{page.options(CHOICES['method'])}</select></label>"
         '<button type="button" class="quiet" id="units" data-point="real-beam">units</button>'
     ),
     "modes": (

@@ -30,6 +30,7 @@ from beamviz.explorer.computed_motion import (
     answer_of,
     is_before,
     obstacle_of,
+    reason_in,
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES, START_MODES, STOP, Experiment
@@ -130,7 +131,8 @@ TOOLS += '<p id="motion-words" role="status"></p>'
 TOOLS += page.group(
     "Play",
     page.button("Play", id="motion-play", data_do="motion.play"),
-    page.button("From the start", data_do="moment", data_value=0),
+    page.button("From the start", data_do="motion.begin"),
+    '<span id="motion-shown" class="soft"></span>',
     id="motion-play-row",
 )
 TOOLS += page.slider("moment", "time", "The moment that the scene shows", min=0, max=1, step=0.01)
@@ -186,6 +188,7 @@ class MotionTab(Feature):
         self.page.on("experiment", self.begin, str)
         self.page.on("moment", self.go_to, float)
         self.page.on("motion.play", self.play)
+        self.page.on("motion.begin", lambda _: visitor.change(from_start))
 
     def edit(self, name: str, value: Any) -> None:
         """Set a value of the experiment, as displayed; instead of a number out of range the
@@ -225,8 +228,9 @@ class MotionTab(Feature):
     def react(self, snapshot: Snapshot, elapsed: float) -> None:
         """Keep the moment at which the motion was paused; one that goes on is at none."""
         state, playing = snapshot.state, snapshot.state.view.playing
-        if snapshot.film and playing != (state.moment is None):
-            moment = None if playing else round(snapshot.clock.moment, PAUSED_DIGITS)
+        if (film := snapshot.film) and playing != (state.moment is None):
+            shown = min(snapshot.clock.moment, film.until)  # the end is shown for a while
+            moment = None if playing else round(shown, PAUSED_DIGITS)
             self.visitor.update(lambda now: with_moment(now, state.moment, moment))
 
     def wanted(self, snapshot: Snapshot) -> Mapping[str, Any]:
@@ -249,9 +253,18 @@ class MotionTab(Feature):
             Part(lambda s: (answer_of(s), is_before(s)), notes_content, ("motion-list",)),
             Part(lambda s: (answer_of(s), moment_of(s)), moment_content, ("moment",)),
             Part(playing_reads, play_content, ("motion-play",)),
+            Part(lambda s: (shown_instead(s),), shown_content, ("motion-shown",)),
             fading([JOB], *CHARTS, "motion-list"),
             waiting("motion-wait", self.tab),
         )
+
+
+def shown_instead(snapshot: Snapshot) -> str:
+    """What the scene shows in place of the motion; "" where it shows that, or there is none."""
+    answer, state = answer_of(snapshot), snapshot.state
+    if answer is None or answer.result is None or state.in_motion or state.hold:
+        return ""
+    return "the response to the force" if state.forced_response else "natural modes"
 
 
 def playing_reads(snapshot: Snapshot) -> tuple[bool]:
@@ -273,6 +286,12 @@ def played(state: State) -> State:
     """The motion goes on, or is paused; it begins where the scene shows modes."""
     if state.in_motion:
         return state.changed("playing", not state.view.playing)
+    return from_start(state)
+
+
+def from_start(state: State) -> State:
+    """The motion is played from its beginning: also where it is paused, or motion is reduced, as a
+    visitor has asked for it."""
     return state.with_experiment(state.experiment).changed("playing", True)
 
 
@@ -281,7 +300,7 @@ def reason_of(snapshot: Snapshot) -> str:
     answer = answer_of(snapshot)
     known = answer is not None and answer.result is None and not answer.cancelled
     known = known and not is_before(snapshot)
-    return answer.message if answer and known else ""
+    return reason_in(answer) if answer and known else ""
 
 
 def moment_of(snapshot: Snapshot) -> float | None:
@@ -429,13 +448,18 @@ def notes_content(answer: Answer[MotionRequest, Computed] | None, before: bool) 
 
 
 def moment_content(answer: Answer[MotionRequest, Computed] | None, moment: float | None) -> Content:
-    """The line of the moment in the chart, and its slider."""
+    """The line of the moment in the chart, which has none while the scene shows no motion, and its
+    slider."""
     if answer is None or answer.result is None:
         return page.value("moment", 0.0)
     found = answer.result
     shown = times(found.units).factor * min(moment or 0.0, found.film.until)
-    content = page.chart(CHARTS[0], {"cursor": {"action": "moment", "x": float(shown)}})
-    return content | page.value("moment", float(f"{shown:.4g}"))
+    line = None if moment is None else {"action": "moment", "x": float(shown)}
+    return page.chart(CHARTS[0], {"cursor": line}) | page.value("moment", float(f"{shown:.4g}"))
+
+
+def shown_content(instead: str) -> Content:
+    return page.html("motion-shown", f"until then the scene shows {instead}" if instead else "")
 
 
 def play_content(playing: bool) -> Content:

@@ -370,7 +370,7 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
     if beam.physical and (section == ALONG or not beam.is_uniform):
         return page.html("real-beam", "")  # it has a panel of its own
     if beam.units is None or not entries(beam):
-        return page.html("real-beam", INVITATION)
+        return page.html("real-beam", invitation(is_open=not beam.is_uniform))
     content = page.html("real-beam", panel(section, beam, refused))
     content |= page.value("real.section", section) | page.value("real.material", material(beam))
     for name, number in entries(beam).items():
@@ -391,12 +391,18 @@ BUTTONS = "".join(
     for name, one in BLADES.items()
 )
 OWN_BLADE = page.button("your blade", data_do="blade.begin")
-INVITATION = (
-    '<details class="real"><summary>Real beam (m, kg, rpm, Hz)</summary>'
-    "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
-    f'<div class="choices">{BUTTONS}{OWN_BLADE}</div>'
-    "</details>"
-)
+
+
+def invitation(*, is_open: bool) -> str:
+    """The panel of a beam without a size. is_open: of one that is not uniform, which was a blade
+    before, of which it takes the place."""
+    own = page.attributes(class_="real", open=is_open)
+    return (
+        f"<details{own}><summary>Real beam (m, kg, rpm, Hz)</summary>"
+        "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
+        f'<div class="choices">{BUTTONS}{OWN_BLADE}</div>'
+        "</details>"
+    )
 
 
 def number_field(name: str, beam: Beam, refused: Refused | None) -> str:

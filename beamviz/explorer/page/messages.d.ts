@@ -163,6 +163,7 @@ interface Actions { // the types of their values
   "motion.B1": number;
   "motion.B2": number;
   "motion.B3": number;
+  "motion.begin": null;
   "motion.body": string;
   "motion.body_at": number;
   "motion.damping": number;

@@ -311,6 +311,13 @@ const beamviz = (() => {
   }
 
   /**
+   * The heading of a section that can be closed, "" of another element. A section of the same heading
+   * stays open or closed as the visitor has left it; one in place of another is not closed.
+   * @param {Element} e
+   */
+  const headingOf = (e) => (e.matches("details") && e.querySelector("summary")?.textContent) || "";
+
+  /**
    * @param {Element} old
    * @param {Element | DocumentFragment} fresh
    */
@@ -325,12 +332,14 @@ const beamviz = (() => {
       else if (node.nodeType !== Node.ELEMENT_NODE) {
         if (there.nodeValue !== node.nodeValue) there.nodeValue = node.nodeValue;
       } else {
+        const left = headingOf(there), isLeft = Boolean(left) && left === headingOf(node);
         for (const { name } of [...there.attributes]) {
           const own = there.typed ? /^aria-invalid$/ : /^(style|aria-pressed|aria-valuetext)$/;
-          if (!node.hasAttribute(name) && !(there.matches(ALL) && own.test(name))) there.removeAttribute(name);
+          const kept = (there.matches(ALL) && own.test(name)) || (left && name === "open");
+          if (!node.hasAttribute(name) && !kept) there.removeAttribute(name);
         }
         for (const { name, value } of node.attributes)
-          if (there.getAttribute(name) !== value) there.setAttribute(name, value);
+          if (there.getAttribute(name) !== value && !(isLeft && name === "open")) there.setAttribute(name, value);
         if (!there.hasAttribute("data-chart")) morph(there, node);
       }
     });
@@ -545,9 +554,9 @@ const beamviz = (() => {
     const inViser = e.closest?.("[role=dialog]"); // ours are no dialogs by their role
     if (e.matches?.(TAB)) onTabKey(event, e);
     if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
-    if ((event.ctrlKey || event.metaKey) && key === "z" && !isTyped(e)) {
+    if ((event.ctrlKey || event.metaKey) && /^[zy]$/.test(key) && !isTyped(e)) {
       event.preventDefault();
-      send(event.shiftKey ? "redo" : "undo", null);
+      send(event.shiftKey || key === "y" ? "redo" : "undo", null);
     }
     if ((event.ctrlKey || event.metaKey) && key === "k" && e.matches?.("input, select") && !inViser) {
       event.preventDefault();
