@@ -38,6 +38,11 @@ class Clock:
     film: Film | None = None
     transition: Transition | None = None
 
+    def begun_again(self) -> Self:
+        """With every mode at its full displacement, and growth at its full size."""
+        none = np.zeros(0)
+        return replace(self, phases=none, other_phases=none, compared=(), grown=EXPONENT)
+
     def for_modes(self, count: int) -> Self:
         """With phases for this number of modes; another number begins at full displacement."""
         return self if len(self.phases) == count else replace(self, phases=np.full(count, FULL))

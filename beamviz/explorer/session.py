@@ -119,7 +119,10 @@ class Session:
         elapsed = min(now - self.last_shown, LONGEST_STEP)
         self.last_shown = now
         visitor.clock = self.advanced_clock(now)
-        self.snapshot = snapshot = self.with_picture(visitor.next_inputs())
+        inputs = visitor.next_inputs()
+        if inputs.state.still and not before.state.still:  # the page has moved until it was known
+            inputs = replace(inputs, clock=inputs.clock.begun_again())
+        self.snapshot = snapshot = self.with_picture(inputs)
         for feature in self.features:
             feature.react(snapshot, elapsed)
         self.mass_drag.react(snapshot)

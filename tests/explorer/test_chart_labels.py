@@ -1,5 +1,6 @@
 """Labels of the charts: none is lost, and none covers another, at any size of the page."""
 
+import json
 import math
 
 import pytest
@@ -25,6 +26,16 @@ CHARTS = {  # of a link: its chart, and the labels of its lines
         [f"B{k}" for k in range(1, 14)] + [f"S{k}" for k in range(1, 8)],
     ),
 }
+ERRORS = {  # of methods, as they are for one beam
+    "assumed-modes": 1e-2,
+    "ancf": 1e-5,
+    "ancf-planar": 9e-6,
+    "linear": 8e-6,
+    "auto": 1e-9,
+    "foac": 1e-10,
+    "zoac": 1e-11,
+    "chebyshev": 1e-12,
+}
 BOXES = """[...document.querySelectorAll('#{chart} text.label:not(.at-beam)')].map(e => {{
   const {{left, top, right, bottom}} = e.getBoundingClientRect();
   return {{text: e.textContent, left, right, top: top + 3, bottom: bottom - 3}}; }})"""
@@ -47,6 +58,32 @@ def test_each_line_of_a_chart_has_a_label_of_its_own(shown, url, case, size):
         f"[{by_id(chart)}.getBoundingClientRect()].map(r => [r.left, r.width])[0]"
     )
     assert all(left <= one["left"] and one["right"] <= left + width for one in found)
+
+
+@pytest.mark.parametrize("size", [(1100, 768), (1280, 720), (390, 844)], ids=str)
+def test_long_labels_leave_the_chart_its_room(shown, url, size):
+    """Those of the methods, in the order of their errors, on low and on narrow pages."""
+    shown.call("Page.navigate", url=f"{url}/?tab=methods&methods=true")
+    shown.resize(*size)
+    shown.wait(f"{READY} && {by_id('timing-chart')}?.querySelectorAll('text.label').length")
+    shown.wait("!document.querySelector('#tab-methods .wait').innerText")
+    lines = [
+        {"label": name, "at": [1, 10], "y": [0.1, error], "runs": [[0, 1, f"method-{k}", name]]}
+        for k, (name, error) in enumerate(ERRORS.items())
+    ]
+    data = {"timing-chart": {"lines": [{**one, "dots": True} for one in lines]}}
+    shown.evaluate(f"beamviz.apply({{charts: {json.dumps(data)}}})")
+    found = shown.wait(
+        f"(found => found.length === {len(ERRORS)} && found)({BOXES.format(chart='timing-chart')})"
+    )
+    assert sorted(one["text"] for one in found) == sorted(ERRORS)
+    assert are_apart(found)
+    left, right, frame = shown.evaluate("""(chart => {
+      const {left, right} = chart.getBoundingClientRect();
+      return [left, right, chart.querySelector("clipPath rect").width.baseVal.value]; })
+      (document.getElementById("timing-chart"))""")
+    assert all(left <= one["left"] and one["right"] <= right for one in found)
+    assert frame > 0.3 * (right - left)
 
 
 @pytest.mark.parametrize("end", [0, 1])

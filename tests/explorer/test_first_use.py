@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from helpers import slow
-from live.browser import READY, Page, are_apart, by_id, page, says, tab
+from live.browser import READY, SHIFT, Page, are_apart, by_id, page, says, tab
 from live.server import wait_until
 from live.visitor import PAPER
 
@@ -17,7 +17,8 @@ def desk(shown) -> Page:
     """The page of this file at its first scene, 1440 x 900."""
     shown.resize(1440, 900)
     shown.open_tab("frequencies")
-    for action, value in (("lesson", ""), ("comparison", "nothing"), ("reset", None)):
+    edits = ("lesson", ""), ("comparison", "nothing"), ("stacked", False), ("reset", None)
+    for action, value in edits:
         shown.send(action, value)
     shown.catch_up()
     shown.wait("location.search === '' && document.getElementById('gamma-field').value === '5'")
@@ -394,7 +395,6 @@ def test_the_mode_shift_by_keys_alone(url):
         fresh.wait(f"{order}[2] === 'S1'")
 
 
-SHIFT = 8  # a modifier of keys
 OVER_THE_SCENE = "#transport button, #captions button, #captions > *"
 
 
@@ -406,6 +406,27 @@ def test_nothing_is_over_the_scene_without_a_text(desk):
     seen += " && e.getBoundingClientRect().width > 0)"
     assert desk.evaluate(f"{seen}.length") > 2
     assert desk.evaluate(f"{seen}.filter(e => !(e.innerText.trim() || e.ariaLabel)).length") == 0
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844), (720, 450)], ids=str)
+def test_what_the_scene_cannot_show_is_said_in_it(desk, size):
+    """Also with all modes on a phone, and at a large zoom."""
+    desk.resize(*size)
+    desk.send("all_modes", True)
+    desk.send("alpha", 1e9, until=says("nearest values in range"))
+    note = by_id("scene-caption")
+    assert desk.evaluate(f"{note}.checkVisibility() && {note}.getBoundingClientRect().height > 10")
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)
+def test_a_screen_reader_knows_a_region_before_its_first_text(desk, size):
+    """A region that is not displayed while it is empty is told of too late."""
+    desk.resize(*size)
+    desk.send("gamma", 6.0, until="location.search.includes('gamma=6')")
+    regions = "document.querySelectorAll('#captions > [role=status], #live')"
+    shown = "(e => e.id !== 'lesson-reading' && getComputedStyle(e).display === 'none')"
+    assert desk.evaluate(f"{regions}.length") >= 4
+    assert desk.evaluate(f"[...{regions}].filter({shown}).map(e => e.id)") == []
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (390, 844)], ids=str)

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from charts import TIP, chart_of
-from live.browser import Page, by_id
+from live.browser import SHIFT, Page, by_id
 from live.server import wait_until
 from live.visitor import Visitor, catch_up, frequency_text, pause, visitor
 
@@ -148,6 +148,8 @@ def test_the_line_and_the_crossings_have_names_and_work_by_keys(desk):
     desk.key("PageUp")
     wait_until(lambda: desk.number("gamma") == value(desk) == pytest.approx(3.0 + 11 * step))
     assert focused("aria-valuetext").startswith("γ = ")
+    desk.key("ArrowLeft", modifiers=SHIFT)  # a finer step
+    wait_until(lambda: desk.number("gamma") == value(desk) == pytest.approx(3.0 + 10.8 * step))
     desk.key("Home", until=lambda: desk.number("gamma") == 0)
     desk.key("Tab")
     assert focused("aria-label") == "Go to crossing of S1 and B3: γ = 4.464, ω = 60.56"

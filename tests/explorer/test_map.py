@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live.browser import Page
+from live.browser import SHIFT, Page
 from live.server import wait_until
 from live.visitor import Visitor, pause
 
@@ -178,6 +178,11 @@ def test_the_map_works_by_mouse_and_keys(shown):
     shown.key("ArrowUp")
     wait_until(lambda: fields(shown)[0] == before[0] and fields(shown)[1] > before[1])
     assert shown.evaluate(f"{RING}.getAttribute('aria-valuetext')").startswith("γ = 10")
+    step = fields(shown)[1] - before[1]
+    shown.key("ArrowUp", modifiers=SHIFT)  # a finer step, as in a chart
+    wait_until(lambda: fields(shown)[1] == pytest.approx(before[1] + 1.2 * step, abs=1e-3 * step))
+    shown.key("PageUp")
+    wait_until(lambda: fields(shown)[1] == pytest.approx(before[1] + 11.2 * step, abs=1e-3 * step))
     name = shown.evaluate(f"{SVG}.getAttribute('aria-label')")
     assert name.startswith("Map: smallest frequency gap over speed γ and mass α, from ")
     ends = shown.evaluate(f"""(values => [Math.min(...values), Math.max(...values)].map(value => {{

@@ -4,11 +4,13 @@ import re
 
 import numpy as np
 import pytest
+from live.offline import Desk, offline
 from live.server import TIMEOUT
 from live.visitor import Visitor, beam_moved, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
+from beamviz.explorer.clock import Clock
 from beamviz.explorer.feature import Part
 from beamviz.explorer.features import files
 from beamviz.explorer.features.lessons import formatted, lesson_rate
@@ -57,6 +59,29 @@ def test_reduced_motion_shows_the_growth_as_a_still(guest):
     guest.choose("ghosts", False)
     pause(guest)
     assert np.array_equal(points(guest), still)
+
+
+@pytest.mark.parametrize("beam", [START.beam, INWARD], ids=["stable", "unstable"])
+def test_a_still_is_at_its_full_size_though_the_page_has_moved_before(beam):
+    """Until the preference of a visitor who has opened a link arrives."""
+    with offline():
+        desk = Desk(Scene.of(beam, mode=1).changed(playing=False))
+
+        def clock() -> Clock:
+            return desk.session.snapshot.clock
+
+        full = clock()
+        desk.do("playing", True)
+        for _ in range(500):
+            desk.frame()
+            if abs(np.sin(clock().phases[0])) < 0.5 or clock().grown < full.grown / 2:
+                break
+        else:
+            raise AssertionError("it has not moved")
+        desk.do("preferences", "still")
+        desk.frame(2)
+        assert np.array_equal(clock().phases, full.phases)
+        assert clock().grown == full.grown
 
 
 def test_a_stable_motion_out_of_plane_hides_no_buckling_in_the_plane():

@@ -24,6 +24,7 @@ PROFILE = "BEAMVIZ_TEST_BROWSER"  # environment variable: profile folder of the 
 KEY_CODES = {"Tab": 9, "Enter": 13, "PageUp": 33, "End": 35, "ArrowLeft": 37, "ArrowRight": 39}
 CONNECTION: dict[str, Any] = {"max_size": None, "ping_interval": None}
 CONNECTION |= {"open_timeout": TIMEOUT, "close_timeout": 1}
+SHIFT = 8  # a modifier of keys
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 Until = str | Callable[[], Any]  # an expression in the page, or a function
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name

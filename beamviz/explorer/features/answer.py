@@ -21,6 +21,7 @@ from beamviz.drawing.text import (
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
 from beamviz.explorer.feature import Feature, Part, cancelled, fading, progress, told_elsewhere
+from beamviz.explorer.features.comparison import not_drawn
 from beamviz.explorer.features.motion import MotionTab
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -145,9 +146,17 @@ def picture_note(snapshot: Snapshot) -> str:
     if answer.result is None:
         return "Drawn unloaded, as it is before it rotates."
     if (growing := picture.hidden_growth) is None:
-        return ""
+        return second_note(snapshot)
     show = page.button("Show it", data_do="only", data_value=growing)
     return f"The modes shown do not grow; another one does. {show}"
+
+
+def second_note(snapshot: Snapshot) -> str:
+    """Why the beam compared with is not in the picture; "" if it is, or there is none."""
+    second = snapshot.second
+    if second is None or snapshot.picture.second is not None:
+        return ""
+    return escape(not_drawn(second, all_modes=snapshot.state.view.all_modes))
 
 
 def caption_content(
@@ -186,7 +195,8 @@ def invitation(met: frozenset[str], drag: str, *, with_mass: bool) -> str:
         text = f"Start lesson {NAMES.index(left[0]) + 1}"
         lesson = page.button(text, data_do="lesson", data_value=left[0], class_="main")
     return (
-        f"<span>A beam on a turning hub{mass}: how does it vibrate, and what changes that?"
+        f'<span class="invitation">A beam on a turning hub{mass}: how does it vibrate, and what'
+        " changes that?"
         f'<span class="more"><br>Drag {drag}.</span></span> {lesson}'
     )
 

@@ -27,7 +27,7 @@ INVITATION = (
     "A second beam, drawn with this one, shows the effect of one change. If you drag the mass in"
     " the scene, the beam before the drag is shown as an overlay."
 )
-ALL_SHOWN = "The second beam is not drawn while all modes are shown."
+ALL_SHOWN = "No second beam is drawn beside all modes."
 CASES = [page.button(name, data_set="comparison", data_value=key) for key, name in LABELS.items()]
 TOOLS = page.group("Compare with", '<span class="soft">Compare with</span>', *CASES)
 TOOLS += page.group(
@@ -98,11 +98,16 @@ def table_content(
     elif second and second.solution and answer and answer.solution:
         pair = (THIS, answer.solution), (title, second.solution)
         table = comparison_table(*(pair[::-1] if earlier else pair))
-        reason = (
-            ALL_SHOWN if all_modes else f"Not drawn: {second.warning}" if second.warning else ""
-        )
-        text = page.note(reason.replace("\n", ", ")) + table
+        text = page.note(not_drawn(second, all_modes=all_modes)) + table
     return page.html("comparison", text)
+
+
+def not_drawn(second: SolverAnswer, *, all_modes: bool) -> str:
+    """Why a second beam is not in the scene; "" if it is."""
+    if all_modes and second.solution:
+        return ALL_SHOWN
+    warning = second.warning.replace("\n", ", ")
+    return f"Not drawn: {warning}" if warning else ""
 
 
 def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:

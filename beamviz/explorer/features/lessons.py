@@ -299,8 +299,7 @@ def reading_content(
     verdict = verdict_html(name, answer, experiment)
     solution = answer.solution if answer and of_modes else None
     watched = frequencies_html(solution) if solution else ""
-    text = f'<div role="status">{verdict}</div>{watched}' if verdict or watched else ""
-    return page.html("lesson-reading", text)
+    return page.html("lesson-reading", verdict + watched)
 
 
 def frequencies_html(solution: Solution) -> str:

@@ -8,6 +8,7 @@ const beamvizFigure = (() => {
   const LOW = 200; // [px] a chart that is less high has no row for the title of its x axis
   const LETTERS = 15; // [px] height of a label
   const LETTER = 9; // [px] width of a letter or digit
+  const BETWEEN = 8; // [px] from a label to the next beside it
   const HOLD = 600; // [ms] during which a place set here is shown instead of the server's
   const CLICK = 4; // [px] a touch that moves less, or up or down, is a tap or a scroll
   /** @type {Record<string, string>} */
@@ -164,7 +165,8 @@ const beamvizFigure = (() => {
       // of the drawing: its scales, the sides of its frame, the width of a label
       this.px = this.py = scale([0, 1], false, 0, 1);
       this.left = LEFT;
-      this.right = this.bottom = this.letters = this.columns = 0;
+      this.right = this.bottom = this.letters = 0;
+      this.ruler = /** @type {CanvasRenderingContext2D} */ (document.createElement("canvas").getContext("2d"));
       this.isDrawn = this.low = false;
       // of the pointer
       /** @type {{ pixel: Pixel, mark: Mark | null } | null} */
@@ -202,10 +204,10 @@ const beamvizFigure = (() => {
     /** @param {number[]} pixel */
     hover(pixel) {}
     /**
-     * @param {boolean} shifted whether Shift is held
+     * @param {boolean} fine in the finest steps, by Shift
      * @returns {Record<string, number[]>} the steps of the place, by key
      */
-    moves(shifted) { return {}; }
+    moves(fine) { return {}; }
     /** @param {Mark} mark */
     go(mark) {}
     /** @param {WheelEvent} event */
@@ -407,12 +409,11 @@ const beamvizFigure = (() => {
       this.py = scale(this.yRange, y.log, this.bottom, TOP);
       const widest = Math.max(...this.yTicks.map(([, content]) => content.length));
       this.left = Math.max(LEFT, LETTER * widest + TITLE);
-      this.columns = 0;
-      for (let needed = 1; needed > this.columns;) {
-        this.columns = needed;
-        this.right = width - 8 - this.letters * this.columns;
+      for (let needed = this.letters, room = 0; needed > room;) { // for the labels beside the chart
+        room = needed;
+        this.right = width - 8 - room;
         this.px = scale(this.range, x.log, this.left, this.right);
-        needed = Math.ceil((this.ends().beside.length * LETTERS) / (this.bottom - TOP));
+        needed = Math.max(...this.besideLabels().map((one) => one.x + one.width - BETWEEN - this.right));
       }
       const frame = `x="${this.left}" y="${TOP}" width="${this.right - this.left}" height="${this.bottom - TOP}"`;
       set(this.svg, { role: "img", "aria-label": name });
@@ -535,21 +536,43 @@ const beamvizFigure = (() => {
       };
     }
 
-    /* Labels at the right ends of the lines, in columns, or above the chart where they leave it, in
-       rows: in as many as they have room in. */
-    labels() {
-      const { beside, above } = this.ends(), wide = this.letters;
+    /**
+     * The width of a label, and at least that of three letters, so that short ones have columns.
+     * @param {string} label
+     */
+    widthOf(label) {
+      this.ruler.font = `600 14px ${getComputedStyle(this.plot).fontFamily}`;
+      return Math.max(3 * LETTER, this.ruler.measureText(label).width);
+    }
+
+    /* Labels at the right ends of the lines, as close to them as they have room, the longest first;
+       none is over another. */
+    besideLabels() {
+      const { beside } = this.ends();
       const lowest = this.bottom - (this.low ? 4 : 0); // the unit of the x axis stands below
-      const heights = spread(beside.map((one) => one.y), LETTERS / this.columns, lowest);
+      const columns = Math.ceil((beside.length * LETTERS) / (this.bottom - TOP)) || 1;
+      const heights = spread(beside.map((one) => one.y), LETTERS / columns, lowest);
+      const found = beside.map(({ x, label, style }, k) => (
+        { x: x + 4, y: heights[k], width: this.widthOf(label) + BETWEEN, label, style }));
+      /** @type {typeof found} */
+      const placed = [];
+      for (const one of [...found].sort((a, b) => b.width - a.width)) {
+        const near = placed.filter(({ y }) => Math.abs(y - one.y) < LETTERS - 1e-6).sort((a, b) => a.x - b.x);
+        for (const other of near)
+          if (one.x < other.x + other.width && other.x < one.x + one.width) one.x = other.x + other.width;
+        placed.push(one);
+      }
+      return found;
+    }
+
+    /* All labels of lines: beside the chart, or above it where they leave it, in as many rows as they
+       need. */
+    labels() {
+      const { above } = this.ends(), wide = this.letters;
       const rows = Math.ceil((above.length * wide) / (this.right - this.left)) || 1;
       const places = spread(above.map((one) => one.x), wide / rows, this.right - wide / 2);
-      const last = Array(this.columns).fill(-Infinity); // label of each column so far
-      return beside.map((one, k) => {
-        const free = last.findIndex((y) => heights[k] - y >= LETTERS - 1e-6);
-        last[free] = heights[k];
-        const x = this.besideSigns(one.x + 5 + free * wide, heights[k], one.label);
-        return this.text(`label ${one.style}`, x, heights[k] + 4.5, one.label);
-      }).join("") + above.map((one, k) => {
+      return this.besideLabels().map(({ x, y, label, style }) => (
+        this.text(`label ${style}`, this.besideSigns(x, y, label), y + 4.5, label))).join("") + above.map((one, k) => {
         const y = TOP - 5 + (k % rows) * LETTERS, away = Math.abs(places[k] - one.x) > wide / 2;
         const leader = away ? `<path class="leader ${one.style}" d="M${px(places[k])} ${y + 1}L${px(one.x)} ${TOP}"/>` : "";
         return leader + this.text(`label above ${one.style}`, places[k], y, one.label);

@@ -84,12 +84,15 @@ const BeamvizMap = (() => {
     }
 
     /**
-     * @param {boolean} coarse
+     * @param {boolean} fine
      * @returns {Record<string, number[]>}
      */
-    moves(coarse) {
-      const steps = coarse ? 50 : 5;
-      return { ArrowRight: [steps, 0], ArrowLeft: [-steps, 0], ArrowUp: [0, steps], ArrowDown: [0, -steps] };
+    moves(fine) {
+      const step = fine ? 1 : 5;
+      return {
+        ArrowRight: [step, 0], ArrowLeft: [-step, 0], ArrowUp: [0, step], ArrowDown: [0, -step],
+        PageUp: [0, 10 * step], PageDown: [0, -10 * step], Home: [-Infinity, 0], End: [Infinity, 0],
+      };
     }
 
     /**
