@@ -112,7 +112,8 @@ def properties_on(mesh: Mesh, beams: BeamStack) -> Properties:
     return properties_of(mesh, beams.alpha, beams.beta, beams.blade)
 
 
-@lru_cache(maxsize=4)  # 7 % of a solve where only other numbers of the beam change
+# 7 % of a solve where only other numbers of the beam change; of a long blade each takes 5 MB.
+@lru_cache(maxsize=2)
 def shared_properties(
     mesh: Mesh, alpha: tuple[float, ...], beta: tuple[float, ...], blade: Blade | None
 ) -> Properties:
