@@ -2,6 +2,9 @@
 
 import contextlib
 from collections.abc import Collection, Iterator, Mapping
+from typing import TypeVar
+
+E = TypeVar("E", bound=BaseException)
 
 
 class BeamvizError(Exception):
@@ -70,6 +73,17 @@ class Cancelled(Exception):
     """A calculation was cancelled. Not a BeamvizError, which a solver may take for an outcome."""
 
     kind = "cancelled"
+
+
+def to_keep(error: E) -> E:
+    """An error that is kept as an answer: without the frames in which it, and those that it
+    followed, were raised. Their matrices would be kept as well: of a deflected blade several
+    megabytes for each error."""
+    one: BaseException | None = error
+    while one is not None:
+        one.__traceback__ = None
+        one = one.__context__
+    return error
 
 
 def unknown_keyword(

@@ -14,7 +14,7 @@ from queue import SimpleQueue
 from typing import Any, Generic, NamedTuple, TypeVar
 
 from beamviz.drawing.text import in_words
-from beamviz.errors import BeamvizError, Cancelled
+from beamviz.errors import BeamvizError, Cancelled, to_keep
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import interruption
 from beamviz.units import Units
@@ -283,7 +283,7 @@ class Job(Generic[Q, R]):
         try:
             return Answer(request, self.compute(request))
         except (BeamvizError, Cancelled) as error:
-            return Answer(request, error=error)
+            return Answer(request, error=to_keep(error))
         except Exception as error:
             log.error(self.name, request, error)
             return Answer(request, error=BeamvizError(f"unexpected: {error}"))

@@ -15,7 +15,7 @@ from beamviz.drawing.text import (
     stability_warning,
     stretch_caution,
 )
-from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium
+from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium, to_keep
 from beamviz.explorer.jobs import Answer, Callback, Job, Run, Workers
 from beamviz.explorer.second_beam import ComparisonCase
 from beamviz.explorer.state import Case
@@ -146,4 +146,4 @@ def solver_answer(case: Case) -> SolverAnswer:
     try:
         return SolverAnswer(case, SampledModes.sampled(solve(case.beam, **case.options)))
     except BeamvizError as error:
-        return SolverAnswer(case, error=error)
+        return SolverAnswer(case, error=to_keep(error))

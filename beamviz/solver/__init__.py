@@ -12,7 +12,7 @@ from typing import Any
 
 from beamviz.beam import Beam
 from beamviz.checks import check_int
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, NotConverged, to_keep
 from beamviz.solver.problem import (
     MAX_MODES,
     METHODS,
@@ -140,7 +140,7 @@ def _attempt(solve_one: Callable[..., Solution], *arguments: Any) -> Answer:
     try:
         return solve_one(*arguments)
     except (NoEquilibrium, NotConverged) as error:
-        return error
+        return to_keep(error)
 
 
 def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list[Answer]:

@@ -2,6 +2,7 @@
 
 import threading
 import time
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from contextvars import copy_context
@@ -14,7 +15,7 @@ from live.server import TIMEOUT, last_until, wait_until
 from live.visitor import PAPER
 
 from beamviz.beam import Beam
-from beamviz.errors import Cancelled
+from beamviz.errors import Cancelled, NotConverged
 from beamviz.explorer import solutions
 from beamviz.explorer.computed_loci import ChartRequest
 from beamviz.explorer.features.map import MapRequest
@@ -64,6 +65,29 @@ def test_work_starts_in_order_on_as_many_threads_as_are_needed(release):
         wait_until(lambda: len(begun) == 7)
     assert begun[:3] == [0, 1, 2]
     assert sorted(begun[3:5]) == [3, 4]
+
+
+class Matrix:
+    """Something large."""
+
+
+@pytest.mark.parametrize("error", [NotConverged, Cancelled])
+def test_an_answer_without_a_result_keeps_nothing_of_what_was_computed(error):
+    """Though the page shows its error, maybe for hours."""
+    matrices = []
+
+    def compute(request: int) -> int:
+        large = Matrix()
+        matrices.append(weakref.ref(large))
+        try:
+            raise ZeroDivisionError(str(request))
+        except ZeroDivisionError:
+            raise error("not this time") from None
+
+    job = Job("test", compute, lambda work: work(), lambda: None)
+    answer = job.answered(1)
+    assert isinstance(answer.error, error)
+    assert [one() for one in matrices] == [None]
 
 
 def test_closing_a_pool_discards_waiting_work(release):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from strategies import beams
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
-from beamviz.errors import NoEquilibrium
+from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import solve, solve_many
 
 
@@ -59,6 +59,21 @@ def test_many_at_once_are_the_same_as_one_by_one():
             assert found.labels == alone.labels
             assert within_the_bars(found, alone)
     assert solve_many([]) == []
+
+
+@pytest.mark.parametrize("state", ["straight", "stable"])
+def test_an_error_among_answers_keeps_nothing_of_what_was_computed(state):
+    """Neither it nor those that it followed refer to the frames of the solver: a chart keeps a
+    hundred answers, and of a deflected blade each frame has megabytes of matrices."""
+    sweep = [Beam(alpha=1, beta=0.5, gamma=gamma, mu=20) for gamma in (5.0, 30.0, 40.0)]
+    inward = [beam.replace(delta=-1.0) for beam in sweep]
+    found = solve_many(sweep if state == "straight" else inward, strain="biot", state=state)
+    errors = [one for one in found if isinstance(one, BeamvizError)]
+    assert errors
+    for one in errors:
+        while one is not None:
+            assert one.__traceback__ is None
+            one = one.__context__
 
 
 def test_beams_with_their_masses_at_different_places_have_their_own_shapes():

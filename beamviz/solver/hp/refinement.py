@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade
-from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
+from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged, to_keep
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.hp.equilibrium import (
     AxialProblem,
@@ -84,7 +84,7 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | ModesOrError:
         elements, start = first_elements(beam, problem)
         check_unknowns(elements, beam)
     except (NoEquilibrium, NotConverged) as error:
-        return failure(beam, problem, error)
+        return to_keep(failure(beam, problem, error))
     # See `modes.lowest_modes`: coupled modes are solved in stacks where all beams turn and are
     # certain to be stable.
     held = beam.delta > 0 or beam.root > 0
