@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from beamviz.errors import NotConverged
 from beamviz.frequency_loci import equilibria
 from beamviz.frequency_loci.branches import Part
 from beamviz.frequency_loci.limits import Limit, not_located
@@ -155,7 +156,7 @@ def veerings(tracked: Tracked) -> Iterator[Event | Limit]:
                 )
 
 
-def coalescences(tracked: Tracked) -> Iterator[Event]:
+def coalescences(tracked: Tracked) -> Iterator[Event | Limit]:
     """Where two frequencies merge and one of the two vibrations begins to grow (flutter): there
     (s_a^2 - s_b^2)^2, which is real, changes its sign. Uncoupled modes do not merge: theirs is
     never negative."""
@@ -175,14 +176,21 @@ def _squared_difference(s: NDArray) -> NDArray:
     return ((s[:, 0] ** 2 - s[:, 1] ** 2) ** 2).real
 
 
-def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Event:
-    """The point between two values where modes k and k + 1 merge."""
+def _coalescence(path: Path, part: Part, k: int, low: float, high: float) -> Event | Limit:
+    """The point between two values where modes k and k + 1 merge; or that range, where a value in
+    it has no solution."""
 
     def difference(value: float) -> float:
         pair = path.modes(np.array([value])).s[:, 0, k : k + 2]
-        return float(_squared_difference(pair)[0])
+        found = float(_squared_difference(pair)[0])
+        if math.isnan(found):
+            raise NotConverged(f"{path.over} = {value:g}: no solution")
+        return found
 
-    at = brentq(difference, low, high, rtol=1e-9)
+    try:
+        at = brentq(difference, low, high, rtol=1e-9)
+    except NotConverged:
+        return not_located("coalescence", path.over, low, high)
     frequency = path.modes(np.array([at])).s[0, 0, k : k + 2].imag.mean()
     return Event("coalescence", part.labels_of(((0, k), (0, k + 1)), at), at, float(frequency))
 

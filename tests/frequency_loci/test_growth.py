@@ -105,3 +105,12 @@ def test_an_event_of_a_shown_locus_is_shown():
     (event,) = found.events
     assert (event.kind, event.branches) == ("veering", ("B3", "S1"))
     assert (event.at, event.gap) == pytest.approx((10.5999, 0.644), abs=5e-4)
+
+
+@pytest.mark.slow
+def test_a_coalescence_beside_a_state_that_is_not_found_is_told_with_its_range():
+    """States of so much spin-up are not found at every speed: which ones depends on rounding."""
+    fast = Beam(alpha=1, beta=0.5, spin_up=1000)
+    found = loci(fast, "gamma", np.linspace(12, 13, 3), **STABLE)
+    unlocated = [limit for limit in found.limits if limit.kind == "not-located"]
+    assert len(unlocated) + len(found.events) == 1
