@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from helpers import slow
-from live import axe
+from live.axe import load_axe, violations
 from live.browser import READY, Page, are_apart, by_id, says, tab
 from live.server import wait_until
 
@@ -39,17 +39,10 @@ on_desk_and_phone = pytest.mark.parametrize("size", [DESK, PHONE], ids="{0[0]}x{
 @pytest.fixture(scope="module")
 def shown(shown) -> Page:
     """The page of this file, paused, with axe-core."""
-    axe.load_axe(shown)
+    load_axe(shown)
     shown.send("playing", False)
     shown.catch_up()
     return shown
-
-
-def violations(shown: Page, part: str = "html") -> list[str]:
-    """What axe-core finds in a part of the page, once no chart is faded."""
-    faded = "[...document.querySelectorAll('[data-outdated]')].some(e => e.checkVisibility())"
-    shown.wait(f"!{faded}")
-    return axe.violations(shown, part)
 
 
 def prefer(shown: Page, scheme: str, motion: str = "no-preference") -> None:
@@ -231,7 +224,6 @@ def test_axe_finds_nothing_serious_and_the_focus_is_seen(shown, size, scheme):
     for name in ("veering", "nodes"):
         shown.send("lesson", name)
         shown.wait(f"location.search.includes('lesson={name}') && {LESSON_IN_VIEW}")
-        shown.wait("!document.querySelector('[data-outdated]')")  # what is late is pale
         assert violations(shown) == []
     leave_lesson(shown)
 
