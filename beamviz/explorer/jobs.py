@@ -180,8 +180,17 @@ class Job(Generic[Q, R]):
             late, slow = seconds > LATE, seconds > PATIENCE
             shown = int(seconds) if slow else 0
             done, note = (self.run.done, self.run.note) if self.run else (0.0, "")
-            times = late, slow, shown
-            return JobStatus(self.name, self.answer, self.busy, *times, done, note, self.latest)
+            return JobStatus(
+                name=self.name,
+                answer=self.answer,
+                busy=self.busy,
+                late=late,
+                slow=slow,
+                seconds=shown,
+                done=done,
+                note=note,
+                latest=self.latest,
+            )
 
     def knows(self, request: Q) -> bool:
         """Whether a request is the latest, or the one that was answered last."""

@@ -119,8 +119,9 @@ class SolveJob(Job[Cases, Solved]):
     def solved(self, cases: Cases) -> Solved:
         """The answers, of which the last ones are used again: many cases are compared with one, and
         one with many. Raises Cancelled."""
+        start = time.thread_time()
         last = (self.answer.result if self.answer else None) or (None, None)
-        start, (first, second) = time.thread_time(), last
+        first, second = last
         case, other = cases.case, cases.comparison.case
         if first is None or first.request != case:
             first = solver_answer(case)

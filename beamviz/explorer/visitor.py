@@ -161,8 +161,8 @@ class Visitor:
 
     def next_inputs(self) -> Inputs:
         """The inputs of the next frame, in which a quick solve is done. While the visitor follows a
-        presenter, they are theirs, but for the viewpoint, for a file that is being written, and for
-        the tab between two changes of theirs; nothing is computed then."""
+        presenter, they are the presenter's, but for the viewpoint, a file that is being written,
+        and the tab until the presenter opens another one; nothing is computed then."""
         with self.lock:
             led = self.presenter() if self.state.following else None
             if not led:
