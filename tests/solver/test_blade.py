@@ -169,6 +169,15 @@ def test_a_hinged_inward_beam_turns_over():
     )
 
 
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_slowly_a_hinged_inward_beam_turns_over_within_its_error(coriolis):
+    """At the root of 3 / 2 times gamma: by its bending and stretching up to 1e-8 of that more."""
+    found = solve(Beam(gamma=1e-5, delta=-1, root=0), coriolis=coriolis)
+    growth = np.sqrt(1.5) * 1e-5
+    assert found.equilibrium.status == "unstable"
+    assert abs(found.growth_rates[0] - growth) < found.errors[0] + 1e-8 * growth
+
+
 @pytest.mark.parametrize("beam", [Beam(gamma=3, spin_up=1, root=0), Beam(spin_up=1, root=0)])
 def test_a_hinge_does_not_hold_a_beam_that_spins_up(beam):
     """About the axis of rotation, and at rest, there is no equilibrium; beyond a hub there is."""

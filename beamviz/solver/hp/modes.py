@@ -286,9 +286,9 @@ def gyroscopic_modes(
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
     tail = tail_energies(mesh, matrices.stiffness, v).sum(axis=1) * share[..., None]
-    if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
+    if not modes.definite:  # unstable: compression and a shift cancel, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
-        size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
+        size = scale + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
     truncation = truncation_errors(axial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, modes.relative_rounding)
     if free.any():
