@@ -131,8 +131,9 @@ def loci(
         beam, values, options = open_line(sweep, over, parse_place(at))
         modes = options.pop("modes")
     else:
-        for option in (name for name, value in (("start", start), ("stop", stop)) if value is None):
-            raise InvalidInput(f"Missing option '--{option}'.")
+        missing = [name for name, value in (("start", start), ("stop", stop)) if value is None]
+        if missing:
+            raise InvalidInput(f"Missing option '--{missing[0]}'.")
         values = sweep_values("--", over, beam.units, start, stop, points)
         note_unused(beam, [over])
     check_int("per-rev", per_rev, 0, MAX_PER_REV)

@@ -121,7 +121,8 @@ def model_options(context: typer.Context, options: dict[str, Any]) -> dict[str, 
     given = given_options(context)
     for name, default in UNUSED.items():
         if name in given and options[name] != default:
-            raise InvalidInput(f"--{name} {options[name]}: a motion in time has no such option")
+            shown = f"--no-{name}" if options[name] is False else f"--{name} {options[name]}"
+            raise InvalidInput(f"{shown}: a motion in time has no such option")
     if "coriolis" in given and not options["coriolis"]:
         raise InvalidInput("--no-coriolis: a motion in time always has Coriolis forces")
     kept = {name: options[name] for name in ("method", "strain", "curvature", "state", "elements")}

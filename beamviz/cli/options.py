@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from beamviz.beam import NUMBERS, Beam
+from beamviz.beam import NUMBERS, Beam, rounded_into
 from beamviz.checks import check_float, check_int, full_text
 from beamviz.errors import InvalidInput
 from beamviz.presets import PRESETS
@@ -228,6 +228,10 @@ def sweep_values(
     low, high = (factor * limit for limit in NUMBERS[name].limits)
     ends = []
     for option, value in ((f"{prefix}start", start), (f"{prefix}stop", stop)):
+        if isinstance(
+            value, int | float
+        ):  # an end given in a unit may be the limit but for rounding
+            value = rounded_into(value, low, high)
         try:
             ends.append(check_float(over, value, low, high))
         except InvalidInput as error:

@@ -196,6 +196,8 @@ def difference(case: Case, one: Run | BeamvizError, other: Run | BeamvizError) -
 
 
 def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> Motion:
+    """The result: a run at the times asked for, with its error estimate, the number of runs it took
+    and their time [s]."""
     t, path = case.times, found.path
     drive = case.drive
     angle = path.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)

@@ -119,6 +119,8 @@ class Case:
         self.check_samples()
 
     def checked_start(self) -> dict[str, float]:
+        """The amplitudes by mode as floats. That the modes exist is checked once they are solved
+        for."""
         given = {} if self.start is None else self.start
         if not isinstance(given, Mapping):
             raise InvalidInput(f"start = {given!r}: must give amplitudes by mode, as {{'B1': 0.1}}")
@@ -131,6 +133,7 @@ class Case:
         return {name: check_float(f"start {name}", a, *AMPLITUDES) for name, a in given.items()}
 
     def check_body(self) -> None:
+        """The times at which the body docks and is released, and its velocity, as floats."""
         for name in ("catch", "drop"):
             moment = getattr(self, name)
             if moment is None:
@@ -171,10 +174,13 @@ class Case:
 
     @property
     def first_speed(self) -> float:
+        """gamma at t = 0."""
         return self.beam.gamma if isinstance(self.drive, Hub) else self.drive.first
 
     @property
     def greatest_speed(self) -> float:
+        """The gamma that the first mesh resolves: of a hub that turns freely that at t = 0, as what
+        it will reach is not known."""
         return self.beam.gamma if isinstance(self.drive, Hub) else max(self.drive.extremes)
 
     @property

@@ -62,7 +62,8 @@ def legendre_integrals(c: ArrayLike, s: int) -> tuple[NDArray, NDArray]:
 
 @lru_cache(maxsize=32)
 def elements_between(ends: tuple[float, ...], orders: tuple[int, ...]) -> Elements:
-    """The elements between `ends`, cached."""
+    """The elements between `ends`. They are kept: motions of a beam, and its deflections by
+    hand, ask for the same ones."""
     parts: list[tuple[NDArray, NDArray]] = []
     for (start, end), order in zip(pairwise(ends), orders, strict=True):
         points, weights = gauss(2 * (order + EXTRA_POINTS) - 1)

@@ -187,6 +187,8 @@ class Stepper:
         return (self.back @ modes[:, :, 0]).real
 
     def finished(self, h: float, q: NDArray, v: NDArray, a: NDArray, X: NDArray) -> Step:
+        """The step from q, v and a (n,) with the solution X (s, n): its polynomials, the state at
+        its end and its error, the norm of the highest coefficient of the position."""
         scheme = self.scheme
         if scheme.polynomial is not None:
             slopes = scheme.polynomial @ (v + h * (scheme.E @ X))
@@ -225,6 +227,7 @@ class Recorder:
         self.rates: list[NDArray] = []
 
     def add(self, t: float, q: NDArray, v: NDArray, step: Step) -> None:
+        """Take in a step that ends at t and begins with q and v (n,)."""
         self.t.append(t)
         self.q.append(q)
         self.v.append(v)
@@ -233,6 +236,7 @@ class Recorder:
 
     @property
     def path(self) -> Path:
+        """The steps so far."""
         arrays = (np.array(part) for part in (self.t, self.q, self.v, self.slopes, self.rates))
         return Path(self.unknowns, *arrays)
 
@@ -273,10 +277,10 @@ def integrate(
                 if step is None:
                     most = length
                 if length < SMALLEST * end:
-                    raise failure(equation, t, h, q, v)
+                    raise failure(equation, t, h, v)
                 continue
             if step is None:
-                raise failure(equation, t, h, q, v)
+                raise failure(equation, t, h, v)
             record.add(stop if parts == 1 else t + h, q, v, step)
             t, q, v, a = record.t[-1], step.q, step.v, step.accelerations[-1]
             guess = np.broadcast_to(step.rates[0], guess.shape)
@@ -293,7 +297,8 @@ def acceleration(equation: Equation, t: float, q: NDArray, v: NDArray) -> NDArra
     return equation.accelerations(after, q[None], v[None])[0]
 
 
-def failure(equation: Equation, t: float, h: float, q: NDArray, v: NDArray) -> NotConverged:
+def failure(equation: Equation, t: float, h: float, v: NDArray) -> NotConverged:
+    """The error of a step of length h from t, with the velocities v (n,), that is given up."""
     gamma = float(equation.gamma(np.array([t]), v[None])[0])
     return NotConverged(
         f"t = {t:.4g}, gamma = {gamma:.4g}: Newton's method does not converge in a step of {h:.3g};"

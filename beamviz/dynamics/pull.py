@@ -61,7 +61,8 @@ def pulled(beam: Beam, deflection: float, at: float = 1.0, **options: Any) -> Pu
 def at_rest(
     beam: Beam, at: float, options: tuple[tuple[str, Any], ...]
 ) -> tuple[Equation, NDArray]:
-    """The equation of motion of a beam with a force at a point, and its equilibrium q (n,)."""
+    """The equation of motion of a beam with a force at a point, and its equilibrium q (n,). It is
+    kept, as a visitor who pulls a beam asks for one deflection after the other."""
     case = Case.of(beam=beam, until=1.0, release_at=at, **dict(options))
     elements = refined(first_mesh(beam, beam.gamma))
     equation = equation_of(case, elements, bool(beam.alpha))

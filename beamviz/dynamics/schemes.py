@@ -62,6 +62,7 @@ class Scheme:
 
 
 def collocation(c: NDArray, order: int) -> Scheme:
+    """The method of collocation at the instants c (s,) of a step."""
     P, integrals = legendre_integrals(c, len(c))
     polynomial = np.linalg.inv(P)
     E = integrals @ polynomial
@@ -69,11 +70,13 @@ def collocation(c: NDArray, order: int) -> Scheme:
 
 
 def radau(s: int) -> Scheme:
+    """Radau IIA of s stages, the last of which is the end of the step."""
     inner, _ = roots_jacobi(s - 1, 1.0, 0.0)
     return collocation(np.append((inner + 1) / 2, 1.0), 2 * s - 1)
 
 
 def gauss(s: int) -> Scheme:
+    """Gauss collocation of s stages, all within the step."""
     points, _ = roots_legendre(s)
     return collocation((points + 1) / 2, 2 * s)
 

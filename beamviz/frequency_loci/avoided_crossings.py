@@ -19,6 +19,7 @@ from beamviz.frequency_loci.two_modes import TINY, LeastGap, closest, reduce
 
 CLOSE = 0.1  # of the frequency: greatest gap of interest
 WIDER = 2.0  # of CLOSE: gap on the grid below which a minimum is examined
+FLAT = 1e-10  # of the frequency: depth of a minimum on the grid that may be rounding error
 ROUNDS = 10  # of solves for one gap
 SETTLED = 1e-4  # of the width: shift below which a search ends
 FINEST = 1e-6  # of the bracket: the same
@@ -74,6 +75,7 @@ def candidates(track: Track) -> list[Candidate]:
     gap = f[..., 1:] - f[..., :-1]  # (n, families, k - 1)
     least = (gap[1:-1] <= gap[:-2]) & (gap[1:-1] < gap[2:])
     least &= (gap[1:-1] < WIDER * CLOSE * f[1:-1, :, 1:]) & requested[1:-1, :, :-1]
+    least &= np.maximum(gap[:-2], gap[2:]) - gap[1:-1] > FLAT * f[1:-1, :, 1:]
     exchanged = (
         track.continuity.exchanged & requested[:-1, :, :-1] & np.isfinite(gap[:-1] + gap[1:])
     )

@@ -21,6 +21,7 @@ from beamviz.frequency_loci.path import Path
 from beamviz.frequency_loci.roots import find_roots
 
 MIN_INDEX = 0.5  # least veering index of a veering
+SAME = 1e-9  # of 1 + omega^2: distance from a line below which a locus lies on it
 ROTATED = math.radians(30)  # least rotation of its shapes into each other; 90 degrees: complete
 
 
@@ -205,13 +206,18 @@ def resonances(tracked: Tracked) -> Iterator[Event | Limit]:
 
 def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event | Limit]:
     """The resonances with some multiples of the speed. Each pair of a multiple and a mode is a
-    function, number (index of the multiple) x modes + mode."""
+    function, number (index of the multiple) x modes + mode. A locus that lies on a line has none
+    there: out of the plane of rotation a hinged beam on the axis vibrates with the frequency gamma
+    at every speed."""
     modes = part.track.modes
     n, families, count = modes.s.shape
     size = families * count  # number of modes
     lines = (multiples * modes.at[:, None]) ** 2  # (n, multiples) omega^2 on each line
     above = modes.omega_squared.reshape(n, 1, size) - lines[..., None]  # (n, multiples, modes)
     shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, size)
+    touches = abs(above) <= SAME * (1 + lines[..., None])
+    stays = touches[1:] & touches[:-1]
+    on_line = np.pad(stays, ((1, 0), (0, 0), (0, 0))) | np.pad(stays, ((0, 1), (0, 0), (0, 0)))
 
     def above_line(values: NDArray, pair: NDArray) -> NDArray:
         """omega^2 (n,) above that on a line, of pairs at values (n,)."""
@@ -219,7 +225,9 @@ def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event
         on_line = multiples[pair // size] * values
         return squares[np.arange(len(values)), pair % size] - on_line**2
 
-    roots = find_roots(modes.at, np.where(shown, above, np.nan).reshape(n, -1), above_line)
+    roots = find_roots(
+        modes.at, np.where(shown & ~on_line, above, np.nan).reshape(n, -1), above_line
+    )
     for bracket in roots.unlocated:
         yield not_located("resonance", path.over, bracket.low, bracket.high)
     ranks = path.modes(roots.at).rank.reshape(-1, size)

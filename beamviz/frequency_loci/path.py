@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import NUMBERS, Beam
-from beamviz.checks import check_float
+from beamviz.beam import NUMBERS, Beam, rounded_into
+from beamviz.checks import check_float, full_text
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.mode_vectors import ModeVectors, Outcome, gauss_points, mode_vectors
 from beamviz.solver import solve_many
@@ -38,12 +38,15 @@ def check_values(
     if array.ndim != 1 or not least <= len(array) <= most:
         count = len(array) if array.ndim == 1 else f"an array of {array.ndim} dimensions"
         raise InvalidInput(f"values of {over}: must be {least} .. {most} numbers, not {count}")
+    low, high = NUMBERS[over].limits
+    if factor != 1:  # by rounding, an end given in a unit may lie just outside the limits
+        array[[0, -1]] = [rounded_into(end, low, high) for end in array[[0, -1]].tolist()]
     for value in array if not np.isfinite(array).all() else array[[0, -1]]:
-        check_float(over, float(value), *NUMBERS[over].limits)
+        check_float(over, float(value), low, high)
     falls = np.flatnonzero(np.diff(array) <= 0)
     if len(falls):
-        first, second = array[falls[0] : falls[0] + 2]
-        raise InvalidInput(f"values of {over}: must ascend, but {second:g} follows {first:g}")
+        first, second = map(full_text, array[falls[0] : falls[0] + 2].tolist())
+        raise InvalidInput(f"values of {over}: must ascend, but {second} follows {first}")
     return read_only(array)
 
 

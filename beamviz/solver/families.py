@@ -3,6 +3,7 @@
 Errors are estimated by the difference from the default method, which converges to the same model.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -97,7 +98,7 @@ def modes_of_matrices(
     omega_squared, V = eigen.symmetric_modes(K[0], Ma, problem.modes)
     stretching = Family(omega_squared - softening, shapes[0](V))
 
-    shift = eigen.COMPRESSED if beam.delta < 0 or beam.root == 0 else 0.0
+    shift = eigen.COMPRESSED if beam.delta < 0 or beam.root < math.inf else 0.0
     omega_squared, V = eigen.symmetric_modes(K[1], Mb, problem.modes, shift)
     omega_squared = omega_squared - softening * problem.chordwise
     if free:  # a rigid rotation about the hinge

@@ -121,7 +121,7 @@ def fill_beyond_limits(arrays: Arrays, gamma: np.ndarray, axis: int) -> None:
     shape = [1] * limit.ndim
     shape[axis] = len(gamma)
     beyond = gamma.reshape(shape) > limit
-    arrays["limit"][...] = np.where(beyond, limit, np.nan)
+    arrays["limit"][...] = np.where(beyond, limit, arrays["limit"])
     arrays["status"][beyond] = NO_EQUILIBRIUM
 
 

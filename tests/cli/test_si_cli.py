@@ -10,6 +10,7 @@ from helpers import strict
 from matplotlib.figure import Figure
 
 from beamviz import Beam, Ramp, loci, motion, solve
+from beamviz.errors import InvalidInput
 from beamviz.plotting.motion import draw_motion
 from beamviz.presets import PRESETS
 from beamviz.sweeps import sweep
@@ -94,6 +95,20 @@ def test_loci_over_a_unit(run, uniform, over, number, start, stop, key):
         assert record["frequency"] == branch.frequency.tolist()
         assert record["hertz"] == units.hertz(branch.frequency).tolist()
     assert found.values == pytest.approx(numbers, rel=1e-12)
+
+
+def test_the_limit_of_a_number_in_a_unit(run, uniform, tmp_path):
+    """The place of a mass at the tip of a beam of 2.01 m is 2010 mm, though 1000 * 2.01 is less."""
+    assert 1000 * 2.01 < 2010
+    file = tmp_path / "longer.toml"
+    file.write_text(UNIFORM.replace("length = 2.0", "length = 2.01"))
+    beam, values = Beam.from_toml(file).replace(alpha=1), [0, 2010]
+    assert loci(beam, "beta:mm", values, 1).values.tolist() == [0, 1]
+    assert sweep({"beta:mm": values}, None, 1, beam=beam, workers=1)["beta"].values[-1] == 1
+    line = "loci --over beta:mm --start 0 --stop 2010 --points 2 --modes 1 --format json --si"
+    assert strict(run(*line.split(), str(file))[1])["values"] == [0, 1]
+    with pytest.raises(InvalidInput, match="beta = 1"):
+        loci(beam, "beta:mm", [0, 2010.001], 1)
 
 
 def test_a_resonance_is_in_rpm_and_hertz(run, uniform):

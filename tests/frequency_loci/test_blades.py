@@ -54,6 +54,19 @@ def test_loci_of_a_blade_that_is_uniform():
         assert kinds == [(event.kind, event.branches) for event in plain.events]
 
 
+@pytest.mark.parametrize("method", ["auto", "ancf"])
+def test_a_locus_that_lies_on_a_line_has_no_resonance_with_it(method):
+    """The rigid rotation out of plane of a beam hinged on the axis has the frequency gamma."""
+    options = {"plane": "flapwise", "method": method}
+    found = loci(Beam(root=0), "gamma", [0, 12], 3, per_rev=4, **options)
+    assert found["B1"].frequency == pytest.approx(found.values)
+    names = [(event.branches, event.per_rev) for event in found.events]
+    assert names == [(("B2",), 4), (("B2",), 3)]
+    for event in found.events:
+        there = solve(Beam(root=0, gamma=event.at), 3, **options)
+        assert there.frequencies[1] == pytest.approx(event.per_rev * event.at, rel=1e-6)
+
+
 def test_the_static_deflection():
     """As in closed form of a uniform beam; a root spring adds the rotation under the moment."""
     beam = Beam(alpha=0.5, beta=0.3)

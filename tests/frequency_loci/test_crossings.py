@@ -256,3 +256,25 @@ def test_a_mode_that_passes_two_others_within_an_interval():
     for event, reference in zip(coarse, fine, strict=True):
         assert event.at == pytest.approx(reference.at, rel=1e-4)
         assert event.gap == pytest.approx(reference.gap, rel=1e-3)
+
+
+@pytest.mark.parametrize(("gamma", "modes"), [(1e-6, 5), (1e-3, 14), (1e-3, 20)])
+def test_gaps_that_do_not_vary_have_no_least_one(gamma, modes):
+    """At so low a speed the radius of the hub changes no frequency: what is left of the gaps'
+    variation is rounding error, whose minima were ranges of events that could not be located."""
+    found = loci(Beam(gamma=gamma), "delta", [0, 1], modes, coriolis=True)
+    assert (found.events, found.limits) == ((), ())
+
+
+@pytest.mark.parametrize("gamma", [0.001, 0.1])
+def test_a_weak_veering_is_found(gamma):
+    """In a chart of 20 of its widths and in one of 2. The gap is in proportion to the speed."""
+    (crossing,) = loci(Beam(beta=1), "alpha", [1, 2], 4).events
+    wide = loci(Beam(gamma=gamma), "alpha", [1, 2], 4, coriolis=True)
+    (veering,) = wide.events
+    assert veering.at == pytest.approx(crossing.at, abs=0.02)
+    for widths in (10, 1):
+        ends = veering.at + widths * veering.width * np.array([-1, 1])
+        (near,) = loci(Beam(gamma=gamma), "alpha", ends, 4, coriolis=True).events
+        assert near.at == pytest.approx(veering.at, abs=1e-3 * veering.width)
+        assert near.gap == pytest.approx(veering.gap, rel=1e-3)

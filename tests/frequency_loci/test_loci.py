@@ -62,6 +62,7 @@ def test_the_solutions_of_one_mass_inside_and_one_at_the_tip():
         (TIP, "gamma", [[1, 2]], {}, "an array of 2 dimensions"),
         (TIP, "gamma", [2, 1], {}, "must ascend, but 1 follows 2"),
         (TIP, "gamma", [1, 1], {}, "must ascend, but 1 follows 1"),
+        (TIP, "alpha", [1 + 2e-15, 1], {}, "but 1 follows 1.000000000000002"),
         (TIP, "gamma", [0, math.nan, 1], {}, "gamma = nan: must lie in 0 .. 200"),
         (TIP, "gamma", [0, 201], {}, "gamma = 201: must lie in 0 .. 200"),
         (TIP, "gamma", ["fast", "slow"], {}, "must be numbers"),

@@ -131,6 +131,30 @@ def test_nothing_holds_a_hinge_about_the_axis(method, coriolis, gamma):
     assert rotation == pytest.approx(np.sqrt(3) * np.array([0, 0.5, 1]), abs=2e-3)
 
 
+@pytest.mark.parametrize("coriolis", [False, True])
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+@pytest.mark.parametrize(
+    ("beam", "square"),
+    [
+        (Beam(root=1e-16), 3e-16),
+        (Beam(root=1e-9), 3e-9),
+        (Beam(root=0, gamma=1e-6, delta=1), 1.5e-12),
+        (Beam(root=0, gamma=1e-4, delta=1), 1.5e-8),
+    ],
+)
+def test_a_root_that_is_hardly_held_leaves_the_other_modes(beam, square, plane, coriolis):
+    """By a weak spring or at a low speed the beam turns slowly about its root, at 3 K or at
+    3 gamma^2 delta / 2, and gamma^2 more out of the plane of rotation. Beside it the other modes
+    are, to the tolerance, those of a hinged beam at rest."""
+    found = solve(beam, plane=plane, coriolis=coriolis)
+    still = solve(Beam(root=0))
+    flapwise = beam.gamma**2 * (plane == "flapwise")
+    assert found.frequencies[0] ** 2 == pytest.approx(square + flapwise, rel=1e-6)
+    assert found.labels == still.labels
+    assert found.frequencies[1:] == pytest.approx(still.frequencies[1:], rel=1e-6)
+    assert (found.errors < 1e-6 * found.frequencies).all()
+
+
 def test_a_hinged_inward_beam_turns_over():
     """As a pendulum: it grows at the root of gamma^2 |delta| times the static moment over the
     moment of inertia, 3 / 2, if it hardly bends; its stable state points outward."""
@@ -143,6 +167,15 @@ def test_a_hinged_inward_beam_turns_over():
     assert solve(beam.replace(delta=1.5)).frequencies[:3] == pytest.approx(
         bent.frequencies[:3], rel=1e-6
     )
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_slowly_a_hinged_inward_beam_turns_over_within_its_error(coriolis):
+    """At the root of 3 / 2 times gamma: by its bending and stretching up to 1e-8 of that more."""
+    found = solve(Beam(gamma=1e-5, delta=-1, root=0), coriolis=coriolis)
+    growth = np.sqrt(1.5) * 1e-5
+    assert found.equilibrium.status == "unstable"
+    assert abs(found.growth_rates[0] - growth) < found.errors[0] + 1e-8 * growth
 
 
 @pytest.mark.parametrize("beam", [Beam(gamma=3, spin_up=1, root=0), Beam(spin_up=1, root=0)])

@@ -33,6 +33,7 @@ SWEEPS = {  # axes, fixed numbers, options
         *({}, {"strain": "hencky"}),
     ),
     "limits across": ({"delta": np.linspace(0, 2, 31)}, {"gamma": 40}, {"strain": "hencky"}),
+    "too near a limit": ({"gamma": [1, 45.4203]}, {}, {"strain": "hencky"}),
     "inward": ({"gamma": BUCKLING}, {"delta": -1}, {"plane": "flapwise"}),
     "buckling": ({"gamma": BUCKLING, "alpha": [0, 1]}, {"delta": -1}, {}),
     "rigid tension": ({"gamma": SPEEDS}, {}, {"method": "zoac"}),

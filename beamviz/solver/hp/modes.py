@@ -170,7 +170,9 @@ def uncoupled_modes(
     """The lowest modes of uncoupled families.
 
     The softening is a multiple of M: it shifts every omega^2, does not change the modes, and is
-    subtracted at the end.
+    subtracted at the end. The lowest omega^2 of a beam that turns about its root may be as small as
+    the spring there is weak or the speed is low. Beside it the others would be rounding errors:
+    they are computed with a shift, and the lowest one is the Rayleigh quotient of its shape.
     """
     mesh, _, beams, _ = axial
     K, M, d, G, _ = matrices
@@ -179,12 +181,17 @@ def uncoupled_modes(
     if beams.hinged:  # both families have as many unknowns
         S = np.concatenate((S, np.zeros_like(S[:, :1])), axis=1)
     compressed = may_be_indefinite(beams, problem)
-    shift = eigen.COMPRESSED if compressed else 0.0
+    shift = eigen.COMPRESSED if compressed or beams.hinged else 0.0
     # Arrays of both families are (beams, 2, count), bending first.
     v, shifted, added = eigen.family_modes(K, M, S, A, count, shift)
     omega_squared = shifted - added
     relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
     size = shifted
+    if beams.hinged and not compressed:
+        lowest = v[:, 0, :, 0]
+        size, diagonal = shifted.copy(), np.linalg.diagonal(K)
+        omega_squared[:, 0, 0] = np.vecdot(lowest, np.matvec(K, lowest))
+        size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
     if compressed:  # compression cancels against bending stiffness: sum of absolute terms
         diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
         size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
@@ -279,9 +286,9 @@ def gyroscopic_modes(
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
     tail = tail_energies(mesh, matrices.stiffness, v).sum(axis=1) * share[..., None]
-    if not modes.definite:  # unstable: compression cancels, as in uncoupled_modes
+    if not modes.definite:  # unstable: compression and a shift cancel, as in uncoupled_modes
         diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
-        size = size + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
+        size = scale + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
     truncation = truncation_errors(axial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, modes.relative_rounding)
     if free.any():
