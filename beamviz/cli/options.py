@@ -228,10 +228,8 @@ def sweep_values(
     low, high = (factor * limit for limit in NUMBERS[name].limits)
     ends = []
     for option, value in ((f"{prefix}start", start), (f"{prefix}stop", stop)):
-        if isinstance(
-            value, int | float
-        ):  # an end given in a unit may be the limit but for rounding
-            value = rounded_into(value, low, high)
+        if isinstance(value, int | float):
+            value = rounded_into(value, low, high)  # in a unit it may be the limit but for rounding
         try:
             ends.append(check_float(over, value, low, high))
         except InvalidInput as error:
