@@ -469,6 +469,7 @@ const beamviz = (() => {
     if (e.type === "file" && event.type === "change") load(e);
     const table = e.matches?.(".cell") ? e.closest("table") : null;
     if (table && event.type === "change") sendAs(table.dataset.set, textOf(table));
+    e.unsent = event.type === "input" && isTyped(e) && !e.matches("select");
     if (!key) return;
     used[key] = performance.now();
     if (e.type === "range") paint(e);
@@ -554,7 +555,8 @@ const beamviz = (() => {
     const inViser = e.closest?.("[role=dialog]"); // ours are no dialogs by their role
     if (e.matches?.(TAB)) onTabKey(event, e);
     if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
-    if ((event.ctrlKey || event.metaKey) && /^[zy]$/.test(key) && !isTyped(e)) {
+    const editsText = inViser ? isTyped(e) : e.unsent || e.typed; // whose typing the browser undoes
+    if ((event.ctrlKey || event.metaKey) && /^[zy]$/.test(key) && !editsText) {
       event.preventDefault();
       send(event.shiftKey || key === "y" ? "redo" : "undo", null);
     }
