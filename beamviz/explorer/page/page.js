@@ -27,6 +27,8 @@ const beamviz = (() => {
   let address = null;
   /** @type {Part | null} */
   let held = null;
+  /** @type {{ slider: Part, inputs: number } | null} the slider below a finger, and how often it has moved */
+  let touched = null;
   let count = 0, opening = 0;
 
   /** @type {(selector: string, root?: ParentNode) => Part[]} */
@@ -477,7 +479,10 @@ const beamviz = (() => {
       e.typed = true;
       e.removeAttribute("aria-invalid");
     }
-    if (e.type === "range" && event.type === "input") sendOften(key, e.valueAsNumber);
+    if (e.type === "range" && event.type === "input") {
+      if (touched?.slider === e && ++touched.inputs === 1) return; // a finger may begin to scroll the page
+      sendOften(key, e.valueAsNumber);
+    }
     else if (event.type === "change" && e.type === "checkbox") sendAs(key, e.checked);
     else if (event.type === "change" && isNumber(e)) enter(e, key);
     else if (event.type === "change" && e.type !== "range") sendAs(key, e.value);
@@ -521,10 +526,13 @@ const beamviz = (() => {
     e.value = "";
   }
 
-  function release() {
+  /** @param {Event} event the end of a press; one that is cancelled has scrolled the page */
+  function release(event) {
     const e = held;
     held = null;
     const key = e?.dataset.set ?? "";
+    if (touched?.inputs === 1 && event.type === "pointerup") sendOften(key, touched.slider.valueAsNumber);
+    touched = null;
     if (e && key in values) setTimeout(() => showValue(e, values[key], true), REST);
   }
 
@@ -619,6 +627,7 @@ const beamviz = (() => {
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
     document.addEventListener("pointerdown", (event) => {
       held = targetOf(event).closest(ALL);
+      touched = event.pointerType === "touch" && held?.type === "range" ? { slider: held, inputs: 0 } : null;
     }, true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
