@@ -583,3 +583,15 @@ def test_what_a_field_has_sent_is_undone_from_it(desk):
     desk.evaluate(f"{plane}.focus()")
     desk.key("ArrowDown", until=f"{plane}.value !== '{before}' && location.search !== ''")
     desk.key("z", until=f"{plane}.value === '{before}' && location.search === ''", modifiers=2)
+
+
+def test_a_slider_keeps_its_place_until_a_slow_server_has_answered(desk):
+    """No key is lost that is pressed between an edit and its answer."""
+    with desk.slow_line():
+        desk.evaluate(f"{by_id('gamma-slider')}.focus()")
+        for _ in range(4):
+            desk.key("ArrowRight")
+            desk.evaluate("new Promise(done => setTimeout(done, 400))")
+    desk.catch_up()
+    assert desk.number("gamma") == pytest.approx(5.4)
+    assert desk.evaluate(f"{by_id('gamma-slider')}.value") == "5.4"

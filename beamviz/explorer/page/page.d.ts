@@ -7,7 +7,7 @@ type Attributes = Partial<Record<"set" | "do" | "value" | "paste" | "dialog" | "
 
 /** An element of the page, with the properties of all its controls and dialogs, and our own: typed:
     it has a number that the server has not; unsent: its text was changed since it was last sent;
-    later, timer: under way. */
+    timer: under way. */
 interface Part extends HTMLInputElement {
   closest(selector: string): Part | null;
   readonly parentElement: Part | null;
@@ -18,7 +18,6 @@ interface Part extends HTMLInputElement {
   close(): void;
   typed?: boolean;
   unsent?: boolean;
-  later?: number;
   timer?: number;
   figure?: ChartOrMap;
 }
