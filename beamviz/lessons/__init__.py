@@ -156,7 +156,8 @@ LESSONS = (
         scene=Scene.of(alpha=1, beta=1, gamma=2, mode=4),
         do="In **Frequencies** every line is one mode (a *locus*). Drag **speed γ** through the"
         " ring where S1 crosses B3.",
-        see="Both lines run straight on, and each keeps its shape: one stretches, one bends.",
+        see="Both lines run straight on, and each keeps its shape: one stretches, one bends."
+        " The scene shows the mode of the 4th frequency: S1 before the ring, B3 after it.",
         meaning="Without Coriolis forces, stretching and bending of a straight beam are uncoupled,"
         " so the two lines pass through each other: a *crossing*. A chart that only sorts the"
         " frequencies draws two curves that turn away from each other, and is easily misread.",

@@ -509,6 +509,24 @@ def test_axe_finds_nothing_serious_in_the_panel_and_the_tab_loads(blade_page, si
     blade_page.wait(f"{cell}.value !== 'x'")
 
 
+def test_cells_that_are_typed_before_a_slow_server_has_answered_stay(blade_page):
+    """The answer to one is without the next one, which goes with the one after that; it takes the
+    words on the preset away, which stood above the table."""
+    blade_page.send("blade.preset", "nrel-5mw-blade", until="!!document.querySelector('#blade p')")
+    blade_page.catch_up()
+    cells = [f"{CELLS}[{k}]" for k in (1, 2, 3)]
+    texts = ["3.5", "12000", "90000"]
+    with blade_page.slow_line():
+        for cell, text in zip(cells, texts, strict=True):
+            blade_page.evaluate(f"{cell}.focus(); {cell}.select()")
+            blade_page.call("Input.insertText", text=text)
+            blade_page.key("Tab")
+            blade_page.evaluate("new Promise(done => setTimeout(done, 350))")
+    blade_page.catch_up()
+    assert blade_page.evaluate(f"document.activeElement === {CELLS}[4]")
+    assert [blade_page.evaluate(f"{cell}.value") for cell in cells] == texts
+
+
 def test_a_blade_without_units_becomes_uniform(guest):
     """The button for it is in the tab Motion too, also where no size is known."""
     shown(guest, "nrel-5mw-blade")

@@ -1,12 +1,14 @@
 """Saving and loading a scene, and exports; and what is refused of them."""
 
 import io
+import threading
 from pathlib import Path
 from typing import Any
 
 import pytest
 from live.browser import READY, page, says
-from live.visitor import Visitor, visitor
+from live.server import last_until
+from live.visitor import Visitor, catch_up, visitor
 from PIL import Image
 
 from beamviz.beam import Beam
@@ -114,6 +116,26 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
         second.wait(lambda _: second.said and second.props["export-work"]["hidden"])
     assert guest.said == [{"text": "beam.gif: cancelled", "error": False}]
     assert not any(files.QUEUES.values())
+
+
+def test_files_wait_for_the_one_that_is_written(guest, monkeypatch):
+    """None is lost by the next one, nor begun again by a second click; one that is cancelled makes
+    room for them."""
+    release = threading.Event()
+    last = {name: lambda *given, **options: last_until(release) for name in ("animate", "export")}
+    for name, content in last.items():
+        monkeypatch.setattr(files, name, content)
+    guest.do("export", ".gif", until="beam.gif: working")
+    for kind in (".gif", ".csv", ".webp", ".csv"):
+        guest.do("export", kind)
+    catch_up(guest)
+    for name in ("gif", "webp", "csv"):
+        guest.wait(lambda _, name=name: f"beam.{name}: working" in guest.texts["export-state"])
+        guest.do("cancel_export")
+    guest.wait(lambda _: guest.props["export-work"]["hidden"])
+    release.set()
+    told = [one["text"] for one in guest.said]
+    assert told == [f"beam.{name}: cancelled" for name in ("gif", "webp", "csv")]
 
 
 @pytest.mark.parametrize(

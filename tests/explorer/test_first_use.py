@@ -565,3 +565,33 @@ def test_what_was_undone_is_redone_by_either_key(desk, key, modifiers):
     desk.evaluate("document.activeElement?.blur()")
     desk.key("z", until=f"{field} === '5'", modifiers=2)
     desk.key(key, until=f"{field} === '8'", modifiers=modifiers)
+
+
+def test_what_a_field_has_sent_is_undone_from_it(desk):
+    """By the key, with focus still in the field or list; what is being typed is left to the
+    browser."""
+    field, plane = by_id("gamma-field"), "document.querySelector('select[data-set=plane]')"
+    desk.click(field)
+    desk.evaluate(f"{field}.select()")
+    desk.call("Input.insertText", text="8")
+    desk.key("z", modifiers=2)
+    desk.catch_up()
+    assert desk.evaluate(f"{field}.value") == "8"
+    desk.key("Enter", until="location.search.includes('gamma=8')")
+    desk.key("z", until=f"{field} === document.activeElement && {field}.value === '5'", modifiers=2)
+    before = desk.evaluate(f"{plane}.value")
+    desk.evaluate(f"{plane}.focus()")
+    desk.key("ArrowDown", until=f"{plane}.value !== '{before}' && location.search !== ''")
+    desk.key("z", until=f"{plane}.value === '{before}' && location.search === ''", modifiers=2)
+
+
+def test_a_slider_keeps_its_place_until_a_slow_server_has_answered(desk):
+    """No key is lost that is pressed between an edit and its answer."""
+    with desk.slow_line():
+        desk.evaluate(f"{by_id('gamma-slider')}.focus()")
+        for _ in range(4):
+            desk.key("ArrowRight")
+            desk.evaluate("new Promise(done => setTimeout(done, 400))")
+    desk.catch_up()
+    assert desk.number("gamma") == pytest.approx(5.4)
+    assert desk.evaluate(f"{by_id('gamma-slider')}.value") == "5.4"

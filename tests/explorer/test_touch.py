@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from live.browser import NODES, READY, Page, page
+from live.browser import NODES, READY, Page, by_id, page
 from live.server import wait_until
 
 from beamviz.beam import Beam
@@ -95,3 +95,24 @@ def test_the_tip_is_pulled_by_a_finger(phone):
     assert held.tip[0, 1] == pytest.approx(-0.3, abs=0.02)
     assert scrolled(shown) == 0
     assert shown.problems == []
+
+
+def test_a_finger_that_scrolls_the_page_sets_no_slider(phone):
+    """It does where it moves along the slider, and where it taps on it."""
+    shown, session = phone
+    shown.resize(390, 844, touch=True)
+    slider, field = by_id("gamma-slider"), f"{by_id('gamma-field')}.value"
+    left, top, width, height = shown.box(slider)
+    middle = left + width / 2, top + height / 2
+    before = scrolled(shown)
+    shown.swipe(middle, (middle[0], middle[1] - 120), arrived=lambda: scrolled(shown) > before)
+    shown.wait(f"{slider}.value === '3'")  # it is back
+    shown.catch_up()
+    assert session.visitor.state.case.beam == BEAM
+    left, top, width, height = shown.box(slider)
+    for part in (0.6, 0.3):
+        shown.touch("touchStart", (left + part * width, top + height / 2))
+        shown.touch("touchEnd")
+        shown.wait(f"Math.abs({field} / {slider}.max - {part}) < 0.05")
+    ends = [(left + part * width, top + height / 2) for part in (0.3, 0.8)]
+    shown.swipe(*ends, arrived=f"Math.abs({field} / {slider}.max - 0.8) < 0.05")

@@ -25,6 +25,7 @@ KEY_CODES = {"Tab": 9, "Enter": 13, "PageUp": 33, "End": 35, "ArrowLeft": 37, "A
 CONNECTION: dict[str, Any] = {"max_size": None, "ping_interval": None}
 CONNECTION |= {"open_timeout": TIMEOUT, "close_timeout": 1}
 SHIFT = 8  # a modifier of keys
+LATE = 600  # [ms]
 LEFT: dict[str, Any] = {"button": "left", "clickCount": 1}
 Until = str | Callable[[], Any]  # an expression in the page, or a function
 NODES = "window.__viserMutable?.nodeRefFromName"  # of the scene, by name
@@ -125,6 +126,15 @@ class Page:
         """Wait until the server has handled all earlier actions, and the page shows what frames
         have shown until then."""
         self.evaluate(CATCH_UP)
+
+    @contextlib.contextmanager
+    def slow_line(self) -> Iterator[None]:
+        """Meanwhile the page gets what the server sends LATE milliseconds later."""
+        self.evaluate(f"""{{ const apply = window.applyNow = beamviz.apply;
+          beamviz.apply = update => setTimeout(() => apply(update), {LATE}); }}""")
+        yield
+        self.evaluate(f"new Promise(done => setTimeout(done, {LATE}))")
+        self.evaluate("void (beamviz.apply = window.applyNow)")
 
     def number(self, name: str) -> float:
         """A number of the beam in its field: what the server says."""

@@ -23,7 +23,7 @@ from beamviz.explorer.declarations import Choice, Tab, name_key
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.links import within_limits
 from beamviz.explorer.features.motion import MOTION_KINDS
-from beamviz.explorer.jobs import Job, JobStatus
+from beamviz.explorer.jobs import Answer, Job, JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
@@ -57,6 +57,10 @@ class File:
     film: dict[str, Any] | None
     motion: Motion | None = None
 
+    def has_content_of(self, other: "File") -> bool:
+        named = (self.name, self.film, self.scene) == (other.name, other.film, other.scene)
+        return named and self.motion is other.motion
+
 
 JOB = "file"
 # Ids of the elements that show the progress of a file, in the tabs Export and Motion.
@@ -75,6 +79,7 @@ class Files(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        self.waiting: list[File] = []  # which the visitor wants after the one being written
         self.job: Job[File, bytes] = visitor.add_own_job(
             Job(JOB, self.write, lambda work: Thread(target=work, daemon=True).start(), self.finish)
         )
@@ -106,7 +111,7 @@ class Files(Feature):
             self.visitor.open(scene)
 
     def start(self, suffix: Any) -> None:
-        """Export the scene, in place of the visitor's running export."""
+        """Export the scene."""
         if suffix not in tuple(KINDS):
             return
         size = film_size(suffix)
@@ -116,7 +121,7 @@ class Files(Feature):
             self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))
 
     def start_motion(self, suffix: Any) -> None:
-        """Export the motion in time, in place of the visitor's running export."""
+        """Export the motion in time."""
         answer = self.visitor.shown_answer(MOTION)
         computed = answer.result if answer else None
         if computed and computed.request != wanted(self.visitor.state):
@@ -127,9 +132,15 @@ class Files(Feature):
             self.begin(File(scene, f"motion{suffix}", film, computed.motion))
 
     def begin(self, file: File) -> None:
-        """Write a file, in place of the one that is being written."""
-        self.job.withdraw()
-        self.job.request(file)
+        """Write a file after those that the visitor waits for: in place of one of its name that has
+        not begun. What is being written already is not begun again."""
+        with self.job.lock:
+            run = self.job.run
+            if run is None:
+                self.job.withdraw()
+                self.job.request(file)
+            elif not file.has_content_of(run.request):
+                self.waiting = [one for one in self.waiting if one.name != file.name] + [file]
         self.visitor.wake()
 
     def write(self, file: File) -> bytes:
@@ -174,10 +185,19 @@ class Files(Feature):
             self.visitor.wake()
 
     def finish(self) -> None:
-        """Send the file that is complete, which is not kept, or say why there is none."""
+        """Send the file that is complete, which is not kept, or say why there is none; then begin
+        the next one."""
         self.visitor.wake()
         if (answer := self.job.taken()) is None:
             return
+        self.tell(answer)
+        with self.job.lock:
+            if self.waiting and not self.job.busy:
+                self.job.withdraw()
+                self.job.request(self.waiting.pop(0))
+
+    def tell(self, answer: Answer[File, bytes]) -> None:
+        """Send a file, or say why there is none."""
         file, error, reason = answer.request, answer.error, answer.message
         if answer.result is not None:
             self.send(file.name, answer.result)

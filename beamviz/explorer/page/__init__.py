@@ -146,7 +146,7 @@ class Page:
 
     wake: tells the frame loop that an action was handled; sent: the content of the page, by path;
     waiting: what the next message will change; touched: paths of what the visitor has set in the
-    page, which may not be what the state has.
+    page, which may not be what the state has; handled: the number of the last action.
     """
 
     def __init__(self, client: ClientHandle, wake: Callable[[], None]):
@@ -155,6 +155,7 @@ class Page:
         self.sent: Content = {}
         self.waiting: Content = {}
         self.touched: set[Path] = set()
+        self.handled = 0
         self.bridge = client.gui.add_text("bridge", "", visible=False)
         self.bridge.on_update(self.received)
         self.send(private_control(self.bridge), "bridge")
@@ -172,6 +173,8 @@ class Page:
 
     def show_again(self) -> None:
         """Send what the visitor has set once more, so that an invalid choice is corrected."""
+        if self.touched:
+            self.send(self.handled, "handled")
         for path in self.touched & self.sent.keys():
             self.send(self.sent[path], *path)
         self.touched.clear()
@@ -228,7 +231,7 @@ class Page:
         """Call the handler of an action; refuse one that is not declared, or has another value."""
         action = ""
         try:
-            _, action, chosen = decode_action(self.bridge.value)
+            self.handled, action, chosen = decode_action(self.bridge.value)
             handler, takes, max_text = self.actions[action]
             msgspec.convert(chosen, takes)
             if len(str(chosen)) > max_text:
@@ -237,6 +240,7 @@ class Page:
             visitor = f"visitor {event.client_id}"
             log.warn(visitor, "action", f"an unknown action was ignored: {str(error)[:80]}")
             self.say(REFUSED.format(action[:40]), error=True)
+            self.send(self.handled, "handled")
             if (shown := ("values", action)) in self.sent:
                 self.send(self.sent[shown], *shown)
             return

@@ -93,6 +93,7 @@ interface Said {
 
 interface Update {
   bridge?: string;
+  handled?: number;
   html?: Record<string, string>;
   values?: Record<string, string | number | boolean | null | Array<number>>;
   props?: Record<string, Record<string, string | number | boolean | null>>;

@@ -140,8 +140,9 @@ class Said(Message):
 class Update(Message, omit_defaults=True):
     """A message to the page; what is not given stays.
 
-    bridge: the id of the control that takes actions, first in a session, which begins anew; html:
-    of elements, by id; values: shown by controls, by key; props: attributes of controls and
+    bridge: the id of the control that takes actions, first in a session, which begins anew;
+    handled: the number of the last action whose effect is shown from now on; html: of elements, by
+    id; values: shown by controls, by key; props: attributes of controls and
     elements; charts: by the id of their element; captions: over the scene; open: the open tab;
     point: controls to highlight; dark: the theme; address: the query of the page's address; met:
     lessons whose challenge is met, for the browser to keep; say: announcements; ready: all actions
@@ -149,6 +150,7 @@ class Update(Message, omit_defaults=True):
     """
 
     bridge: str | UnsetType = UNSET
+    handled: int | UnsetType = UNSET
     html: dict[str, str] | UnsetType = UNSET
     values: dict[str, Scalar | list[float]] | UnsetType = UNSET
     props: dict[str, dict[str, Scalar]] | UnsetType = UNSET
@@ -163,7 +165,7 @@ class Update(Message, omit_defaults=True):
     ready: bool | UnsetType = UNSET
 
 
-Action = tuple[int, str, Scalar]  # a number, so that no two are equal, the name and the value
+Action = tuple[int, str, Scalar]  # its number, which grows, the name and the value
 ACTIONS = msgspec.json.Decoder(Action)
 
 

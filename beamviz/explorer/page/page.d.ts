@@ -6,7 +6,8 @@ type Scalar = string | number | boolean | null;
 type Attributes = Partial<Record<"set" | "do" | "value" | "paste" | "dialog" | "point" | "unit" | "row", string>>;
 
 /** An element of the page, with the properties of all its controls and dialogs, and our own: typed:
-    it has a text that the server has not; later, timer: under way. */
+    it has a number that the server has not; unsent: its text was changed since it was last sent;
+    timer: under way. */
 interface Part extends HTMLInputElement {
   closest(selector: string): Part | null;
   readonly parentElement: Part | null;
@@ -16,7 +17,7 @@ interface Part extends HTMLInputElement {
   showModal(): void;
   close(): void;
   typed?: boolean;
-  later?: number;
+  unsent?: boolean;
   timer?: number;
   figure?: ChartOrMap;
 }

@@ -5,7 +5,6 @@ const beamviz = (() => {
   const PERIOD = 33; // [ms] between two messages of the same action
   const PAUSE = 500; // [ms] between two changes of the address
   const LONGEST = 7900; // [characters] of an address that the server takes
-  const REST = 300; // [ms] after an edit in which a control keeps the visitor's value
   const READ = 80; // [ms] for a character of a note over the page, which then goes
   const PREFERENCES = { dark: "prefers-color-scheme: dark", still: "prefers-reduced-motion: reduce" };
   const ALL = "[data-set]", ACT = "button[data-set], [data-do]", TAB = "[role=tab]";
@@ -19,7 +18,9 @@ const beamviz = (() => {
   const texts = {};
   /** @type {Record<string, { value?: Scalar }>} */
   const waiting = {};
-  /** @type {Record<string, number>} */
+  /** @type {Record<string, number>} the number of the last action with each name */
+  const sent = {};
+  /** @type {Record<string, Part>} the control that the visitor has used last, by its key */
   const used = {};
   /** @type {string | null} */
   let bridge = null;
@@ -27,7 +28,9 @@ const beamviz = (() => {
   let address = null;
   /** @type {Part | null} */
   let held = null;
-  let count = 0, opening = 0;
+  /** @type {{ slider: Part, inputs: number } | null} the slider below a finger, and how often it has moved */
+  let touched = null;
+  let count = 0, handled = 0; // the last action that was sent, and that the server has answered
 
   /** @type {(selector: string, root?: ParentNode) => Part[]} */
   const all = (selector, root = document) => /** @type {Part[]} */ ([...root.querySelectorAll(selector)]);
@@ -66,8 +69,15 @@ const beamviz = (() => {
     const text = JSON.stringify([++count, action, value]);
     if (text.length > 130000) return;
     const message = { type: "GuiUpdateMessage", uuid: bridge, updates: { value: text } };
+    sent[action] = count;
     beamvizViser.send(message);
   }
+
+  /**
+   * Whether the server has answered all actions with this name: until then its values are earlier.
+   * @param {string} action
+   */
+  const isAnswered = (action) => (sent[action] ?? 0) <= handled && waiting[action]?.value === undefined;
 
   /**
    * Sends immediately, and after that the latest value every PERIOD.
@@ -96,10 +106,11 @@ const beamviz = (() => {
   function apply(update) {
     if (update.bridge) {
       bridge = update.bridge;
-      for (const store of [values, props, drawn, texts]) for (const key in store) delete store[key];
+      for (const store of [values, props, drawn, texts, sent]) for (const key in store) delete store[key];
       beamvizViser.check();
       nameCanvas();
     }
+    handled = update.handled ?? handled;
     const rows = update.html?.["mode-rows"] ? rowPlaces() : null, step = lessonStep(), guessed = found("try"), met = isMet();
     Object.assign(values, update.values); // the new texts show them
     for (const [id, html] of Object.entries(update.html ?? {})) {
@@ -177,23 +188,18 @@ const beamviz = (() => {
   }
 
   /**
-   * A control in use keeps the visitor's value; it gets the server's when it is at rest, a field of a
-   * number when its text has been sent. again: the value was shown before, and a text that is no
-   * number stays.
+   * The control in use keeps the visitor's value while it is held, and until the server has answered
+   * it; a field of a number until its text has been sent. again: the value was shown before, and a
+   * text that is no number stays.
    * @param {Part} e
    * @param {(typeof values)[string]} value
    */
   function showValue(e, value, again = false) {
     const key = e.dataset.set ?? "";
-    if (e === held) return;
-    if (e.matches("table")) return showCells(e, String(value ?? ""));
+    const table = e.matches("table");
+    if (e === held || ((table || e === used[key]) && !isAnswered(key))) return;
+    if (table) return showCells(e, String(value ?? ""));
     if (e.typed && (again || e === document.activeElement)) return;
-    const left = (used[key] ?? 0) + REST - performance.now();
-    if (left > 0 && e.matches("input") && e === document.activeElement) {
-      clearTimeout(e.later);
-      e.later = setTimeout(() => showValue(e, values[key], true), left + 1);
-      return;
-    }
     if (e.matches("button")) e.ariaPressed = String(e.dataset.value === undefined
       ? Boolean(value) : JSON.stringify(JSON.parse(e.dataset.value)) === JSON.stringify(value));
     else if (e.type === "checkbox") e.checked = Boolean(value);
@@ -318,15 +324,25 @@ const beamviz = (() => {
   const headingOf = (e) => (e.matches("details") && e.querySelector("summary")?.textContent) || "";
 
   /**
+   * Elements with an id keep it, and their place among others: what is new before them, or gone, moves
+   * them only.
    * @param {Element} old
    * @param {Element | DocumentFragment} fresh
    */
   function morph(old, fresh) {
-    const before = /** @type {Part[]} */ ([...old.childNodes]);
-    const after = /** @type {Part[]} */ ([...fresh.childNodes]);
-    after.forEach((node, k) => {
-      const there = before[k];
-      if (!there) old.append(node);
+    const after = /** @type {Part[]} */ ([...fresh.childNodes]), ids = after.map((node) => node.id);
+    let next = /** @type {Part | null} */ (old.firstChild);
+    const passed = () => {
+      const there = next;
+      next = /** @type {Part | null} */ (there?.nextSibling ?? null);
+      return there;
+    };
+    for (const [k, node] of after.entries()) {
+      const same = node.id ? [...old.children].find((e) => e.id === node.id) : null;
+      const following = same && next && next.compareDocumentPosition(same) & Node.DOCUMENT_POSITION_FOLLOWING;
+      while (following && next !== same) passed()?.remove();
+      const there = next?.id && ids.indexOf(next.id) > k ? null : passed();
+      if (!there) old.insertBefore(node, next);
       else if (there.nodeType !== node.nodeType || there.nodeName !== node.nodeName
         || there.id !== node.id) there.replaceWith(node);
       else if (node.nodeType !== Node.ELEMENT_NODE) {
@@ -342,8 +358,8 @@ const beamviz = (() => {
           if (there.getAttribute(name) !== value && !(isLeft && name === "open")) there.setAttribute(name, value);
         if (!there.hasAttribute("data-chart")) morph(there, node);
       }
-    });
-    before.slice(after.length).forEach((node) => node.remove());
+    }
+    while (next) passed()?.remove();
   }
 
   /** @param {string} text */
@@ -400,14 +416,12 @@ const beamviz = (() => {
   }
 
   /**
-   * Opens the tab that the server says, once the visitor has left the tabs alone for a moment.
+   * Opens the tab that the server says, unless the visitor has opened another since.
    * @param {string} name
    */
   function showTab(name) {
-    clearTimeout(opening);
-    const left = (used.tab ?? -Infinity) + REST - performance.now(), panel = found(`tab-${name}`);
-    if (left > 0) opening = setTimeout(() => showTab(name), left + 1);
-    else if (panel?.hidden) openTab(panel, false);
+    const panel = found(`tab-${name}`);
+    if (panel?.hidden && isAnswered("tab")) openTab(panel, false);
   }
 
   /** @param {Part} panel */
@@ -422,9 +436,7 @@ const beamviz = (() => {
     tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     panel.dispatchEvent(new CustomEvent("shown", { bubbles: true }));
     if (panel.getBoundingClientRect().top > innerHeight - 160) byId("dock").firstElementChild?.scrollIntoView(); // below the fold
-    if (!tell) return;
-    used.tab = performance.now();
-    send("tab", panel.id.slice(4));
+    if (tell) send("tab", panel.id.slice(4));
   }
 
   /**
@@ -469,14 +481,18 @@ const beamviz = (() => {
     if (e.type === "file" && event.type === "change") load(e);
     const table = e.matches?.(".cell") ? e.closest("table") : null;
     if (table && event.type === "change") sendAs(table.dataset.set, textOf(table));
+    e.unsent = event.type === "input" && isTyped(e) && !e.matches("select");
     if (!key) return;
-    used[key] = performance.now();
+    used[key] = e;
     if (e.type === "range") paint(e);
     if (isNumber(e)) {
       e.typed = true;
       e.removeAttribute("aria-invalid");
     }
-    if (e.type === "range" && event.type === "input") sendOften(key, e.valueAsNumber);
+    if (e.type === "range" && event.type === "input") {
+      if (touched?.slider === e && ++touched.inputs === 1) return; // a finger may begin to scroll the page
+      sendOften(key, e.valueAsNumber);
+    }
     else if (event.type === "change" && e.type === "checkbox") sendAs(key, e.checked);
     else if (event.type === "change" && isNumber(e)) enter(e, key);
     else if (event.type === "change" && e.type !== "range") sendAs(key, e.value);
@@ -520,11 +536,14 @@ const beamviz = (() => {
     e.value = "";
   }
 
-  function release() {
+  /** @param {Event} event the end of a press; one that is cancelled has scrolled the page */
+  function release(event) {
     const e = held;
     held = null;
     const key = e?.dataset.set ?? "";
-    if (e && key in values) setTimeout(() => showValue(e, values[key], true), REST);
+    if (touched?.inputs === 1 && event.type === "pointerup") sendOften(key, touched.slider.valueAsNumber);
+    touched = null;
+    if (e && key in values) showValue(e, values[key], true);
   }
 
   /**
@@ -554,7 +573,8 @@ const beamviz = (() => {
     const inViser = e.closest?.("[role=dialog]"); // ours are no dialogs by their role
     if (e.matches?.(TAB)) onTabKey(event, e);
     if (key === "k" && document.querySelector("dialog:modal")) event.stopPropagation(); // below it nothing opens
-    if ((event.ctrlKey || event.metaKey) && /^[zy]$/.test(key) && !isTyped(e)) {
+    const editsText = inViser ? isTyped(e) : e.unsent || e.typed; // whose typing the browser undoes
+    if ((event.ctrlKey || event.metaKey) && /^[zy]$/.test(key) && !editsText) {
       event.preventDefault();
       send(event.shiftKey || key === "y" ? "redo" : "undo", null);
     }
@@ -617,6 +637,7 @@ const beamviz = (() => {
     for (const kind of ["input", "change"]) document.addEventListener(kind, onInput);
     document.addEventListener("pointerdown", (event) => {
       held = targetOf(event).closest(ALL);
+      touched = event.pointerType === "touch" && held?.type === "range" ? { slider: held, inputs: 0 } : null;
     }, true);
     for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, release, true);
     window.addEventListener("keydown", onKey, true);
