@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import (
     AXES,
@@ -139,12 +139,22 @@ def chart_content(
     content |= page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
     second = other.result if other else None
     if chart is None:
-        content |= page.chart("loci-chart", axes_data(answer.request, answer.message, second))
-        reason = page.note(answer.message)
-        return content | page.html("loci-resonances", "") | page.html("loci-events", reason)
+        reason = no_chart(answer)
+        content |= page.chart("loci-chart", axes_data(answer.request, reason, second))
+        content |= page.html("loci-events", page.note(reason))
+        return content | page.html("loci-resonances", "")
     content |= page.chart("loci-chart", chart_data(chart, multiples, second))
     content |= page.html("loci-events", event_table(chart) + notes(chart))
     return content | page.html("loci-resonances", resonance_table(chart, multiples))
+
+
+def no_chart(answer: Answer[ChartRequest, Chart]) -> str:
+    """Why there is no chart; "" for one. The largest speed with an equilibrium is that of its first
+    beam, which may be another one than that in the scene."""
+    request, text = answer.request, answer.message
+    if isinstance(answer.error, NoEquilibrium) and request.over != "gamma":
+        return f"{text}, at {request.measures[0].text(request.start, 4)}"
+    return text
 
 
 def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:

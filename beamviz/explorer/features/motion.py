@@ -30,7 +30,6 @@ from beamviz.explorer.computed_motion import (
     answer_of,
     is_before,
     obstacle_of,
-    reason_in,
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES, START_MODES, STOP, Experiment
@@ -300,7 +299,7 @@ def reason_of(snapshot: Snapshot) -> str:
     answer = answer_of(snapshot)
     known = answer is not None and answer.result is None and not answer.cancelled
     known = known and not is_before(snapshot)
-    return reason_in(answer) if answer and known else ""
+    return answer.message if answer and known else ""
 
 
 def moment_of(snapshot: Snapshot) -> float | None:

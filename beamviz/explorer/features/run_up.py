@@ -25,7 +25,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.scene import PER_REV, ViewOptions, clip
 from beamviz.solver.solution import Solution
-from beamviz.units import Units
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
 PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
@@ -48,14 +47,12 @@ class RunUpRequest(NamedTuple):
         return cls(case, state.force_per_rev, state[DAMPED], stop)
 
     @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.case.units
+    def beam(self) -> Beam:
+        return self.case.beam
 
     def run_up(self) -> RunUp:
         """The run-up to its end. Raises the errors of `forced_response.run_up`."""
-        beam = self.case.beam
-        return run_up(beam, self.per_rev, self.damping, self.stop, **self.case.options)
+        return run_up(self.beam, self.per_rev, self.damping, self.stop, **self.case.options)
 
 
 JOB = "run-up"
