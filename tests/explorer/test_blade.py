@@ -197,7 +197,7 @@ def test_a_preset_shows_its_source_its_table_and_its_properties(guest):
     assert [line["label"] for line in chart["lines"]] == ["m", "EI", "flap", "EA"]
     stiffness = dict(zip(chart["lines"][1]["at"], chart["lines"][1]["y"], strict=True))
     assert stiffness[61.5] == pytest.approx(5.01e6 / 18113.6e6, rel=1e-4)
-    for above in ('data-do="blade.preset"', 'data-do="dimensionless"'):  # however many stations
+    for above in ('data-set="blade.preset"', 'data-do="dimensionless"'):  # however many stations
         assert guest.texts["blade"].index(above) < guest.texts["blade"].index("<table")
     guest.do("blade.stations.remove", 3, until=lambda _: len(rows(guest)) == 48)
     guest.wait(lambda _: "leaves out the twist" not in guest.texts["blade"])
