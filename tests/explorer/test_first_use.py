@@ -464,6 +464,34 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
     wait_until(lambda: are_apart(desk.evaluate(boxes)))
 
 
+@pytest.mark.parametrize("rotating", [True, False])
+def test_the_title_of_the_upper_beam_is_above_that_of_the_lower_one(desk, rotating):
+    """From the side, and from the top, where the beams cover each other."""
+    edits = ("rotating_frame", rotating), ("comparison", "mass"), ("stacked", True)
+    for action, value in edits:
+        desk.send(action, value)
+    desk.send("reset_view")
+    desk.catch_up()
+    texts = "[...document.querySelectorAll('#caption-layer span:not([hidden])')]"
+    upper, lower = (
+        f"{texts}.find(e => e.textContent === '{title}').getBoundingClientRect()"
+        for title in ("twice the mass", "this beam")
+    )
+    between = f"[{lower}.top - {upper}.bottom]"
+    (from_side,) = wait_until(lambda: settled(desk, between))
+    left, top, width, height = desk.box("document.querySelector('#scene canvas')")
+    x, y = left + 0.1 * width, top + 0.3 * height
+    desk.drag((x, y), (x, y + 0.5 * height))
+
+    def from_top() -> float | None:
+        (gap,) = settled(desk, between) or [from_side]
+        return gap if gap < from_side else None
+
+    assert wait_until(from_top) > -1
+    for action, value in (("stacked", False), ("comparison", "nothing"), ("reset_view", None)):
+        desk.send(action, value)
+
+
 @pytest.mark.slow
 def test_a_tab_and_a_lesson_of_a_link_are_in_view_on_a_phone(url):
     """Below the scene; without one the page begins at its top."""
