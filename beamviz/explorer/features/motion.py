@@ -344,10 +344,11 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
             low, high, step = shown.range(low, high, step, own.limits)
         else:
             low, high, step = (PERCENT * one for one in own.slider)
-        limits = {"min": low, "max": high, "step": step, "data_unit": shown.unit}
+        limits = {"min": low, "max": high, "step": step}
         content |= page.props(f"{key}-slider", **limits)
         content |= page.html(f"{key}-label", escape(shown.label))
         content |= page.props(f"{key}-field", aria_label=shown.label)
+        content |= page.props(key, data_unit=shown.unit)
         content |= page.value(key, float(f"{shown.factor * getattr(experiment, name):.6g}"))
     for name in (*ALTERNATIVES, "unstiffened"):
         content |= page.value(f"motion.{name}", getattr(experiment, name))

@@ -263,7 +263,7 @@ def resonance_table(run: RunUp) -> str:
     heads = ("go to", f"at {along.head}", across.label, "tip moves")
     rows = []
     for one in run.resonances:
-        speed = {"data_do": "gamma", "data_value": along.factor * one.at}
+        speed = {"data_do": "gamma", "data_value": along.factor * one.at, "data_unit": along.unit}
         go_to = page.button(f"{page.sign('resonance')} {one.branches[0]}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
