@@ -24,7 +24,7 @@ from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.text import growth, rounded_to_error
-from beamviz.explorer import explorer, frame_loop, jobs, page, session
+from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features import files
 from beamviz.explorer.features.comparison import number
@@ -292,6 +292,23 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
         lead.do("lesson_step", 1)
         for guest in (one, other):
             guest.says(lesson("nodes").proof)
+
+
+def test_no_chart_stays_of_a_visitor_who_follows_a_presenter_without_one(hall, monkeypatch):
+    """Neither its lines nor that of the beam; the chart of the presenter comes."""
+    release, compute = threading.Event(), computed_loci.loci
+    with visitor(hall) as one:
+        one.wait(lambda _: one.charts["loci-chart"]["lines"] and one.charts["loci-chart"]["cursor"])
+        monkeypatch.setattr(
+            computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
+        )
+        with visitor(f"{hall}/?token={KEY}"):
+            try:
+                one.wait(lambda _: one.charts["loci-chart"]["lines"] == [])
+                one.wait(lambda _: one.charts["loci-chart"]["cursor"] is None)
+            finally:
+                release.set()
+            one.wait(lambda _: one.charts["loci-chart"]["lines"])
 
 
 @pytest.mark.slow

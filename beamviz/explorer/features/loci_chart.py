@@ -122,6 +122,9 @@ def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:
     return answer, second, snapshot.state.per_rev
 
 
+NO_LINES: page.Data = {"message": "", "lines": [], "marks": [], "gaps": [], "keys": []}
+
+
 def chart_content(
     answer: Answer[ChartRequest, Chart] | None,
     other: Answer[ChartRequest, Chart] | None,
@@ -131,6 +134,7 @@ def chart_content(
     the first answer the chart is empty."""
     content = page.props("loci-chart", hidden=False)
     if answer is None:
+        content |= page.chart("loci-chart", {**NO_LINES, "perRev": None})
         content |= page.props("per-rev", hidden=False)
         content |= page.props("loci-resonances", hidden=True)
         return content | page.html("loci-resonances", "") | page.html("loci-events", "")
@@ -165,7 +169,7 @@ def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:
 def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None) -> Content:
     """The line of the beam, and the event that it is at."""
     if answer is None:
-        return page.props("loci-chart", hidden=False) | page.value("go_to_event", "")
+        return page.chart("loci-chart", {"cursor": None}) | page.value("go_to_event", "")
     request, chart = answer.request, answer.result
     line = cursor(beam, request.over, request.measures[0])
     chosen = chart.event_at(getattr(beam, request.over)) if chart and beam else ""
