@@ -332,6 +332,27 @@ def test_a_visitor_explores_and_follows_again(hall):
         one.shows(PAPER.replace(gamma=22))
 
 
+def test_undo_after_the_return_to_a_presenter_shows_the_own_scene_again(hall):
+    """As it was when the visitor returned; a second one takes back their last edit of it. Redo
+    shows what was seen of the presenter then."""
+    with visitor(f"{hall}/?token={KEY}") as lead, visitor(hall) as one:
+        one.edit(alpha=2.0)
+        one.edit(beta=0.7)
+        lead.choose("gamma", 21.0)
+        one.choose("following", True)
+        one.shows(PAPER.replace(gamma=21))
+        own = PAPER.replace(alpha=2)
+        for action, beam in (
+            ("undo", own.replace(beta=0.7)),
+            ("redo", PAPER.replace(gamma=21)),
+            ("undo", own.replace(beta=0.7)),
+            ("undo", own),
+        ):
+            one.do(action)
+            one.shows(beam)
+            one.wait(lambda _: one.values["following"] is False)
+
+
 def test_a_visitor_cannot_present(hall):
     """Without the presenter's key: another one, though drawn again, stays at the first scene."""
     with visitor(f"{hall}/?token=guessed") as one, visitor(hall) as other:
