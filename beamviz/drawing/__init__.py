@@ -26,7 +26,7 @@ from beamviz.drawing.text import Measure, frequencies
 INSET, OPACITY = 0.95, 0.3  # of an overlay: relative size, so that no faces coincide
 ROW_SPACING = 0.42  # [beam lengths] between rows
 TITLE_PLACE = np.array([-0.2, 0.0, 0.12])  # of the title of a row, from the clamp
-BELOW = np.array([-0.4, 0.0, -0.12])  # the same of a beam with the text of its speed above
+BELOW = np.array([-0.4, 0.0, -0.12])  # the same of the lowest beam, with its speed above it
 OPPOSITE = np.array([0.5, 0.0, 0.12])  # the same, where a bent beam is there
 OVERLAY = "/scene/rotor/overlay"
 
@@ -34,7 +34,7 @@ OVERLAY = "/scene/rotor/overlay"
 class BeamView:
     """One beam in a scene: `show` draws another beam or view, `move` another moment.
 
-    root: name of its node; alone: the only beam of the scene, with floor and post; overlay:
+    root: name of its node; alone: the only or the lowest beam, with floor and post; overlay:
     translucent, of one colour, drawn over another beam in the frame of its hub and without
     surroundings; height: [beam lengths] of its middle; fixed: its frame stays when its shape
     changes, as in a drag of the mass; line: points (n, 3) of the beam as drawn last, in the frame
@@ -46,6 +46,7 @@ class BeamView:
         self, scene: DrawnScene, root: str = "/scene", *, alone: bool = True, overlay: bool = False
     ):
         self.scene, self.height, self.fixed, self.overlay = scene, 0.0, overlay, overlay
+        self.alone = alone
         self.frame = scene.add_frame(root, show_axes=False)
         self.rotor = scene.add_frame(f"{root}/rotor", show_axes=False)
         self.surroundings = None if overlay else Surroundings(scene, root, alone=alone)
@@ -94,8 +95,8 @@ class BeamView:
         else:
             clamp = points[0] if view.rotating_frame else np.zeros(3)
             folded = shapes.centreline[:, 0].min() < TITLE_PLACE[0]
-            beside = TITLE_PLACE if view.all_modes else BELOW
-            self.title.anchor = "right" if view.all_modes and not folded else "bottom"
+            beside = BELOW if self.alone else TITLE_PLACE
+            self.title.anchor = "bottom" if self.alone or folded else "right"
             self.title.show(drawn.title, clamp + (OPPOSITE if folded else beside))
         self.frame.visible = True
 

@@ -271,3 +271,11 @@ def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
         "not-converged": "The calculation did not converge",
         "cancelled": "The calculation was cancelled",
     }.get(error.kind, "No solution")
+
+
+def error_text(error: BeamvizError | Cancelled, beam: Beam) -> str:
+    """An error of a beam in the words and units of the page; a known limit of its equilibrium as
+    the scene tells it."""
+    if isinstance(error, NoEquilibrium) and math.isfinite(error.limit):
+        return error_summary(error, beam)
+    return in_words(str(error), beam.units)

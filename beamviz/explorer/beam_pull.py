@@ -14,7 +14,7 @@ from beamviz.drawing.beam_mesh import NORMALS, segments
 from beamviz.drawing.objects import add_instances
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.errors import InvalidInput
-from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move, reason_in
+from beamviz.explorer.computed_motion import PULL_JOB, PullRequest, can_move
 from beamviz.explorer.experiment import RANGES
 from beamviz.explorer.features.motion import MotionTab, begun
 from beamviz.explorer.mass_drag import nearest
@@ -101,7 +101,7 @@ class BeamPull:
         if answer is None or answer.request != request:
             return
         if answer.result is None:
-            visitor.page.say(reason_in(answer), error=True)
+            visitor.page.say(answer.message, error=True)
             visitor.update(not_held)
             return
         force = answer.result.force

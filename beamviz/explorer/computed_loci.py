@@ -19,7 +19,6 @@ from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import names_of_branches
 from beamviz.scene import PER_REV
-from beamviz.units import Units
 
 AT = 1e-7  # of the range: distance of a beam that is at an event
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
@@ -57,11 +56,6 @@ class ChartRequest:
         """The chart of another case over the same range."""
         beam = case.beam.replace(**{self.over: self.start})
         return replace(self, beam=beam, options=case.options, per_rev=0)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
 
     @property
     def measures(self) -> tuple[Measure, Measure]:

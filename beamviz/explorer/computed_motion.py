@@ -9,11 +9,11 @@ import numpy as np
 from beamviz.beam import Beam
 from beamviz.drawing.modes import stations
 from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn_beam
-from beamviz.drawing.text import error_summary
+from beamviz.drawing.text import error_text
 from beamviz.dynamics import Motion, motion
 from beamviz.dynamics.linear import LinearMotion, motion_without_stiffening
 from beamviz.dynamics.pull import PulledBeam, pulled
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
+from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
 from beamviz.explorer.clock import suitable_rate
 from beamviz.explorer.experiment import Experiment
@@ -23,7 +23,6 @@ from beamviz.explorer.snapshot import Inputs
 from beamviz.explorer.solutions import case_error
 from beamviz.explorer.state import Case, State
 from beamviz.solver import interruption, solve
-from beamviz.units import Units
 
 JOB, PULL_JOB = "motion", "pull"
 TOLERANCE = 1e-3  # [L] of the tip, half a pixel of a scene of 500 pixels
@@ -54,11 +53,6 @@ class MotionRequest(NamedTuple):
         """That of a case. Raises InvalidInput for a number out of range."""
         names = (*MODEL, "plane", "stiffening", "softening")
         return cls(case.beam, tuple((name, case.options[name]) for name in names), experiment)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
 
     @property
     def obstacle(self) -> "Obstacle | None":
@@ -114,7 +108,7 @@ class MotionRequest(NamedTuple):
             try:
                 second = motion_without_stiffening(beam, **given, progress=Progress(own.until))
             except BeamvizError as error:
-                second = str(error)
+                second = error_text(error, beam)
         return Computed(self, found, second)
 
 
@@ -189,15 +183,6 @@ def answer_of(inputs: Inputs) -> Answer[MotionRequest, Computed] | None:
     return inputs.job_answer(JOB) if wanted(inputs.state) else None
 
 
-def reason_in(answer: Answer[MotionRequest, Any] | Answer["PullRequest", Any]) -> str:
-    """Why an answer has no result, of a beam without an equilibrium as the scene says it; "" for a
-    result."""
-    error = answer.error
-    if isinstance(error, NoEquilibrium) and math.isfinite(error.limit):
-        return f"{error_summary(error, answer.request.beam)}."
-    return answer.message
-
-
 def is_before(inputs: Inputs) -> bool:
     """Whether the motion shown is not yet that of the state, which is being computed."""
     answer = answer_of(inputs)
@@ -222,11 +207,6 @@ class PullRequest(NamedTuple):
         assert hold
         options = tuple((name, state.case.options[name]) for name in MODEL)
         return cls(state.case.beam, options, hold.at, hold.deflection, hold.number)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
 
     def is_of(self, state: State) -> bool:
         """Whether it is the beam of a state, and where it is held, by any distance."""

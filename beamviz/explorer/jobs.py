@@ -4,6 +4,7 @@ A `Job` computes one kind of result for one visitor, always for the latest reque
 `WorkerPool`.
 """
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -13,11 +14,11 @@ from functools import partial
 from queue import SimpleQueue
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from beamviz.drawing.text import in_words
-from beamviz.errors import BeamvizError, Cancelled, to_keep
+from beamviz.beam import Beam
+from beamviz.drawing.text import error_text, in_words
+from beamviz.errors import BeamvizError, Cancelled, InvalidInput, to_keep
 from beamviz.server.log import RateLimitedLog
 from beamviz.solver import interruption
-from beamviz.units import Units
 
 SOLVERS = 16  # threads: more only start while others solve for long
 CHARTS = 2  # threads for charts and maps, each of which takes up to 70 MB
@@ -90,12 +91,16 @@ class Answer(Generic[Q, R]):
     @property
     def message(self) -> str:
         """The text of the error in the words and units of the page; "" for a result."""
-        return in_words(str(self.error), self.units) if self.error else ""
+        if self.beam:
+            return error_text(self.error, self.beam) if self.error else ""
+        return in_words(str(self.error), getattr(self.request, "units", None)) if self.error else ""
 
     @property
-    def units(self) -> Units | None:
-        """The size of the beam of the request, if it has one and its size is known."""
-        return getattr(self.request, "units", None)
+    def beam(self) -> Beam | None:
+        """The beam of the request; None without one, or with a number out of range."""
+        with contextlib.suppress(InvalidInput):
+            return getattr(self.request, "beam", None)
+        return None
 
     @property
     def cancelled(self) -> bool:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import (
     error_summary,
@@ -33,11 +32,6 @@ class SolverAnswer(Answer[Case, SampledModes]):
     @property
     def solution(self) -> Solution | None:
         return self.result.solution if self.result else None
-
-    @property
-    def beam(self) -> Beam | None:
-        """The beam of the case; None where one of its numbers is out of range."""
-        return self.request.beam if self.request.in_range else None
 
     @cached_property
     def shapes(self) -> SampledModes:

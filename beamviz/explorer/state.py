@@ -522,8 +522,8 @@ SHARED = choices_of(State)  # that are fields of the state, by name
 
 class History:
     """The states for undo and redo. Edits of the same values in quick succession, as by a slider,
-    are one step, and so are all of a body while it is in the hand; loading a scene always is a
-    step. undo, redo: return the state to show instead."""
+    are one step, and so are all of a body while it is in the hand; loading a scene, or the return
+    to a presenter, always is a step. undo, redo: return the state to show instead."""
 
     def __init__(self) -> None:
         self.past: deque[State] = deque(maxlen=STEPS)
@@ -537,9 +537,10 @@ class History:
         """Record an edit at a time [s]; loaded: another scene, which is a step of its own."""
         if after.grip and not before.grip:
             self.time = -math.inf  # what is done with the body in the hand is another step
-        names = after.differences(before)
-        if not names:
+        names, returns = after.differences(before), after.following and not before.following
+        if not (names or returns):
             return
+        loaded = loaded or returns
         goes_on = names <= self.edited or self.edited <= {"comparison", "kept", "kept_by_edit"}
         in_hand = before.grip is not None and self.time > -math.inf
         paused = time - self.time > PAUSE and not in_hand

@@ -255,10 +255,11 @@ class SceneView:
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts that the page writes over the scene; the warning is above it."""
-        others = [caption for view in self.others.values() for caption in view.captions]
-        warning = self.beam.warning
-        return [one for one in (*self.scene.captions, *others) if one is not warning]
+        """The texts that the page writes over the scene, those of a beam above the first before its
+        own, as one that would cover another is moved down; the warning is above the scene."""
+        views = [self.others.get(True), self.scene, self.others.get(False)]
+        texts = [caption for view in views if view for caption in view.captions]
+        return [one for one in texts if one is not self.beam.warning]
 
 
 def fitted_clock(clock: Clock, picture: Picture) -> Clock:

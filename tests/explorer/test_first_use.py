@@ -1,12 +1,15 @@
 """What a new user does on the real page: reads a text, types a number, goes back, uses keys."""
 
+import threading
+
 import numpy as np
 import pytest
 from helpers import slow
 from live.browser import READY, SHIFT, Page, are_apart, by_id, page, says, tab
-from live.server import wait_until
+from live.server import last_until, wait_until
 from live.visitor import PAPER
 
+from beamviz.explorer import computed_loci
 from beamviz.scene import Scene
 
 FIRST = Scene(PAPER.replace(gamma=5)).changed(playing=False)  # a scene that moves takes time
@@ -187,6 +190,48 @@ def test_a_text_that_is_no_number_stays_until_another_edit(desk, another):
     desk.send("real.preset", another)
     desk.wait(f"{THICKNESS}.value === '{5 if another == 'steel beam' else 1}'")
     assert not desk.evaluate(f"{THICKNESS}.hasAttribute('aria-invalid')")
+
+
+def test_what_is_typed_while_the_units_change_is_not_read_in_the_new_ones(desk):
+    """The field shows the speed in rpm, and what is typed then is taken."""
+    speed = by_id("gamma-field")
+    desk.click(speed)
+    desk.evaluate(f"{speed}.select()")
+    desk.call("Input.insertText", text="7")
+    desk.send("real.preset", "steel beam")
+    desk.wait(f"{speed}.value === '300'")
+    desk.evaluate(f"{speed}.select()")
+    desk.key("Enter")
+    desk.evaluate(f"{speed}.blur()")
+    desk.catch_up()
+    assert desk.number("gamma") == 300
+    desk.click(speed)
+    desk.evaluate(f"{speed}.select()")
+    desk.call("Input.insertText", text="400")
+    desk.key("Enter", until="location.search.includes('rotation_speed=41.88')")
+
+
+def test_a_chart_from_before_the_units_changed_moves_no_beam(desk, monkeypatch):
+    """Its line is at another speed in rpm than in γ. The one after it moves the beam."""
+    release, compute = threading.Event(), computed_loci.loci
+    monkeypatch.setattr(
+        computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
+    )
+    line = "document.querySelector('#loci-chart .operating')"
+    desk.open_tab("frequencies")
+    desk.wait(f"{line}.ariaValueNow === '5'")
+    try:
+        desk.send("real.preset", "steel beam")
+        desk.wait(f"{by_id('gamma-field')}.value === '300' && {line}.ariaValueText.includes('γ')")
+        desk.evaluate(f"{line}.focus()")
+        desk.key("PageUp", until=f"{line}.ariaValueNow !== '5'")
+        desk.catch_up()
+        assert desk.number("gamma") == 300
+    finally:
+        release.set()
+    desk.wait(f"{line}.ariaValueText === '300 rpm'")
+    desk.key("PageUp")
+    wait_until(lambda: desk.number("gamma") > 300)
 
 
 @pytest.mark.parametrize("width", [1100, 1250, 1280, 1440, 1920])
@@ -462,6 +507,34 @@ def test_no_captions_cover_each_other_in_a_comparison(desk):
     desk.wait(f"{texts}.length >= 2 && {texts}.some(e => e.textContent === 'this beam')")
     boxes = f"{texts}.map(e => e.getBoundingClientRect().toJSON())"
     wait_until(lambda: are_apart(desk.evaluate(boxes)))
+
+
+@pytest.mark.parametrize("rotating", [True, False])
+def test_the_title_of_the_upper_beam_is_above_that_of_the_lower_one(desk, rotating):
+    """From the side, and from the top, where the beams cover each other."""
+    edits = ("rotating_frame", rotating), ("comparison", "mass"), ("stacked", True)
+    for action, value in edits:
+        desk.send(action, value)
+    desk.send("reset_view")
+    desk.catch_up()
+    texts = "[...document.querySelectorAll('#caption-layer span:not([hidden])')]"
+    upper, lower = (
+        f"{texts}.find(e => e.textContent === '{title}').getBoundingClientRect()"
+        for title in ("twice the mass", "this beam")
+    )
+    between = f"[{lower}.top - {upper}.bottom]"
+    (from_side,) = wait_until(lambda: settled(desk, between))
+    left, top, width, height = desk.box("document.querySelector('#scene canvas')")
+    x, y = left + 0.1 * width, top + 0.3 * height
+    desk.drag((x, y), (x, y + 0.5 * height))
+
+    def from_top() -> float | None:
+        (gap,) = settled(desk, between) or [from_side]
+        return gap if gap < from_side else None
+
+    assert wait_until(from_top) > -1
+    for action, value in (("stacked", False), ("comparison", "nothing"), ("reset_view", None)):
+        desk.send(action, value)
 
 
 @pytest.mark.slow

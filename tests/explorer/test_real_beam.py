@@ -1,10 +1,12 @@
 """Real beams: what their sources say of them, and the panel to enter one."""
 
 import contextlib
+import json
 import math
 import re
 import threading
 from functools import partial
+from html import escape
 from typing import Any
 
 import pytest
@@ -17,6 +19,7 @@ from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
 from beamviz.explorer.features import real_beam
 from beamviz.explorer.state import State
+from beamviz.presets import PRESETS as BLADES
 from beamviz.scene import Scene
 from beamviz.solver import solve
 from beamviz.solver.problem import CHOICES
@@ -109,6 +112,26 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     guest.choose("real.length", 61)  # of this size in m
     guest.shows(Beam.from_si(**real_beam.BLADE.values | {"length": 61.0}))
     assert not caplog.records
+
+
+@pytest.mark.parametrize("name", [*real_beam.PRESETS, *BLADES])
+def test_the_preset_with_the_numbers_of_the_beam_is_marked(guest, name):
+    """Also one that is reached by other edits, and by a link; no other one, and none else."""
+    key, preset = ("blade", BLADES[name]) if name in BLADES else ("real", real_beam.PRESETS[name])
+    is_marked, speed = f"{key}.preset", preset.beam.si["rotation_speed"] / real_beam.RPM
+    guest.do("link", "")  # from now on the page has an address
+    guest.do(is_marked, name, until=lambda _: guest.values[is_marked] == name)
+    (panel,) = (text for text in guest.texts.values() if f'data-set="{is_marked}"' in text)
+    assert f'data-value="{escape(json.dumps(name))}"' in panel
+    guest.choose("gamma", speed + 1, until=lambda _: not guest.values[is_marked])
+    guest.wait(lambda _: "rotation_speed" in guest.parts["address"])
+    address = guest.parts["address"]
+    guest.choose("gamma", float(f"{speed:.8g}"), until=lambda _: guest.values[is_marked] == name)
+    guest.wait(lambda _: guest.parts["address"] != address)
+    link = f"?{guest.parts['address']}"
+    guest.do("dimensionless", until=lambda _: not guest.values[is_marked])
+    guest.do("link", link, until=lambda _: guest.values[is_marked] == name)
+    guest.do("gamma", 1e12, until=lambda _: not guest.values[is_marked])  # out of range
 
 
 def test_no_edit_is_lost_while_a_field_is_set():

@@ -24,7 +24,7 @@ from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
 from beamviz.drawing.text import growth, rounded_to_error
-from beamviz.explorer import explorer, frame_loop, jobs, page, session
+from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features import files
 from beamviz.explorer.features.comparison import number
@@ -294,6 +294,23 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
             guest.says(lesson("nodes").proof)
 
 
+def test_no_chart_stays_of_a_visitor_who_follows_a_presenter_without_one(hall, monkeypatch):
+    """Neither its lines nor that of the beam; the chart of the presenter comes."""
+    release, compute = threading.Event(), computed_loci.loci
+    with visitor(hall) as one:
+        one.wait(lambda _: one.charts["loci-chart"]["lines"] and one.charts["loci-chart"]["cursor"])
+        monkeypatch.setattr(
+            computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
+        )
+        with visitor(f"{hall}/?token={KEY}"):
+            try:
+                one.wait(lambda _: one.charts["loci-chart"]["lines"] == [])
+                one.wait(lambda _: one.charts["loci-chart"]["cursor"] is None)
+            finally:
+                release.set()
+            one.wait(lambda _: one.charts["loci-chart"]["lines"])
+
+
 @pytest.mark.slow
 def test_a_visitor_explores_and_follows_again(hall):
     """From the scene and the lesson of the presenter; no other page changes; a checkbox returns."""
@@ -313,6 +330,27 @@ def test_a_visitor_explores_and_follows_again(hall):
         assert own not in lead.text + other.text
         one.choose("following", True)
         one.shows(PAPER.replace(gamma=22))
+
+
+def test_undo_after_the_return_to_a_presenter_shows_the_own_scene_again(hall):
+    """As it was when the visitor returned; a second one takes back their last edit of it. Redo
+    shows what was seen of the presenter then."""
+    with visitor(f"{hall}/?token={KEY}") as lead, visitor(hall) as one:
+        one.edit(alpha=2.0)
+        one.edit(beta=0.7)
+        lead.choose("gamma", 21.0)
+        one.choose("following", True)
+        one.shows(PAPER.replace(gamma=21))
+        own = PAPER.replace(alpha=2)
+        for action, beam in (
+            ("undo", own.replace(beta=0.7)),
+            ("redo", PAPER.replace(gamma=21)),
+            ("undo", own.replace(beta=0.7)),
+            ("undo", own),
+        ):
+            one.do(action)
+            one.shows(beam)
+            one.wait(lambda _: one.values["following"] is False)
 
 
 def test_a_visitor_cannot_present(hall):

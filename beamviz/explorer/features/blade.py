@@ -455,7 +455,7 @@ def table(name: str, rows: Rows, wrong: list[Wrong]) -> str:
 
 
 def head_html(column: Column) -> str:
-    return f"{escape(column.label)}<br>[{column.unit}]"
+    return f"{escape(column.label)} <br>[{column.unit}]"
 
 
 def cell(name: str, row: int, k: int, is_wrong: bool) -> str:

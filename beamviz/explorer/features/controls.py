@@ -234,10 +234,11 @@ def numbers_content(case: Case, run_speed: float | None) -> Content:
         own = measure(name, units)
         content |= page.html(f"{name}-label", escape(own.label))
         content |= page.props(f"{name}-field", aria_label=own.label)
+        content |= page.props(name, data_unit=own.unit)
         if not (isinstance(number, int | float) and math.isfinite(number)):
             number = getattr(case.nearest_beam(), name)
         low, high, step = slider_range(name, number, units)
-        limits = {"min": low, "max": high, "step": step, "data_unit": own.unit}
+        limits = {"min": low, "max": high, "step": step}
         content |= page.props(f"{name}-slider", **limits)
         content |= page.value(name, float(f"{own.factor * number:.8g}"))
     return content | page.html("units", "SI units" if units else "Real beam…")

@@ -13,7 +13,7 @@ from pathlib import Path
 from threading import Thread
 from typing import Any
 
-from beamviz.drawing.text import error_summary
+from beamviz.beam import Beam
 from beamviz.dynamics import Motion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
@@ -56,6 +56,10 @@ class File:
     name: str
     film: dict[str, Any] | None
     motion: Motion | None = None
+
+    @property
+    def beam(self) -> Beam:
+        return self.scene.beam
 
     def has_content_of(self, other: "File") -> bool:
         named = (self.name, self.film, self.scene) == (other.name, other.film, other.scene)
@@ -204,8 +208,6 @@ class Files(Feature):
         if error is None or isinstance(error, Cancelled):
             self.page.say(f"{file.name}: {'cancelled' if error else 'done'}")
             return
-        if isinstance(error, NoEquilibrium):
-            reason = error_summary(error, file.scene.beam)
         known = isinstance(error, InvalidInput | NoEquilibrium)
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import (
     AXES,
@@ -122,6 +122,9 @@ def chart_reads(snapshot: Snapshot) -> tuple[Any, ...]:
     return answer, second, snapshot.state.per_rev
 
 
+NO_LINES: page.Data = {"message": "", "lines": [], "marks": [], "gaps": [], "keys": []}
+
+
 def chart_content(
     answer: Answer[ChartRequest, Chart] | None,
     other: Answer[ChartRequest, Chart] | None,
@@ -131,6 +134,7 @@ def chart_content(
     the first answer the chart is empty."""
     content = page.props("loci-chart", hidden=False)
     if answer is None:
+        content |= page.chart("loci-chart", {**NO_LINES, "perRev": None})
         content |= page.props("per-rev", hidden=False)
         content |= page.props("loci-resonances", hidden=True)
         return content | page.html("loci-resonances", "") | page.html("loci-events", "")
@@ -139,12 +143,22 @@ def chart_content(
     content |= page.props("loci-resonances", hidden=not (chart and over_speed and multiples))
     second = other.result if other else None
     if chart is None:
-        content |= page.chart("loci-chart", axes_data(answer.request, answer.message, second))
-        reason = page.note(answer.message)
-        return content | page.html("loci-resonances", "") | page.html("loci-events", reason)
+        reason = no_chart(answer)
+        content |= page.chart("loci-chart", axes_data(answer.request, reason, second))
+        content |= page.html("loci-events", page.note(reason))
+        return content | page.html("loci-resonances", "")
     content |= page.chart("loci-chart", chart_data(chart, multiples, second))
     content |= page.html("loci-events", event_table(chart) + notes(chart))
     return content | page.html("loci-resonances", resonance_table(chart, multiples))
+
+
+def no_chart(answer: Answer[ChartRequest, Chart]) -> str:
+    """Why there is no chart; "" for one. The largest speed with an equilibrium is that of its first
+    beam, which may be another one than that in the scene."""
+    request, text = answer.request, answer.message
+    if isinstance(answer.error, NoEquilibrium) and request.over != "gamma":
+        return f"{text}, at {request.measures[0].text(request.start, 4)}"
+    return text
 
 
 def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:
@@ -155,7 +169,7 @@ def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:
 def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None) -> Content:
     """The line of the beam, and the event that it is at."""
     if answer is None:
-        return page.props("loci-chart", hidden=False) | page.value("go_to_event", "")
+        return page.chart("loci-chart", {"cursor": None}) | page.value("go_to_event", "")
     request, chart = answer.request, answer.result
     line = cursor(beam, request.over, request.measures[0])
     chosen = chart.event_at(getattr(beam, request.over)) if chart and beam else ""

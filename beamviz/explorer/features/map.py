@@ -31,7 +31,6 @@ from beamviz.solver import interruption
 from beamviz.sweeps.arrays import SOLVED, STATUSES, solve_in_memory
 from beamviz.sweeps.plan import Plan, make_plan
 from beamviz.sweeps.quantities import Quantity, frequency_of, smallest_gap
-from beamviz.units import Units
 
 SIZE = (81, 41)  # columns and rows of beams in a map
 SMALL_SIZE = (41, 21)  # where each beam takes as long as one alone
@@ -78,11 +77,6 @@ class MapRequest:
             ends["mu"] = max(low, ends["gamma"][1] / MAX_GAMMA_OVER_MU), high
         beam = beam.replace(**{name: end[1 if name == "mu" else 0] for name, end in ends.items()})
         return cls(beam, over, (ends[over[0]], ends[over[1]]), case.options)
-
-    @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.beam.units
 
     @property
     def measures(self) -> tuple[Measure, Measure, Measure]:

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing.text import Measure, error_summary, significant
-from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.drawing.text import Measure, error_text, significant
+from beamviz.errors import BeamvizError
 from beamviz.explorer import page
 from beamviz.explorer.declarations import SWITCH, Choice, Tab, switch_key
 from beamviz.explorer.feature import Feature, Part, fading, waiting
@@ -63,7 +63,7 @@ def time_method(reference: Solution, option: str, value: float, settings: dict[s
             again = solve(reference.beam, **{**settings, option: value})
             seconds = min(seconds, again.stats.seconds)
     except BeamvizError as failure:
-        return Timing(method, resolution, reason=str(failure))
+        return Timing(method, resolution, reason=error_text(failure, reference.beam))
     status, expected = found.equilibrium.status, reference.equilibrium.status
     if status != expected:
         return Timing(method, resolution, reason=f"predicts an {status} beam; it is {expected}")
@@ -157,8 +157,6 @@ def timing_content(
     if timings and timings.result:
         content |= page.html("timings", timing_table(timings.result) + NOTE)
         return content | page.chart("timing-chart", timing_data(timings.result, solution))
-    if timings and isinstance(timings.error, NoEquilibrium):
-        return content | page.html("timings", page.note(error_summary(timings.error, answer.beam)))
     if timings is None:
         return content | page.html("timings", "" if is_asked else INVITATION)
     return content | page.html("timings", page.note(timings.message))

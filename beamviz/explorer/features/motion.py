@@ -30,7 +30,6 @@ from beamviz.explorer.computed_motion import (
     answer_of,
     is_before,
     obstacle_of,
-    reason_in,
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.experiment import ALTERNATIVES, RANGES, START_MODES, STOP, Experiment
@@ -300,7 +299,7 @@ def reason_of(snapshot: Snapshot) -> str:
     answer = answer_of(snapshot)
     known = answer is not None and answer.result is None and not answer.cancelled
     known = known and not is_before(snapshot)
-    return reason_in(answer) if answer and known else ""
+    return answer.message if answer and known else ""
 
 
 def moment_of(snapshot: Snapshot) -> float | None:
@@ -345,10 +344,11 @@ def values_content(experiment: Experiment, units: Units | None) -> Content:
             low, high, step = shown.range(low, high, step, own.limits)
         else:
             low, high, step = (PERCENT * one for one in own.slider)
-        limits = {"min": low, "max": high, "step": step, "data_unit": shown.unit}
+        limits = {"min": low, "max": high, "step": step}
         content |= page.props(f"{key}-slider", **limits)
         content |= page.html(f"{key}-label", escape(shown.label))
         content |= page.props(f"{key}-field", aria_label=shown.label)
+        content |= page.props(key, data_unit=shown.unit)
         content |= page.value(key, float(f"{shown.factor * getattr(experiment, name):.6g}"))
     for name in (*ALTERNATIVES, "unstiffened"):
         content |= page.value(f"motion.{name}", getattr(experiment, name))

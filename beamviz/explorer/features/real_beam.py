@@ -4,9 +4,11 @@ import contextlib
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from html import escape
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
 from beamviz.checks import check_float, together
@@ -306,7 +308,10 @@ class RealBeamPanel(Feature):
 
     @property
     def parts(self) -> Iterable[Part]:
-        return (Part(panel_reads, panel_content, ("real-beam",)),)
+        return (
+            Part(panel_reads, panel_content, ("real-beam",)),
+            Part(lambda s: (s.state.case,), presets_content, ("real.preset", "blade.preset")),
+        )
 
     def edit(self, name: str, value: Any) -> None:
         self.load(f"real.{name}", lambda beam: edited(beam, name, value), value)
@@ -383,12 +388,37 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
     return content
 
 
+@cache
+def values_of_presets() -> dict[str, dict[str, Any]]:
+    """The values of all presets in SI, by their names."""
+    return {name: one.beam.si for presets in (PRESETS, BLADES) for name, one in presets.items()}
+
+
+def preset_of(beam: Beam) -> str:
+    """The name of the preset with the numbers of a beam, to the digits shown; "" for none."""
+    own = beam.si
+
+    def has(key: str, value: Any) -> bool:
+        return np.shape(own[key]) == np.shape(value) and np.allclose(own[key], value, 1e-7, 0.0)
+
+    for name, values in values_of_presets().items():
+        if own.keys() == values.keys() and all(map(has, values.keys(), values.values())):
+            return name
+    return ""
+
+
+def presets_content(case: Case) -> Content:
+    """The preset that is marked as chosen."""
+    chosen = preset_of(case.beam) if case.in_range else ""
+    return page.value("real.preset", chosen) | page.value("blade.preset", chosen)
+
+
 CHOSEN = ("", "real.section", "real.material")  # that are no fields
 BUTTONS = "".join(
-    page.button(name, data_do="real.preset", data_value=name, title=real.source)
+    page.button(name, data_set="real.preset", data_value=name, title=real.source)
     for name, real in PRESETS.items()
 ) + "".join(
-    page.button(one.title, data_do="blade.preset", data_value=name, title=one.source)
+    page.button(one.title, data_set="blade.preset", data_value=name, title=one.source)
     for name, one in BLADES.items()
 )
 OWN_BLADE = page.button("your blade", data_do="blade.begin")

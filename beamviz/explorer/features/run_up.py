@@ -25,7 +25,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci.forced_response import DAMPING, RunUp, response, run_up
 from beamviz.scene import PER_REV, ViewOptions, clip
 from beamviz.solver.solution import Solution
-from beamviz.units import Units
 
 PER_SECOND = 6.0  # speeds of the run-up shown per second; they are dense near resonances
 PEAK = 2.0  # largest displacement drawn, over the amplitude of the view
@@ -48,14 +47,12 @@ class RunUpRequest(NamedTuple):
         return cls(case, state.force_per_rev, state[DAMPED], stop)
 
     @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.case.units
+    def beam(self) -> Beam:
+        return self.case.beam
 
     def run_up(self) -> RunUp:
         """The run-up to its end. Raises the errors of `forced_response.run_up`."""
-        beam = self.case.beam
-        return run_up(beam, self.per_rev, self.damping, self.stop, **self.case.options)
+        return run_up(self.beam, self.per_rev, self.damping, self.stop, **self.case.options)
 
 
 JOB = "run-up"
@@ -266,7 +263,7 @@ def resonance_table(run: RunUp) -> str:
     heads = ("go to", f"at {along.head}", across.label, "tip moves")
     rows = []
     for one in run.resonances:
-        speed = {"data_do": "gamma", "data_value": along.factor * one.at}
+        speed = {"data_do": "gamma", "data_value": along.factor * one.at, "data_unit": along.unit}
         go_to = page.button(f"{page.sign('resonance')} {one.branches[0]}", class_="quiet", **speed)
         place = along.number(one.at, 4), across.number(one.frequency, 3)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))

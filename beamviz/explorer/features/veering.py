@@ -15,7 +15,7 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_loci import Chart, ChartRequest, cursor, loci_lines
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
-from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons
+from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons, no_chart
 from beamviz.explorer.jobs import PENDING, Answer
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
@@ -24,7 +24,6 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Branch, Event, Loci, at_values, loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import BENDING, STRETCHING
-from beamviz.units import Units
 
 POINTS = 40  # of a sweep; even, so that the middle is not one of them
 REACH = 0.2  # of the chart's range, to each side: for the search of an event, and the widest view
@@ -74,9 +73,8 @@ class VeeringRequest:
     event: Event
 
     @property
-    def units(self) -> Units | None:
-        """The size of the beam; None where it is not known."""
-        return self.chart.units
+    def beam(self) -> Beam:
+        return self.chart.beam
 
     def pairs(self) -> Pairs:
         """The loci without and with Coriolis forces. Raises the errors of `loci`."""
@@ -227,7 +225,7 @@ def event_content(
     if charts is None:
         return page.props("veering-chart", hidden=True) | page.html("veering-shapes", "")
     pairs, chart = answer.result if answer else None, charts.result
-    text = page.note(charts.message)
+    text = page.note(no_chart(charts))
     if chart:
         text = event_buttons(chart) if chart.pairs else f"<p>{INVITATION}</p>"
     content = page.props("veering-chart", hidden=not pairs)

@@ -201,7 +201,7 @@ const BeamvizChart = (() => {
     go(mark) {
       this.hold([mark.x]);
       this.render();
-      beamviz.sendAs(mark.action, mark.value ?? null);
+      beamviz.sendAs(mark.action, mark.value ?? null, this.data.x.unit);
     }
 
     /**

@@ -285,7 +285,7 @@ const beamvizFigure = (() => {
       if (!this.data.cursor || String(place) === String(this.place)) return;
       this.hold(place);
       this.render();
-      beamviz.sendOften(this.data.cursor.action, place.length > 1 ? place.join(" ") : place[0]);
+      beamviz.sendOften(this.data.cursor.action, place.length > 1 ? place.join(" ") : place[0], this.data.x.unit);
     }
 
     /** @param {string} label */

@@ -60,9 +60,12 @@ const beamviz = (() => {
    * The same for an action that an element or a chart names; the server checks its value.
    * @param {string | undefined} action
    * @param {Scalar} value
+   * @param {string} [unit] of the value: one in another unit than that of the slider is not sent, as of
+   *   a chart before the beam got a size
    */
-  function sendAs(action, value) {
+  function sendAs(action, value, unit) {
     if (action === undefined) return;
+    if (unit !== undefined && (found(`${action}-slider`)?.dataset.unit ?? unit) !== unit) return;
     if (!LOOKS.includes(action)) dropRefused(action);
     if (!bridge) return;
     if (waiting[action]) waiting[action] = {};
@@ -83,15 +86,16 @@ const beamviz = (() => {
    * Sends immediately, and after that the latest value every PERIOD.
    * @param {string} action
    * @param {Scalar} value
+   * @param {string} [unit]
    */
-  function sendOften(action, value) {
+  function sendOften(action, value, unit) {
     if (waiting[action]) return void (waiting[action] = { value });
-    sendAs(action, value);
+    sendAs(action, value, unit);
     waiting[action] = {};
     setTimeout(() => {
       const { value } = waiting[action];
       delete waiting[action];
-      if (value !== undefined) sendOften(action, value);
+      if (value !== undefined) sendOften(action, value, unit);
     }, PERIOD);
   }
 
@@ -270,6 +274,10 @@ const beamviz = (() => {
       else e.setAttribute(name, value === true ? "" : String(value));
     }
     const key = e.dataset.set ?? "";
+    if (e.typed && "data-unit" in changes) { // what was typed was meant in another one
+      e.typed = false;
+      showValue(e, values[key]);
+    }
     if (["min", "max", "step"].some((name) => name in changes) && key in values) showValue(e, values[key]);
   }
 
@@ -412,7 +420,7 @@ const beamviz = (() => {
     if (e.dataset.set) {
       for (const host of all("[data-chart]")) host.figure?.reveal?.(String(value));
       sendAs(e.dataset.set, e.dataset.value === undefined ? e.ariaPressed !== "true" : value);
-    } else sendAs(e.dataset.do, value);
+    } else sendAs(e.dataset.do, value, e.dataset.unit);
   }
 
   /**
