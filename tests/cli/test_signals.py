@@ -113,6 +113,16 @@ def test_only_the_first_signal_counts(number):
     assert (caught.value.code, closed) == (128 + number, [True])
 
 
+@pytest.mark.parametrize("number", SIGNALS)
+def test_a_signal_handled_within_stays_the_only_one(number):
+    """The server ends by it, and the command line around it while Python shuts down."""
+    with terminate_on_signal():
+        with pytest.raises(Terminated), terminate_on_signal():
+            signal.raise_signal(number)
+        signal.raise_signal(number)
+    signal.raise_signal(number)
+
+
 def test_an_import_that_discards_exceptions_does_not_discard_the_signal(tmp_path, monkeypatch):
     """Some modules do, with a bare except around their optional parts."""
     (tmp_path / "greedy.py").write_text(GREEDY)
