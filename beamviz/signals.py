@@ -84,7 +84,8 @@ def defer_signals() -> Iterator[None]:
 @contextlib.contextmanager
 def handle_signals(handler: Handler, received: Sequence[float] = ()) -> Iterator[None]:
     """Context in which `handler` handles SIGINT and SIGTERM; only in the main thread, as Python
-    demands. It stays where it has `received` any, also when the contexts around this one are left."""
+    demands. It stays where it has `received` any, also when the contexts around this one are left.
+    """
     main = threading.current_thread() is threading.main_thread()
     before = {number: signal.signal(number, handler) for number in SIGNALS if main}
     try:
