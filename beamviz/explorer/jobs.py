@@ -91,9 +91,11 @@ class Answer(Generic[Q, R]):
     @property
     def message(self) -> str:
         """The text of the error in the words and units of the page; "" for a result."""
+        if self.error is None:
+            return ""
         if self.beam:
-            return error_text(self.error, self.beam) if self.error else ""
-        return in_words(str(self.error), getattr(self.request, "units", None)) if self.error else ""
+            return error_text(self.error, self.beam)
+        return in_words(str(self.error), getattr(self.request, "units", None))
 
     @property
     def beam(self) -> Beam | None:

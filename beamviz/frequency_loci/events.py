@@ -217,17 +217,18 @@ def _resonances_of(path: Path, part: Part, multiples: NDArray) -> Iterator[Event
     shown = _is_shown(modes.rank, path.problem.modes).reshape(n, 1, size)
     touches = abs(above) <= SAME * (1 + lines[..., None])
     stays = touches[1:] & touches[:-1]
-    on_line = np.pad(stays, ((1, 0), (0, 0), (0, 0))) | np.pad(stays, ((0, 1), (0, 0), (0, 0)))
+    lies_on_line = np.zeros_like(touches)  # from one value to the next
+    lies_on_line[1:] |= stays
+    lies_on_line[:-1] |= stays
 
     def above_line(values: NDArray, pair: NDArray) -> NDArray:
         """omega^2 (n,) above that on a line, of pairs at values (n,)."""
         squares = path.modes(values).omega_squared.reshape(len(values), size)
-        on_line = multiples[pair // size] * values
-        return squares[np.arange(len(values)), pair % size] - on_line**2
+        frequency = multiples[pair // size] * values
+        return squares[np.arange(len(values)), pair % size] - frequency**2
 
-    roots = find_roots(
-        modes.at, np.where(shown & ~on_line, above, np.nan).reshape(n, -1), above_line
-    )
+    sought = np.where(shown & ~lies_on_line, above, np.nan)
+    roots = find_roots(modes.at, sought.reshape(n, -1), above_line)
     for bracket in roots.unlocated:
         yield not_located("resonance", path.over, bracket.low, bracket.high)
     ranks = path.modes(roots.at).rank.reshape(-1, size)

@@ -155,6 +155,14 @@ def test_a_root_that_is_hardly_held_leaves_the_other_modes(beam, square, plane, 
     assert (found.errors < 1e-6 * found.frequencies).all()
 
 
+@pytest.mark.parametrize("method", ["linear", "ancf"])
+def test_elements_keep_their_other_modes_at_a_weak_spring(method):
+    """They are those of the same elements with a hinge."""
+    found = solve(Beam(root=1e-16), method=method)
+    hinged = solve(Beam(root=0), method=method)
+    assert found.frequencies[1:4] == pytest.approx(hinged.frequencies[1:4], rel=1e-7)
+
+
 def test_a_hinged_inward_beam_turns_over():
     """As a pendulum: it grows at the root of gamma^2 |delta| times the static moment over the
     moment of inertia, 3 / 2, if it hardly bends; its stable state points outward."""
