@@ -114,8 +114,8 @@ class Search:
         i = int(abs(track.values - middle).argmin())
         rank = track.modes.rank[i, candidate.family, candidate.k : candidate.k + 2]
         near = slice(max(i - 2, 0), i + 3)
-        self.reference = vectors.shapes[i, rank]
-        self.reduced = reduce(self.reference, ModeVectors(*(array[near] for array in vectors)))
+        self.reference = vectors.chosen(np.array([i]), rank)
+        self.reduced = reduce(self.reference, vectors.chosen(near))
         self.least = LeastGap(float(track.values[i]), 0.0, math.inf, 0.0, (0, 1))
         self.shift = math.inf  # of the place of the least gap by the last solve
         self.is_settled = False
@@ -238,10 +238,10 @@ def rotations(vectors: ModeVectors, ends: NDArray, ranks: NDArray) -> NDArray:
     """The angles (n,) by which the shapes of two modes, of these ranks (n, 2, 2) by frequency at
     two ends (n, 2), rotate into each other between them; 90 degrees where that is not known."""
     places, known = _places(vectors, ends)
-    known &= (ranks < vectors.shapes.shape[1]).all(axis=(1, 2))  # else above the modes solved for
-    places, ranks = places[..., None], np.where(known[:, None, None], ranks, 0)
-    before = vectors.shapes[places[:, 0], ranks[:, 0]]
-    O = abs(before.conj() @ vectors.duals[places[:, 1], ranks[:, 1]].mT)
+    known &= (ranks < vectors.omega_squared.shape[1]).all(axis=(1, 2))  # else not solved for
+    ranks = np.where(known[:, None, None], ranks, 0)
+    before, after = (vectors.chosen(places[:, end], ranks[:, end]) for end in (0, 1))
+    O = abs(before.products(after))
     angles = np.arctan2(O[:, 0, 1] + O[:, 1, 0], O[:, 0, 0] + O[:, 1, 1])
     return np.where(known, angles, math.pi / 2)
 
@@ -254,7 +254,8 @@ def veering_indices(vectors: ModeVectors, near: NDArray, pair: NDArray) -> tuple
     places, known = _places(vectors, near)
     known &= near[:, 1] > near[:, 0]
     h, each = np.where(known, near[:, 1] - near[:, 0], 1.0)[:, None] / 2, np.arange(len(near))
-    O = vectors.shapes[places[:, 0]].conj() @ vectors.duals[places[:, 1]].mT  # (n, modes, modes)
+    before, after = vectors.chosen(places[:, 0]), vectors.chosen(places[:, 1])
+    O = before.products(after)  # (n, modes, modes)
     diagonal = np.diagonal(O, axis1=1, axis2=2)[:, None]
     O = O * diagonal.conj() / np.maximum(abs(diagonal), TINY)  # phases: real on the diagonal
     rates = abs(O - O.conj().mT) / (4 * h[:, None])

@@ -2,8 +2,10 @@
 with Coriolis forces, the gyroscopic one."""
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -17,23 +19,61 @@ GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a bu
 MORE_IN_SPAN = 2  # Gauss points between two discontinuities of a blade, however close
 STEP = 1e-4  # of the difference that is the rotation of a body
 RIGID = 1e-6  # for the frequency of a rigid rotation
+TINY = float(np.finfo(float).tiny)
 
 Outcome = Solution | BeamvizError  # at one value of a parameter
 
 
-class ModeVectors(NamedTuple):
-    """Modes at n ascending values of one parameter, m at each, as vectors with shape_i . dual_j = 1
-    for i = j and 0 otherwise. Shapes and duals are smooth functions of the parameter."""
+@dataclass(frozen=True, eq=False)
+class ModeVectors:
+    """Modes at n ascending values of one parameter, m at each, and a product of two modes that is 1
+    of each with itself and 0 of two others at one value. The fields are smooth functions of the
+    parameter, but for their sign.
+
+    product: returns the product (..., m, k), not normalised, of the modes of two ModeVectors.
+    """
 
     at: np.ndarray  # (n,)
     omega_squared: np.ndarray  # (n, m) ascending in each row
-    shapes: np.ndarray  # (n, m, d)
-    duals: np.ndarray  # (n, m, d)
+    gamma: np.ndarray  # (n,)
+    fields: np.ndarray  # (n, m, 2, points) u and w times the roots of weights and masses
+    product: Callable[["ModeVectors", "ModeVectors"], np.ndarray]
+
+    def chosen(self, values: Any, modes: np.ndarray | None = None) -> "ModeVectors":
+        """Those at the k values of these indices, or a slice; modes: indices (k, modes) of those
+        at each, by default all."""
+        index = values if modes is None else (values[:, None], modes)
+        return replace(
+            self,
+            at=self.at[values],
+            omega_squared=self.omega_squared[index],
+            gamma=self.gamma[values],
+            fields=self.fields[index],
+        )
 
     def among(self, values: np.ndarray) -> "ModeVectors":
         """Those at these values (n,) of the parameter."""
         index = (self.at[:, None] == values).any(axis=1)
-        return self if index.all() else ModeVectors(*(array[index] for array in self))
+        return self if index.all() else self.chosen(index)
+
+    @cached_property
+    def norms(self) -> np.ndarray:
+        """The products (n, m) of each mode with itself, not normalised."""
+        return np.diagonal(self.product(self, self), axis1=1, axis2=2)
+
+    def products(self, other: "ModeVectors") -> np.ndarray:
+        """The products (n, m, k) of each mode with the k modes at each of the n values of other
+        ModeVectors; n is 1 of either, or equal."""
+        sizes = np.maximum(abs(self.norms[:, :, None] * other.norms[:, None]), TINY)
+        return self.product(self, other) * np.sign(other.norms.real)[:, None] / np.sqrt(sizes)
+
+    @property
+    def frequencies(self) -> np.ndarray:
+        """Frequencies or growth rates (n, m). The product of a rigid rotation about a hinge, of
+        frequency 0, with itself vanishes: a small frequency instead makes it orthogonal to the
+        others but for a share as small."""
+        omega = np.sqrt(abs(self.omega_squared))
+        return np.where(omega == 0, RIGID, omega)
 
 
 def gauss_points(solutions: Sequence[Solution]) -> int:
@@ -50,25 +90,23 @@ def gauss_points(solutions: Sequence[Solution]) -> int:
 
 def mode_vectors(at: np.ndarray, outcomes: Sequence[Outcome], count: int) -> ModeVectors:
     """The modes, equal in number, of the outcomes at values (n,) that are solutions. Shapes are
-    sampled at `count` Gauss points of the whole beam and at the mass; inner products of shapes and
-    duals contain the weights and the mass."""
+    sampled at `count` Gauss points of the whole beam and at the mass."""
     solutions = [outcome for outcome in outcomes if isinstance(outcome, Solution)]
     at = at[[isinstance(outcome, Solution) for outcome in outcomes]]
     if not solutions:
-        no_vectors = np.empty((0, 0, 0))
-        return ModeVectors(at, np.empty((0, 0)), no_vectors, no_vectors)
+        none = np.empty((0, 0))
+        return ModeVectors(at, none, at, np.empty((0, 0, 2, 0)), _mass_product)
     squares = np.array([solution.omega_squared for solution in solutions])
+    gyroscopic = solutions[0].problem.gyroscopic
+    gamma = np.array([solution.beam.gamma if gyroscopic else 0.0 for solution in solutions])
     fields, masses = _fields(solutions, count)
+    fields *= np.sqrt(masses)
     if solutions[0].problem.state != "straight":
-        vectors = _complex_vectors(fields * np.sqrt(masses), solutions)
-        return ModeVectors(at, squares, *_normalised(*vectors))
-    gamma = np.array([solution.beam.gamma for solution in solutions])
+        return ModeVectors(at, squares, gamma, _of_real_square(fields), _complex_product)
     if np.iscomplexobj(fields) and gamma.any():
         fields = _in_phase(fields, squares)
-        vectors = _gyroscopic_vectors(fields, masses, squares, gamma)
-        return ModeVectors(at, squares, *_normalised(*vectors))
-    shapes = fields.reshape(*squares.shape, -1)
-    return ModeVectors(at, squares, shapes, (fields * masses).reshape(shapes.shape))
+        return ModeVectors(at, squares, gamma, fields, _gyroscopic_product)
+    return ModeVectors(at, squares, gamma, fields, _mass_product)
 
 
 def mass_weighted(
@@ -156,81 +194,84 @@ def _rotations(solutions: Sequence[Solution], x: float) -> np.ndarray:
     return (across + (angles @ slope)[:, None] * along) / f[:, None]
 
 
-def _gyroscopic_vectors(
-    fields: np.ndarray, masses: np.ndarray, squares: np.ndarray, gamma: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d), not normalised, of modes phi = (u, i w) of M q" + 2 gamma G q' +
-    K q = 0.
+def _of_real_square(fields: np.ndarray) -> np.ndarray:
+    """Complex u and w (n, m, 2, points), of any phase, in that in which the sum of u^2 - w^2 is
+    real: of a straight beam (u, i w)."""
+    square = (fields[:, :, 0] ** 2 - fields[:, :, 1] ** 2).sum(axis=2)
+    return fields * np.exp(-0.5j * np.angle(square))[:, :, None, None]
+
+
+def _mass_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+    """phi_i* M phi_j."""
+    (u, w), (other_u, other_w) = _components(one), _components(other)
+    return _sums(u, other_u) + _sums(w, other_w)
+
+
+def _complex_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+    """The product of modes phi = (u, w) of M q" + 2 gamma G q' + K q = 0 with complex u and w.
 
     The equation of mode j times phi_i*, less that of mode i times phi_j*, is omega_i - omega_j
     times a product in which modes are therefore orthogonal,
 
-        (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j
-            = (omega_i + omega_j) (u_i M u_j + w_i M w_j) - 2 gamma (w_i M u_j + u_i M w_j).
+        (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j,
+
+    with i phi_i* G phi_j = i sum (w_i* u_j - u_i* w_j). This is its real part.
+    """
+    (u, w), (other_u, other_w) = _components(one), _components(other)
+    omega, gamma = _sum_of_each(one.frequencies, other.frequencies), _sum_of_gamma(one, other)
+    inertia = _sums(u, other_u) + _sums(w, other_w)
+    swirl = _sums(w, other_u) - _sums(u, other_w)
+    return omega * inertia.real + gamma * swirl.imag
+
+
+def _gyroscopic_product(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+    """The same product of modes (u, i w) of a straight beam, with real u and w,
+
+        (omega_i + omega_j) (u_i M u_j + w_i M w_j) - 2 gamma (w_i M u_j + u_i M w_j).
 
     An unstable mode is (u, w), with the growth rate for omega. It is orthogonal to both modes of a
-    pair +-omega, so to their sum and to their difference, which are the two halves of the product.
+    pair +-omega, so to their sum and to their difference, which are the two halves of the product,
+
+        omega_i u_i M u_j + omega_j w_i M w_j - 2 gamma w_i M u_j and
+        omega_i w_i M w_j + omega_j u_i M u_j - 2 gamma u_i M w_j.
+
     Half the product changes its sign where that keeps it from vanishing at the onset of
     instability.
     """
-    omega = _positive_frequencies(squares)
-    stable = (squares >= 0)[:, :, None]
-    u, w = fields[:, :, 0], fields[:, :, 1]
-    Mu, Mw = np.moveaxis(fields * masses, 2, 0)
-    bends = (w * Mw).sum(axis=2, keepdims=True) > (u * Mu).sum(axis=2, keepdims=True)
-    sign = np.where(stable | ~bends, 1.0, -1.0)
-    double, signed = 2 * gamma[:, None, None], np.where(stable, omega, -omega)
-    terms = (  # of the product: a factor with mode i and one with mode j
-        (omega * u, Mu),
-        (w, signed * Mw),
-        (w, -double * Mu),
-        (sign * signed * w, sign * Mw),
-        (sign * u, sign * omega * Mu),
-        (sign * u, -sign * double * Mw),
-    )
-    shapes, duals = (np.concatenate(factors, axis=2) for factors in zip(*terms, strict=True))
-    return shapes, duals
+    (u, w), (other_u, other_w) = _components(one), _components(other)
+    sign, other_sign = _signs(one)[:, :, None], _signs(other)[:, None]
+    omega, other_omega = one.frequencies[:, :, None], other.frequencies[:, None]
+    signed = np.where(one.omega_squared >= 0, 1.0, -1.0)[:, :, None] * omega
+    other_signed = np.where(other.omega_squared >= 0, 1.0, -1.0)[:, None] * other_omega
+    along, across = _sums(u, other_u), _sums(w, other_w)
+    gamma = _sum_of_gamma(one, other)
+    first = omega * along + other_signed * across - gamma * _sums(w, other_u)
+    second = signed * across + other_omega * along - gamma * _sums(u, other_w)
+    return first + sign * other_sign * second
 
 
-def _complex_vectors(
-    fields: np.ndarray, solutions: Sequence[Solution]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d), not normalised, of modes of beams that may be bent, complex in
-    both components.
-
-    fields: u and w (n, m, 2, points) times the root of the mass. The product is the real part of
-    (omega_i + omega_j) phi_i* M phi_j - 2 i gamma phi_i* G phi_j, with i phi_i* G phi_j =
-    i sum (w_i* u_j - u_i* w_j). The phase makes sum (u^2 - w^2) real: (u, i w) of a straight beam.
-    """
-    omega = _positive_frequencies(np.array([solution.omega_squared for solution in solutions]))
-    gamma = [solution.beam.gamma if solution.problem.gyroscopic else 0.0 for solution in solutions]
-    root = np.sqrt(gamma)[:, None, None]
-    fields = fields.astype(complex)
-    square = (fields[:, :, 0] ** 2 - fields[:, :, 1] ** 2).sum(axis=2)
-    fields = fields * np.exp(-0.5j * np.angle(square))[:, :, None, None]
-    u, w = fields[:, :, 0], fields[:, :, 1]
-    both = np.concatenate((u.real, u.imag, w.real, w.imag), axis=2)
-    shapes, duals = [omega * both, both], [both, omega * both]
-    if root.any():
-        shapes.append(root * np.concatenate((w.real, -w.imag, -u.real, u.imag), axis=2))
-        duals.append(2 * root * np.concatenate((u.imag, u.real, w.imag, w.real), axis=2))
-    return np.concatenate(shapes, axis=2), np.concatenate(duals, axis=2)
+def _signs(vectors: ModeVectors) -> np.ndarray:
+    """The sign (n, m) of each mode in half the product: -1 of an unstable one that bends."""
+    u, w = _components(vectors)
+    bends = (w**2).sum(axis=2) > (u**2).sum(axis=2)
+    return np.where((vectors.omega_squared >= 0) | ~bends, 1.0, -1.0)
 
 
-def _positive_frequencies(squares: np.ndarray) -> np.ndarray:
-    """Frequencies or growth rates (n, m, 1). The product of a rigid rotation about a hinge, of
-    frequency 0, with itself vanishes: a small frequency instead makes it orthogonal to the others
-    but for a share as small."""
-    omega = np.sqrt(abs(squares))[:, :, None]
-    return np.where(omega == 0, RIGID, omega)
+def _components(vectors: ModeVectors) -> tuple[np.ndarray, np.ndarray]:
+    """u and w (n, m, points)."""
+    return vectors.fields[:, :, 0], vectors.fields[:, :, 1]
 
 
-def _normalised(shapes: np.ndarray, duals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes and duals (n, m, d) of product 1, in place of those given: of a chart of a blade they
-    take tens of megabytes."""
-    norms = np.vecdot(shapes, duals)[..., None]
-    size = np.sqrt(np.maximum(abs(norms), np.finfo(float).tiny))
-    shapes /= size
-    duals /= size
-    duals *= np.sign(norms)
-    return shapes, duals
+def _sums(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Sums over the points (n, m, k) of one* (n, m, points) times other (n, k, points)."""
+    return one.conj() @ other.mT
+
+
+def _sum_of_each(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The sums (n, m, k) of numbers of modes (n, m) and (n, k)."""
+    return one[:, :, None] + other[:, None]
+
+
+def _sum_of_gamma(one: ModeVectors, other: ModeVectors) -> np.ndarray:
+    """The sum (n, 1, 1) of gamma: twice their mean."""
+    return (one.gamma + other.gamma)[:, None, None]

@@ -97,8 +97,8 @@ def _with_solution(path: Path, values: NDArray) -> NDArray:
 def continuity(modes: Modes, vectors: ModeVectors, count: int) -> Continuity:
     """How the modes on a grid continue, `count` of them requested, by the shares of each shape in
     those at the next value."""
-    before, after = vectors.shapes[:-1], vectors.duals[1:]
-    shares = abs(before.conj() @ after.mT) ** 2  # (n - 1, m, m) among all modes, by frequency
+    before, after = vectors.chosen(slice(None, -1)), vectors.chosen(slice(1, None))
+    shares = abs(before.products(after)) ** 2  # (n - 1, m, m) among all modes, by frequency
     rank = modes.rank
     n, families, k = rank.shape
     place = np.minimum(rank, shares.shape[-1] - 1)

@@ -45,10 +45,10 @@ class Reduced(NamedTuple):
         return Reduced(*map(np.concatenate, zip(self, other, strict=True)))
 
 
-def reduce(reference: np.ndarray, vectors: ModeVectors) -> Reduced:
-    """The 2 x 2 problem of the two modes of each point most like two reference shapes
-    (2, components). ModeVectors whose modes do not contain the shapes are left out."""
-    B = reference.conj() @ vectors.duals.swapaxes(1, 2)
+def reduce(reference: ModeVectors, vectors: ModeVectors) -> Reduced:
+    """The 2 x 2 problem of the two modes of each point most like the two of a reference, at one
+    value. ModeVectors whose modes do not contain these are left out."""
+    B = reference.products(vectors)
     modes = (abs(B) ** 2).sum(axis=1).argsort(axis=1)[:, :-3:-1]
     U, size, V = np.linalg.svd(np.take_along_axis(B, modes[:, None, :], axis=2))
     Q = U @ V

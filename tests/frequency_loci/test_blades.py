@@ -25,7 +25,7 @@ def test_mode_vectors_are_orthogonal(options):
     """In the product with the mass of the blade and the rotary inertia of its body: 5e-3 is that of
     the body, 1e-4 the error of a quadrature across the concentrated mass."""
     vectors = mode_vectors(np.array([1.0]), [solve(BLADE, 6, **options)], 28)
-    products = vectors.shapes[0] @ vectors.duals[0].T
+    products = vectors.products(vectors)[0]
     assert products == pytest.approx(np.eye(6), abs=3e-4)
 
 
@@ -36,7 +36,7 @@ def test_mode_vectors_of_a_rigid_rotation_are_orthogonal(state):
     solution = solve(Beam(gamma=5, root=0), 6, coriolis=True, state=state)
     assert solution.frequencies[0] == 0
     vectors = mode_vectors(np.array([1.0]), [solution], 28)
-    products = vectors.shapes[0] @ vectors.duals[0].T
+    products = vectors.products(vectors)[0]
     assert products == pytest.approx(np.eye(6), abs=1e-4)
 
 

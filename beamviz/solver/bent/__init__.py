@@ -198,7 +198,7 @@ def _on_elements(state: BentState, refined: Elements) -> BentState:
     """The same state on other elements."""
     _check_unknowns(refined)
     old = state.beam
-    beam, steady = old.changed(refined), not old.beam.spin_up
+    beam, steady = old.on(refined), not old.beam.spin_up
     q = state.resampled(beam)
     finer = newton(beam, q, stable=steady)
     if steady:

@@ -24,13 +24,14 @@ from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.hp.modes import with_root
-from beamviz.solver.hp.trial import make_trial
+from beamviz.solver.hp.trial import Trial, cached_trial, make_trial
 from beamviz.solver.problem import Problem
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
 SECTION_ACCURACY = 1e-9  # of that stretch, relative
 LEAST_RIGIDITY = 0.1  # of the axial stiffness, relative to that at rest: a law may have none left
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a step: angle [rad], relative change of f
+COLUMNS = 512  # of a product of matrices at a time
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 
@@ -49,6 +50,16 @@ def product(A: Any, V: NDArray) -> NDArray:
         return A @ V
     V = np.ascontiguousarray(V)
     return (A @ V.view(float)).view(V.dtype)
+
+
+def subtract_square(K: NDArray, F: NDArray, factor: float) -> None:
+    """Subtract factor F' F from K (n, n), some columns at a time: large blades have large
+    matrices."""
+    for start in range(0, len(K), COLUMNS):
+        stop = start + COLUMNS
+        part = factor * (F[:, start:].T @ F[:, start:stop])
+        K[start:, start:stop] -= part
+        K[start:stop, stop:] -= part[COLUMNS:].T
 
 
 class Sections(NamedTuple):
@@ -90,6 +101,12 @@ def weakest_sections(grid: Grid, beam: Beam, masses: NDArray, problem: Problem) 
     )
 
 
+def _about_trial(elements: Elements, beam: Beam, problem: Problem) -> tuple[Any, ...]:
+    """What the trial functions of a beam on elements depend on."""
+    share = problem.tolerance / TRUNCATION_FACTOR
+    return elements, beam.blade, problem.bending_property, share
+
+
 class BentBeam:
     """A beam on elements whose ends hold the bodies.
 
@@ -98,10 +115,11 @@ class BentBeam:
     angle there: these are the `size` unknowns, in natural units.
     """
 
-    def __init__(self, elements: Elements, beam: Beam, problem: Problem):
+    def __init__(
+        self, elements: Elements, beam: Beam, problem: Problem, trial: Trial | None = None
+    ):
         self.elements, self.beam, self.problem = elements, beam, problem
-        share = problem.tolerance / TRUNCATION_FACTOR
-        self.trial = trial = make_trial(elements, beam.blade, problem.bending_property, share)
+        self.trial = trial = trial or cached_trial(*_about_trial(elements, beam, problem))
         grid = self.grid = trial.grid
         self.w, self.EI, self.EA = grid.weights, trial.EI, trial.EA  # (n,)
         self.J = trial.J  # (n, n) integrates from the clamp to each Gauss point
@@ -198,9 +216,15 @@ class BentBeam:
         """q of a stretch and a kappa (n,), with an angle at the root where that is not clamped."""
         return np.concatenate((f, kappa, [root_angle] * self.hinged))
 
-    def changed(self, elements: Elements | None = None, /, **numbers: Any) -> "BentBeam":
-        """On other elements, or with other numbers of the beam."""
-        return BentBeam(elements or self.elements, self.beam.replace(**numbers), self.problem)
+    def changed(self, **numbers: Any) -> "BentBeam":
+        """With other numbers of the beam."""
+        return BentBeam(self.elements, self.beam.replace(**numbers), self.problem, self.trial)
+
+    def on(self, elements: Elements) -> "BentBeam":
+        """On other elements. Most are used once: their matrices, which may be large, are not
+        cached."""
+        trial = make_trial(*_about_trial(elements, self.beam, self.problem))
+        return BentBeam(elements, self.beam, self.problem, trial)
 
 
 class BentState:
@@ -411,11 +435,10 @@ class BentState:
             rows, turned = bent.body_angles, np.cos(2 * self.body_angles)
             K[r:, r:] += gamma2 * (rows.T * (bent.restoring * turned)) @ rows
         # The loads move along with the masses.
-        moving = self.displacements if bent.softens else self.displacements[:1]
-        moving = moving.reshape(-1, bent.size)
-        softening = moving.T @ moving
-        softening *= gamma2
-        K -= softening
+        x, y = self.displacements
+        subtract_square(K, x, gamma2)
+        if bent.softens:
+            subtract_square(K, y, gamma2)
         if spin_up:  # the load is not symmetric
             K += spin_up * self.swirl
         return K
@@ -491,10 +514,10 @@ class BentState:
             stiffness += beam.gamma**2 * (bent.restoring * np.cos(2 * self.body_angles)) @ turned
         return stiffness
 
-    @cached_property
+    @property
     def displacements(self) -> NDArray:
         """Root of the mass times the derivatives (2, m, size) of x and y by the unknowns: F with
-        the inertia F' F."""
+        the inertia F' F. Larger than the matrices, and computed anew, in half the time of one."""
         (c, s), bent = self.direction[..., None], self.beam
         n, f = len(self.f), self.f[:, None]
         displaced = np.zeros((2, len(bent.mass), bent.size))

@@ -112,7 +112,7 @@ def resolved(state: BentState) -> BentState | None:
     same energy and the same largest angle; else None, as a long element may hide a loop, which
     shrinks when the element is halved."""
     for _ in range(HALVINGS):
-        halved = state.beam.changed(state.beam.elements.halved)
+        halved = state.beam.on(state.beam.elements.halved)
         finer = newton(halved, state.resampled(halved), stable=True)
         if finer is None:
             return None

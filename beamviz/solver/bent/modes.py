@@ -45,7 +45,6 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     K, M, C = state.stiffness, state.inertia, state.coriolis
     spin_up = state.beam.beam.spin_up
     F = None if spin_up or C is None else state.factor_of_inertia
-    vars(state).pop("displacements", None)  # larger than a matrix, and not needed any more
     if spin_up:
         factors = lapack.dgetrf(K)[:2]
         return unsymmetric_modes(partial(_solve, factors), abs(np.diag(K)), M, C, count)

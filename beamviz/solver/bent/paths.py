@@ -95,7 +95,7 @@ def _finer(state: BentState) -> BentState:
     breaks, orders, _ = state.beam.elements
     orders = tuple(min(order + 2, MAX_ORDER) for order in (orders[0], *orders))
     finer = Elements((0.0, breaks[1] / FINER, *breaks[1:]), orders, orders)
-    beam = state.beam.changed(finer)
+    beam = state.beam.on(finer)
     q = state.resampled(beam)
     return newton(beam, q, stable=True) or descend(beam, q) or state
 
@@ -125,7 +125,7 @@ def _slower(bent: BentBeam) -> BentState:
 
 def _bifurcated(bent: BentBeam, elements: Elements, gamma: float) -> BentState | None:
     """A deflected equilibrium just beyond the speed at which the straight one loses stability."""
-    beyond = bent.changed(elements, gamma=PAST_BUCKLING * gamma)
+    beyond = bent.on(elements).changed(gamma=PAST_BUCKLING * gamma)
     for guess in list(guesses(beyond))[1:]:  # those along buckling modes
         state = descend(beyond, guess)
         if state and not state.is_straight:

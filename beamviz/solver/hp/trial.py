@@ -137,7 +137,6 @@ class Trial:
         return tails[0], tails[1]
 
 
-@lru_cache(maxsize=2)
 def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
     """The trial functions on elements. bending: the property that is the bending stiffness."""
     pieces = pieces_of(elements, blade, bending, share)
@@ -158,6 +157,12 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
             bases.append(Q / np.sqrt(w * weight)[:, None])
         blocks.append(Block(points, functions, *bases))
     return Trial(elements, grid, grid.integration_matrix, pieces.counts, rho, EI, EA, blocks)
+
+
+@lru_cache(maxsize=2)
+def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
+    """`make_trial`, cached for the next of many beams on the same elements."""
+    return make_trial(elements, blade, bending, share)
 
 
 def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice]]:
