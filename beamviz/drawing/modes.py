@@ -54,7 +54,8 @@ class SampledModes:
         equilibrium = solution.equilibrium
         local = np.moveaxis(solution.displacement(x), 2, 0)  # along and across the beam's axis
         local = local / np.linalg.norm(local, axis=2).max(axis=1)[:, None, None]
-        modes = rotated(local, equilibrium.angle(x))
+        centreline, _, angle = equilibrium.curve(x)
+        modes = rotated(local, angle)
         along = local[:, :, 0]
         larger = local[range(len(modes)), :, solution.larger_component]
         stretching = np.abs(np.diff(along) / np.diff(x)).max(axis=1)
@@ -62,7 +63,7 @@ class SampledModes:
             beam=solution.beam,
             plane=solution.problem.plane,
             x=x,
-            centreline=equilibrium.position(x),
+            centreline=centreline,
             strain=equilibrium.stretch((x[:-1] + x[1:]) / 2) - 1.0,
             labels=labels,
             frequencies=solution.frequencies,

@@ -26,7 +26,7 @@ from beamviz.solver.solution import (
     straight,
 )
 
-MOST_CACHED = 1000  # points, more than a chart has: the matrices of integrals of loads are large
+MOST_CACHED = 2**16  # entries of a matrix: larger ones, of long blades, take half a millisecond
 MOST_ENTRIES = 2**18  # of the matrices of a stack of solutions: 2 MB
 
 
@@ -75,18 +75,22 @@ def _errors(modes: StraightModes) -> np.ndarray:
     return modes.truncation.sum(axis=-1) + modes.rounding
 
 
+def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: np.ndarray, n: int) -> np.ndarray:
+    """A matrix (len(x), n) of a grid at x; a small one is cached, as the beams of a sweep share
+    their grid and x."""
+    return _cached_rows(matrix, x.tobytes()) if len(x) * n <= MOST_CACHED else matrix(x)
+
+
 @lru_cache(maxsize=16)
-def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
-    """A matrix of a grid at x, cached: the beams of a sweep share their grid and x."""
+def _cached_rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
+    """A matrix of a grid at x."""
     return read_only(matrix(np.frombuffer(x)))
 
 
 def _curve(modes: StraightModes, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Position, stretch and angle of the equilibrium."""
     matrices = modes.grid.from_clamp, modes.grid.at
-    if len(x) > MOST_CACHED:
-        return straight(*(matrix(x) @ modes.f for matrix in matrices))
-    return straight(*(_rows(matrix, x.tobytes()) @ modes.f for matrix in matrices))
+    return straight(*(_rows(matrix, x, len(modes.f)) @ modes.f for matrix in matrices))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +102,7 @@ class ModeFields:
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """Displacements (len(x), 2, modes) along and across the beam."""
-        return _displacements(_rows(self.modes.grid.from_clamp, x.tobytes()), self.modes)
+        return _displacements(_rows(self.modes.grid.from_clamp, x, len(self.modes.f)), self.modes)
 
 
 def displacements(solutions: Sequence[Solution], x: np.ndarray) -> np.ndarray:
@@ -139,7 +143,7 @@ def _of_group(solutions: list[Solution], x: np.ndarray) -> np.ndarray:
     order = () if first.mode_order is None else ("mode_order",)
     modes = first._replace(**stacked(modes_of_each, "f", "kappa", "s", *order))
     if all(grid is first.grid for grid in grids) and (x == x[0]).all():
-        return _displacements(_rows(first.grid.from_clamp, x[0].tobytes()), modes)
+        return _displacements(_rows(first.grid.from_clamp, x[0], len(first.f)), modes)
     grid = replace(first.grid, **stacked(grids, "breaks", "points", "weights"))
     return _displacements(grid.from_clamp(x), modes._replace(grid=grid))
 

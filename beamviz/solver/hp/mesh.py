@@ -5,6 +5,7 @@ A matrix J integrates it exactly from the clamp: u = J f, theta = J kappa, w = J
 quantities integrated may be discontinuous across elements, as at a concentrated mass.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import accumulate, pairwise
@@ -74,6 +75,16 @@ def reference(order: int) -> Reference:
     return Reference(*map(read_only, arrays))
 
 
+class Located(NamedTuple):
+    """Points in elements of one order: k of all. xi: their coordinate within -1 .. 1."""
+
+    order: int
+    places: np.ndarray  # (k,) indices among all points
+    columns: np.ndarray  # (k, order) indices of the Gauss points of their elements
+    xi: np.ndarray  # (k,)
+    half: np.ndarray  # (k,) half the length of their elements
+
+
 @dataclass(frozen=True, eq=False)
 class Grid:
     """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
@@ -120,26 +131,35 @@ class Grid:
     def from_clamp(self, x: np.ndarray) -> np.ndarray:
         """Matrix (..., len(x), n): values at the points -> integral from the clamp to each x; of a
         stack, x is (..., len(x))."""
-        rows = np.empty((*x.shape, self.points.shape[-1]))
-        for e, block in enumerate(_blocks(self.orders)):
-            start, end = self.breaks[..., e, None], self.breaks[..., e + 1, None]
-            # Elements before x are integrated completely, those beyond it not at all.
-            xi = np.clip((2 * x - start - end) / (end - start), -1, 1)
-            half = (end - start)[..., None] / 2
-            rows[..., block] = half * reference(self.orders[e]).integrals(xi)
+        before = np.repeat(self.breaks[..., 1:], self.orders, axis=-1)[..., None, :] <= x[..., None]
+        rows = np.where(before, self.weights[..., None, :], 0.0)  # of whole elements before each x
+        for order, places, columns, xi, half in self._located(x):
+            integrals = half[:, None] * reference(order).integrals(xi)
+            rows.reshape(-1, rows.shape[-1])[places[:, None], columns] = integrals
         return rows
 
     def at(self, x: np.ndarray) -> np.ndarray:
         """Matrix (len(x), n) of one grid: values at the points -> their polynomials at each x; a
         break between two elements is in the left one."""
         rows = np.zeros((len(x), len(self.points)))
-        element = np.maximum(np.searchsorted(self.breaks, x) - 1, 0)
-        for e, block in enumerate(_blocks(self.orders)):
-            inside = element == e
-            start, end = self.breaks[e : e + 2]
-            xi = (2 * x[inside] - start - end) / (end - start)
-            rows[inside, block] = reference(self.orders[e]).values(xi)
+        for order, places, columns, xi, _ in self._located(x):
+            rows[places[:, None], columns] = reference(order).values(xi)
         return rows
+
+    def _located(self, x: np.ndarray) -> Iterator[Located]:
+        """The elements of all x (..., len(x)), those of each order in turn; a break is in the left
+        one."""
+        elements = (x[..., None] > self.breaks[..., None, 1:-1]).sum(axis=-1)
+        orders, firsts = np.array(self.orders), np.cumsum([0, *self.orders[:-1]])
+        starts, ends = (
+            np.take_along_axis(breaks, elements, axis=-1)
+            for breaks in (self.breaks[..., :-1], self.breaks[..., 1:])
+        )
+        xi, half = (2 * x - starts - ends) / (ends - starts), (ends - starts) / 2
+        for order in set(self.orders):
+            of_order = orders[elements] == order
+            columns = firsts[elements[of_order]][:, None] + np.arange(order)
+            yield Located(order, np.flatnonzero(of_order), columns, xi[of_order], half[of_order])
 
 
 class Inertia(NamedTuple):
