@@ -25,11 +25,11 @@ def tail_energies(mesh: Mesh, stiffness: NDArray, v: NDArray) -> NDArray:
     stiffness (beams, 2, 2 n): `modes.Matrices.stiffness`; a tension counts by its absolute value.
     """
     n = mesh.points.shape[-1]
-    of_unknown = mesh.T @ v[..., :n, :]  # (beams, 2, n, k)
-    of_integral = mesh.J[..., None, :, :] @ of_unknown
+    of_unknown, of_integral = mesh.highest(v[..., :n, :])  # (beams, 2, n, k)
     weights = abs(stiffness)[..., None]
     energy = weights[..., :n, :] * of_unknown**2 + weights[..., n:, :] * of_integral**2
-    return energy.mT @ mesh.in_element
+    firsts = np.cumsum([0, *mesh.orders[:-1]])  # points of the elements
+    return np.add.reduceat(energy, firsts, axis=-2).mT
 
 
 def truncation_errors(

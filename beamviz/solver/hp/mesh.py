@@ -16,6 +16,8 @@ from numpy.polynomial import legendre
 
 from beamviz.solver.solution import read_only
 
+SMALL = 300  # points of a mesh that is cached: larger ones take megabytes, and a tenth of a solve
+
 
 @dataclass(frozen=True)
 class Reference:
@@ -42,7 +44,7 @@ class Reference:
         return self.legendre[:, order - 2 : order].T * np.sqrt(self.weights)
 
     def projection(self, order: int) -> np.ndarray:
-        """Matrix (p, p): values at the points -> those of these two polynomials."""
+        """Matrix (p, p): values at the points -> those of the sum of these two polynomials."""
         two = self.legendre[:, order - 2 : order] / np.sqrt(self.weights)[:, None]
         return two @ self.last_two(order)
 
@@ -83,6 +85,14 @@ class Located(NamedTuple):
     columns: np.ndarray  # (k, order) indices of the Gauss points of their elements
     xi: np.ndarray  # (k,)
     half: np.ndarray  # (k,) half the length of their elements
+
+
+@lru_cache(maxsize=64)
+def projections(order: int, axial_order: int) -> np.ndarray:
+    """Projections (2, p, p) of values at p = `order` points: onto the two highest polynomials of
+    each of two orders."""
+    e = reference(order)
+    return read_only(np.stack((e.projection(order), e.projection(axial_order))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,21 +181,40 @@ class Inertia(NamedTuple):
     g: np.ndarray  # (..., n) J' W 1
 
 
+class Element(NamedTuple):
+    """The p points of an element, and matrices of values at them."""
+
+    points: slice
+    projections: np.ndarray  # (2, p, p) onto the two highest polynomials, of bending and along it
+    integration: np.ndarray  # (..., 1, p, p) integrates values from its start to each point
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh(Grid):
     """A grid, or a stack of them, with the matrices that stiffness and mass are assembled from.
 
-    T projects values at the points onto the two highest Legendre polynomials of each element: of
-    the orders for bending, then of those along the beam. `tails` gives the coefficients of the
-    orthonormal multiples of the former.
+    `tails` gives the coefficients of the two highest orthonormal polynomials of each element.
     """
 
     grid: Grid  # without the matrices
     J: np.ndarray  # (..., n, n) integrates values at the points from the clamp to each point
-    in_element: np.ndarray  # (n, elements) 1 for the points of an element, 0 elsewhere
     axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
-    T: np.ndarray  # (2, n, n)
     tails: np.ndarray  # (..., 2 elements, n)
+    elements: list[Element]
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it is cached."""
+        return sum(self.orders) <= SMALL
+
+    def highest(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The two highest Legendre polynomials of each element in functions v (..., 2, n, k), of
+        bending and along the beam, and their integrals over the element (both like v)."""
+        parts, integrals = np.empty_like(v), np.empty_like(v)
+        for points, projections, integration in self.elements:
+            parts[..., points, :] = part = projections @ v[..., points, :]
+            integrals[..., points, :] = integration @ part
+        return parts, integrals
 
     @cached_property
     def inertia(self) -> Inertia:
@@ -196,12 +225,23 @@ class Mesh(Grid):
         return Inertia(*map(read_only, arrays))
 
 
-@lru_cache(maxsize=4)
 def make_mesh(
     breaks: tuple[float, ...], orders: tuple[int, ...], axial_orders: tuple[int, ...] | None = None
 ) -> Mesh:
-    """The mesh with elements of these orders between `breaks` (0 .. 1, ascending); cached."""
-    return make_meshes(np.array(breaks), orders, axial_orders or orders)
+    """The mesh with elements of these orders between `breaks` (0 .. 1, ascending); a small one is
+    cached."""
+    make = _cached_mesh if sum(orders) <= SMALL else _mesh
+    return make(breaks, orders, axial_orders or orders)
+
+
+def _mesh(
+    breaks: tuple[float, ...], orders: tuple[int, ...], axial_orders: tuple[int, ...]
+) -> Mesh:
+    """`make_mesh` without a cache."""
+    return make_meshes(np.array(breaks), orders, axial_orders)
+
+
+_cached_mesh = lru_cache(maxsize=4)(_mesh)
 
 
 def make_grid(
@@ -225,18 +265,16 @@ def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple
     grid, stack, n = make_grid(breaks, orders, axial_orders), breaks.shape[:-1], sum(orders)
     weights, J = grid.weights, grid.integration_matrix
     halves, tails = np.diff(breaks)[..., None] / 2, np.zeros((*stack, 2 * len(orders), n))
-    T, axial = np.zeros((2, n, n)), np.zeros((n, sum(axial_orders)))
+    axial, elements = np.zeros((n, sum(axial_orders))), []
     blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
     for k, (order, block, axial_order, columns) in enumerate(blocks):
         e, h = reference(order), halves[..., k, :]
         tails[..., 2 * k : 2 * k + 2, block] = np.sqrt(h)[..., None] * e.last_two(order)
-        T[0, block, block] = e.projection(order)
-        T[1, block, block] = e.projection(axial_order)
         axial[block, columns] = e.legendre[:, :axial_order]
-    in_element = np.repeat(np.eye(len(orders)), orders, axis=0)
-    arrays = in_element, axial, T, tails
+        integration = h[..., None, None] * e.integration
+        elements.append(Element(block, projections(order, axial_order), integration))
     of_grid = grid.breaks, orders, axial_orders, grid.points, weights
-    return Mesh(*of_grid, grid, J, *map(read_only, arrays))
+    return Mesh(*of_grid, grid, J, read_only(axial), read_only(tails), elements)
 
 
 def _blocks(orders: tuple[int, ...]) -> list[slice]:

@@ -106,13 +106,13 @@ class Properties(NamedTuple):
 
 def properties_on(mesh: Mesh, beams: BeamStack) -> Properties:
     """The properties of beams whose bodies sit on breaks of the mesh."""
-    if len(beams.alpha) == 1:
+    if len(beams.alpha) == 1 and mesh.is_small:
         alpha, beta = tuple(beams.alpha[0].tolist()), tuple(beams.beta[0].tolist())
         return shared_properties(mesh, alpha, beta, beams.blade)
     return properties_of(mesh, beams.alpha, beams.beta, beams.blade)
 
 
-# 7 % of a solve where only other numbers of the beam change; of a long blade each takes 5 MB.
+# 7 % of a solve where only other numbers of the beam change.
 @lru_cache(maxsize=2)
 def shared_properties(
     mesh: Mesh, alpha: tuple[float, ...], beta: tuple[float, ...], blade: Blade | None
