@@ -1,5 +1,8 @@
 """Blades: properties along the span, bodies with inertia, root springs."""
 
+import gc
+import tracemalloc
+
 import numpy as np
 import pytest
 from helpers import slow
@@ -15,6 +18,7 @@ from beamviz import InvalidInput, NoEquilibrium, solve, solve_many
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
 from beamviz.presets import preset
+from beamviz.solver.bent import other_stable_states
 
 TAPER = Blade.tapered(height=0.5)
 BODIES = (Mass(1, 0.5), Mass(1, 1))
@@ -93,6 +97,36 @@ def test_errors_of_deflected_blades_of_many_stations(numbers, options):
     options = options | {"state": "stable", "strain": "biot", "modes": 8}
     found, finer = (solve(beam, tolerance=tolerance, **options) for tolerance in (1e-6, 1e-7))
     assert (abs(found.s - finer.s) <= found.errors + finer.errors).all()
+
+
+def traced(compute):
+    """The memory [MB] that is kept once its result is gone, and the most meanwhile."""
+    tracemalloc.start()
+    try:
+        compute()
+        gc.collect()
+        return np.array(tracemalloc.get_traced_memory()) / 1e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_other_states_of_a_blade_of_many_stations_take_little_memory():
+    """Of a state that hides a loop, elements half as long show it: halved three times they would
+    take 250 MB and keep 50."""
+    beam = preset("nrel-5mw-blade").beam.replace(alpha=0.05, gamma=2, delta=-0.5)
+    solution = solve(beam, state="bent")
+    kept, most = traced(lambda: other_stable_states(solution))
+    assert kept < 10
+    assert most < 60
+
+
+def test_what_is_kept_of_blades_of_many_stations_is_small():
+    """Each takes a mesh of its own to this tolerance; the last ones, cached, would take 26 MB."""
+    blade = preset("nrel-5mw-blade").beam
+    options = {"modes": 20, "tolerance": 1e-12, "coriolis": False}
+    beams = [blade.replace(alpha=alpha) for alpha in (0.1, 0.5, 1.0, 2.0)]
+    kept, _ = traced(lambda: [solve(beam, **options) for beam in beams])
+    assert kept < 15
 
 
 @pytest.mark.parametrize("options", [{}, {"plane": "flapwise"}, {"coriolis": True}])
