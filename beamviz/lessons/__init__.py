@@ -42,8 +42,8 @@ LESSONS = (
     Lesson(
         name="two-planes",
         title="Up and down, or side to side",
-        question="A helicopter blade vibrates up and down, and back and forth in the plane in which"
-        " it rotates. Which of the two is faster?",
+        question="A rotating beam, equally stiff in all directions, vibrates up and down (out of the"
+        " plane of rotation) or side to side (in that plane). Which of the two is faster?",
         guesses=("Up and down.", "Side to side.", "Both are equally fast."),
         right=0,
         scene=Scene.of(gamma=10, mode=1),
@@ -212,7 +212,7 @@ LESSONS = (
         meaning="A force at a mode's own frequency adds energy in every cycle: a *resonance*. A"
         " chart of loci with these lines is a *Campbell diagram*; machines are kept away from its"
         " intersections, or run through them fast.",
-        fact="3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
+        fact="Side to side (chordwise), 3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
         compute_fact=lambda: (model.resonance(3, "B2"), model.resonance(1, "B1")),
         task="Find the speed at which a force three times per revolution excites B2.",
         gauge=lambda s: 3 * s.beam.gamma / labelled(s, "B2"),
@@ -268,7 +268,7 @@ LESSONS = (
         do="The tab **Motion** computes it: the arm in colours, and pale beside it the theory"
         " without stiffening. Play it, then drag the line through the chart. Repeat it with"
         " **speed γ** 3.",
-        see="Both lag, and agree until t = 5. Then the arm is straightened and swings a little; the"
+        see="Both lag, and agree within 2 % until t = 4. Then the arm is straightened and swings a little; the"
         " pale one never comes back. At γ = 3 both come back.",
         meaning="While the arm speeds up, its inertia bends it backwards. As it turns faster, the"
         " centrifugal force pulls it straight: *dynamic stiffening*. The theory that leaves this"
@@ -298,9 +298,9 @@ LESSONS = (
         do="The tab **Motion** shows how strongly the tip moves at each frequency, its spectrum."
         " Set **pull at** to 0.5, the middle, and compare.",
         see="Plucked at the tip, the spectrum has a peak at each of B1, B2, B3. Plucked in the"
-        " middle, B2 is louder, and the peak at B3 is gone.",
-        meaning="A force acts only on a mode that moves where it pulls. B3 does not move in the"
-        " middle, it has a *node* there: so the pull there does not excite it. The spectrum tells"
+        " middle, B2 is louder relative to B1, and the peak at B3 is far smaller.",
+        meaning="A force acts only on a mode that moves where it pulls. B3 has a *node*, a"
+        " place without motion, at x = 0.504: a pull at 0.5 hardly excites it. The spectrum tells"
         " which modes a motion consists of, without seeing it: that is how *modal analysis* finds"
         " the modes of real machines.",
         fact="Plucked at the tip, B2 is {:.2f} % as loud as B1; plucked at its node, x = {:.5f},"
@@ -324,7 +324,7 @@ LESSONS = (
         " it now?",
         guesses=(
             "It stiffens the beam, as before.",
-            "It presses the beam until that gives way.",
+            "It compresses the beam, until the beam gives way.",
             "Nothing.",
         ),
         right=1,
