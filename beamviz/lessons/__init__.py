@@ -42,8 +42,8 @@ LESSONS = (
     Lesson(
         name="two-planes",
         title="Up and down, or side to side",
-        question="A rotating beam, equally stiff in all directions, vibrates up and down (out of the"
-        " plane of rotation) or side to side (in that plane). Which of the two is faster?",
+        question="A rotating beam, equally stiff in all directions, vibrates up and down (out of"
+        " the plane of rotation) or side to side (in that plane). Which of the two is faster?",
         guesses=("Up and down.", "Side to side.", "Both are equally fast."),
         right=0,
         scene=Scene.of(gamma=10, mode=1),
@@ -212,7 +212,8 @@ LESSONS = (
         meaning="A force at a mode's own frequency adds energy in every cycle: a *resonance*. A"
         " chart of loci with these lines is a *Campbell diagram*; machines are kept away from its"
         " intersections, or run through them fast.",
-        fact="Side to side (chordwise), 3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that of B1 at γ = {:.3f}.",
+        fact="Side to side (chordwise), 3γ equals the frequency of B2 at γ = {:.3f}; 1γ equals that"
+        " of B1 at γ = {:.3f}.",
         compute_fact=lambda: (model.resonance(3, "B2"), model.resonance(1, "B1")),
         task="Find the speed at which a force three times per revolution excites B2.",
         gauge=lambda s: 3 * s.beam.gamma / labelled(s, "B2"),
@@ -268,8 +269,8 @@ LESSONS = (
         do="The tab **Motion** computes it: the arm in colours, and pale beside it the theory"
         " without stiffening. Play it, then drag the line through the chart. Repeat it with"
         " **speed γ** 3.",
-        see="Both lag, and agree within 2 % until t = 4. Then the arm is straightened and swings a little; the"
-        " pale one never comes back. At γ = 3 both come back.",
+        see="Both lag, and agree within 2 % until t = 4. Then the arm is straightened and swings a"
+        " little; the pale one never comes back. At γ = 3 both come back.",
         meaning="While the arm speeds up, its inertia bends it backwards. As it turns faster, the"
         " centrifugal force pulls it straight: *dynamic stiffening*. The theory that leaves this"
         " out softens instead, until nothing holds the arm. Programs of the time did so; in 1987"
