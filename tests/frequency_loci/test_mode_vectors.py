@@ -35,6 +35,25 @@ def test_modes_of_one_point_are_orthonormal(method, coriolis, delta):
     assert products == pytest.approx(np.tile(np.eye(7), (2, 1, 1)), abs=3e-3)
 
 
+@pytest.mark.parametrize("count", [6, 12])
+@pytest.mark.parametrize("state", ["straight", "stable"])
+def test_a_rigid_rotation_about_a_hinge_is_orthogonal_to_the_other_modes(state, count):
+    """Of frequency 0, and so of a product with itself that would vanish."""
+    beam = Beam(root=0.0, alpha=0.7, beta=0.6, gamma=6.0)
+    solution = solve(beam, count, coriolis=True, state=state)
+    vectors = mode_vectors(np.array([6.0]), [solution], gauss_points([solution]))
+    assert vectors.products(vectors)[0] == pytest.approx(np.eye(count), abs=0.02)
+
+
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+def test_modes_turn_a_body_at_a_hinge(plane):
+    """Its rotation is that at the root itself, which differs from that beside it."""
+    body = Mass(0.4, 0.0, (0.02, 0.012, 0.01))
+    solution = solve(Beam(root=0.0, delta=0.5, gamma=6.0, masses=(body,)), 12, plane=plane)
+    vectors = mode_vectors(np.array([6.0]), [solution], gauss_points([solution]))
+    assert vectors.products(vectors)[0] == pytest.approx(np.eye(12), abs=1e-3)
+
+
 def test_the_finest_of_all_shapes_are_told_apart():
     """Without a mass nothing depends on its place: a hundred half-waves are found again."""
     buckled = Beam(gamma=200, delta=-1.9, mu=7000)
