@@ -21,7 +21,7 @@ from beamviz.server.log import RateLimitedLog
 from beamviz.solver import interruption
 
 SOLVERS = 16  # threads: more only start while others solve for long
-CHARTS = 2  # threads for charts and maps, each of which takes up to 70 MB
+CHARTS = 2  # threads for charts and maps, which take 5 to 140 MB each
 LATE = 0.25  # [s] after which the page says of a result that it is that to an earlier request
 PATIENCE = 1.0  # [s] after which it offers to cancel the computation
 OUTDATED = 3.0  # [s] after which a computation is cancelled if there is a later request
