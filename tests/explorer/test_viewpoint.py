@@ -316,7 +316,6 @@ def test_a_browser_is_where_the_state_says(frame_loops):
         shown.evaluate(TURN)
         shown.send("reset_view")
         shown.evaluate(TURN)
-        wait_until(lambda: session.visitor.state.turned is None)
         shown.next_frame(60)
         now = wait_until(at_rest)
         own = session.visitor.state.turned
