@@ -159,7 +159,8 @@ class Problem:
     )
     tolerance: float = option(
         1e-6,
-        "Relative error of each frequency that auto, foac and zoac refine to.",
+        "Relative error of each frequency that auto, foac and zoac refine to; of one below"
+        " 0.01/T*, relative to 0.01/T*.",
         limits=(1e-12, 0.1),
         resolution=True,
     )

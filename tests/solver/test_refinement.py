@@ -4,6 +4,7 @@ Those of random beams at any tolerance are tested against the oracle (test_error
 """
 
 import tracemalloc
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,8 @@ from helpers import within_the_bars
 from beamviz import Beam, solve
 from beamviz.blade import Mass
 from beamviz.errors import NoEquilibrium
+from beamviz.frequency_loci import loci
+from beamviz.presets import preset
 from beamviz.solver import solve_many
 
 EXACT = 1e-11
@@ -114,6 +117,19 @@ def test_rounding_near_an_end_is_in_the_estimate():
     solution = solve(near, modes=3, strain="biot", plane="flapwise")
     elsewhere = solve(near.replace(gamma=15), modes=3, strain="biot", plane="flapwise")
     assert solution.omega_squared_errors[1] > 10 * elsewhere.omega_squared_errors[1]
+
+
+def test_a_frequency_that_vanishes_is_solved_for():
+    """It is zero at alpha = 0.76558177, where a relative error of it has no meaning."""
+    blade = preset("nrel-5mw-blade").beam.replace(gamma=0.9486559190684223, delta=1 / 41)
+    options: dict[str, Any] = {"method": "zoac", "coriolis": False, "modes": 5}
+    stable, at_zero = (solve(blade.replace(alpha=a), **options) for a in (0.7, 0.7655818107264929))
+    assert at_zero.stats.dof <= 1.6 * stable.stats.dof
+    assert abs(at_zero.omega_squared[0]) < 1e-6
+    assert np.all(at_zero.omega_squared_errors <= 2.02e-6 * np.maximum(at_zero.omega_squared, 1e-4))
+    (limit,) = loci(blade, "alpha", [0.7, 0.73, 0.77, 0.8], **options).limits
+    assert limit.kind == "unstable"
+    assert limit.start == pytest.approx(0.76558177, abs=1e-7)
 
 
 def test_extra_modes_of_a_sweep_need_not_meet_the_tolerance():

@@ -41,6 +41,7 @@ MAX_ENTRIES = 2**16  # of a matrix of each beam: larger stacks are slower, and t
 SHARED = 4  # beams of the same elements from which they share one mesh
 KINKED_ORDER = 16  # of an element with stations of a blade inside
 MORE_ORDER = 2  # added to an element, and one for each digit that it misses
+VANISHING = 1e-4  # omega^2 below which the tolerance is that of this one: it may be zero
 GREATEST_ERROR = 0.01  # of a frequency near a limit where the tolerance cannot be met, relative
 
 
@@ -149,7 +150,8 @@ def solve_stack(
         raise
     # The tolerance is that of the frequency: omega^2 has twice its relative error. Rounding error
     # is exempt: refinement cannot reduce it, and the reported error contains it.
-    allowed = 2 * problem.tolerance * abs(modes.omega_squared) + modes.rounding
+    size = np.maximum(abs(modes.omega_squared), VANISHING)
+    allowed = 2 * problem.tolerance * size + modes.rounding
     excess = (modes.truncation / allowed[..., None])[:, : problem.modes]
     worst = np.add.reduce(excess, axis=-1).max(axis=-1)
     modes.omega_squared.setflags(write=False)
