@@ -26,7 +26,7 @@ from beamviz.solver.solution import (
     straight,
 )
 
-MOST_CACHED = 2**16  # entries of a matrix: larger ones, of long blades, take half a millisecond
+MOST_CACHED = 2**14  # entries of a matrix: larger ones, of blades, are a small part of a solve
 MOST_ENTRIES = 2**18  # of the matrices of a stack of solutions: 2 MB
 
 
@@ -81,7 +81,7 @@ def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: np.ndarray, n: int) -> 
     return _cached_rows(matrix, x.tobytes()) if len(x) * n <= MOST_CACHED else matrix(x)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=8)
 def _cached_rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
     """A matrix of a grid at x."""
     return read_only(matrix(np.frombuffer(x)))

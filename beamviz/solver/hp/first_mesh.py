@@ -196,7 +196,7 @@ def first_elements_of_spans(
     return elements_of_spans(beam.mu, spans, problem, densities), start
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=64)
 def elements_by_rounded_numbers(beam: Numbers, problem: Problem) -> list[SpanElements]:
     """The elements of each span of a beam of rounded numbers."""
     spans, _ = first_elements_of_spans(beam, problem)
@@ -212,17 +212,11 @@ class WaveDensities(NamedTuple):
     of_spans: tuple[float, ...]  # the greater of the densities of both, over that of a uniform beam
 
 
-@lru_cache(maxsize=64)
 def wave_densities(blade: Blade, ends: tuple[float, ...], bending: str) -> WaveDensities:
     """The densities of waves on the spans of a blade. bending: "bending" or "flap"."""
     spans = properties_of_spans(blade, ends, bending)
-    local = [
-        ((span.mass / span.bending) ** 0.25, (span.mass / span.axial) ** 0.5) for span in spans
-    ]
-    bend, stretch = (
-        np.array([span.weights @ pair[k] for span, pair in zip(spans, local, strict=True)])
-        for k in (0, 1)
-    )
+    bend = np.vecdot(spans.weights, (spans.mass / spans.bending) ** 0.25)
+    stretch = np.vecdot(spans.weights, (spans.mass / spans.axial) ** 0.5)
     shares = np.maximum(bend / bend.sum(), stretch / stretch.sum()) / np.diff(ends)
     return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()))
 
@@ -323,7 +317,6 @@ def graded(distance: float, share: float) -> Iterator[float]:
             away *= GRADING
 
 
-@lru_cache(maxsize=1024)
 def order_of_waves(half_waves: float, share: float) -> int:
     """The order of an element for so many half-waves of a mode along it, with
     j_n(k) = k^n / (2 n + 1)!! exp(-k^2 / (4 n + 6)) for n > k."""
@@ -341,7 +334,6 @@ def order_of_singularity(distance: float, share: float) -> int:
     return math.ceil(math.log(1 / share) / (2 * math.acosh(1 + 2 * distance))) + 2
 
 
-@lru_cache(maxsize=64)
 def half_waves(mu: float, modes: int, N: float) -> tuple[float, float]:
     """The greatest numbers of half-waves of bending and of stretching among the lowest `modes`
     modes under a uniform tension: mode k has k - 1/2."""

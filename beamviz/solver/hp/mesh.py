@@ -175,7 +175,6 @@ class Grid:
 class Inertia(NamedTuple):
     """The inertia of a unit line density in terms of the gradient of the displacement."""
 
-    rooted: np.ndarray  # (..., n, n) roots of the weights times J: rooted' rooted = G
     G: np.ndarray  # (..., n, n) J' W J
     G1: np.ndarray  # (..., n) row sums of G
     g: np.ndarray  # (..., n) J' W 1
@@ -221,7 +220,7 @@ class Mesh(Grid):
         """The inertia of a unit line density; that of a blade does not need it."""
         rooted = np.sqrt(self.weights)[..., None] * self.J
         G = rooted.mT @ rooted
-        arrays = rooted, G, G.sum(axis=-1), np.vecmat(self.weights, self.J)
+        arrays = G, G.sum(axis=-1), np.vecmat(self.weights, self.J)
         return Inertia(*map(read_only, arrays))
 
 

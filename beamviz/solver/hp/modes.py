@@ -318,7 +318,7 @@ def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple
     mesh, properties, beams, _ = axial
     n, bodies = f.shape[-1], properties.alpha.shape[-1]
     F = np.empty((len(f), n + bodies, n))
-    F[..., :n, :] = properties.rooted
+    F[..., :n, :] = np.sqrt(properties.mass)[..., None] * mesh.J
     F[..., n:, :] = properties.alpha[..., None] ** 0.5 * properties.to_bodies
     along, across = F @ S, F @ (f[..., None] * rotation_matrix(mesh.J, beams))
     if beams.has_inertia:

@@ -93,7 +93,7 @@ class Properties(NamedTuple):
     bending: NDArray  # (1 or beams, n) weights of the mesh times E I in the plane of rotation
     flap: NDArray  # (1 or beams, n) and out of it
     axial: NDArray  # (1 or beams, n) weights times E A
-    rooted: NDArray  # (1 or beams, n, n) root of rho times integration: without the bodies
+    mass: NDArray  # (1 or beams, n) weights times rho, without the bodies
     G: NDArray  # (1 or beams, n, n) mass matrix J' rho J
     G1: NDArray  # (1 or beams, n) G applied to the stretch of a beam at rest
     g: NDArray  # (1 or beams, n) static moment J' rho 1
@@ -129,13 +129,13 @@ def properties_of(mesh: Mesh, alpha: NDArray, beta: NDArray, blade: Blade | None
     moment = carried.sum(axis=-2)
     weights = np.atleast_2d(mesh.weights)
     if blade is None:
-        rooted, G, G1, g = mesh.inertia
+        G, G1, g = mesh.inertia
         g = g + moment
         return Properties(
             bending=weights,
             flap=weights,
             axial=weights,
-            rooted=rooted,
+            mass=weights,
             G=G + carried.mT @ to_bodies,
             G1=G1 + np.vecmat(beta, carried),
             g=g,
@@ -159,7 +159,7 @@ def properties_of(mesh: Mesh, alpha: NDArray, beta: NDArray, blade: Blade | None
         bending=weights * blade.at("bending", np.atleast_2d(mesh.points)),
         flap=weights * blade.at("flap", np.atleast_2d(mesh.points)),
         axial=weights * blade.at("axial", np.atleast_2d(mesh.points)),
-        rooted=rooted,
+        mass=mass,
         G=G,
         G1=G.sum(axis=-1),
         g=np.vecmat(mass, mesh.J) + moment,

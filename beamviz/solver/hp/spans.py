@@ -35,17 +35,18 @@ class Positions(NamedTuple):
 
 
 class SpanProperties(NamedTuple):
-    """Properties of a span between two discontinuities."""
+    """Properties of the spans between discontinuities of a blade, at k Gauss points of each and at
+    both its ends."""
 
-    x: NDArray  # (k,) Gauss points
-    weights: NDArray  # (k,)
-    mass: NDArray  # (k,) rho A at the points
-    bending: NDArray  # (k,) E I
-    axial: NDArray  # (k,) E A
-    bending_at_ends: tuple[float, float]
-    axial_at_ends: tuple[float, float]
-    mass_at_ends: tuple[float, float]
-    least_axial: float
+    x: NDArray  # (spans, k) Gauss points
+    weights: NDArray  # (spans, k)
+    mass: NDArray  # (spans, k) rho A at the points
+    bending: NDArray  # (spans, k) E I
+    axial: NDArray  # (spans, k) E A
+    bending_at_ends: NDArray  # (spans, 2)
+    axial_at_ends: NDArray  # (spans, 2)
+    mass_at_ends: NDArray  # (spans, 2)
+    least_axial: NDArray  # (spans,)
 
 
 def ends_of_spans(beam: AnyBeam) -> tuple[float, ...]:
@@ -75,42 +76,36 @@ def unstretched_positions(beam: AnyBeam) -> Positions:
         means, masses = zip(*(((a + b) / 2, b - a) for a, b in pairwise(ends)), strict=True)
         return Positions(ends, ends, means, masses)
     spans = properties_of_spans(beam.blade, ends, "bending")
-    masses = tuple(float(span.weights @ span.mass) for span in spans)
-    moments = (float(span.weights @ (span.mass * span.x)) for span in spans)
-    means = tuple(moment / mass for moment, mass in zip(moments, masses, strict=True))
-    return Positions(ends, ends, means, masses)
+    masses = np.vecdot(spans.weights, spans.mass)
+    means = np.vecdot(spans.weights, spans.mass * spans.x) / masses
+    return Positions(ends, ends, tuple(means.tolist()), tuple(masses.tolist()))
 
 
-@lru_cache(maxsize=64)
-def properties_of_spans(
-    blade: Blade, ends: tuple[float, ...], bending: str
-) -> tuple[SpanProperties, ...]:
+@lru_cache(maxsize=4)
+def properties_of_spans(blade: Blade, ends: tuple[float, ...], bending: str) -> SpanProperties:
     """The properties of the spans of a blade. bending: "bending" or "flap"."""
+    start, stop = np.array([ends[:-1], ends[1:]])
     xi, weights = legendre.leggauss(MAX_DEGREE // 2 + 2)  # exact for the static moment
-    spans = []
-    for start, stop in pairwise(ends):
-        x, w = start + (stop - start) * (xi + 1) / 2, (stop - start) / 2 * weights
-        mass, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
-        at_ends = {
-            name: (float(blade.at(name, start)), float(blade.at(name, stop, inboard=True)))
-            for name in (bending, "axial", "mass")
-        }
-        inside = blade.at("axial", np.linspace(start, stop, SAMPLES + 2)[1:-1]).min()
-        least = min(*at_ends["axial"], float(inside)) * (1.0 if blade.degree == 1 else LEAST)
-        spans.append(
-            SpanProperties(
-                x=x,
-                weights=w,
-                mass=mass,
-                bending=EI,
-                axial=EA,
-                bending_at_ends=at_ends[bending],
-                axial_at_ends=at_ends["axial"],
-                mass_at_ends=at_ends["mass"],
-                least_axial=least,
-            )
-        )
-    return tuple(spans)
+    half = (stop - start)[:, None] / 2
+    x = start[:, None] + half * (xi + 1)
+
+    def at_ends(name: str) -> NDArray:
+        return np.stack((blade.at(name, start), blade.at(name, stop, inboard=True)), axis=-1)
+
+    axial_at_ends = at_ends("axial")
+    inside = blade.at("axial", np.linspace(start, stop, SAMPLES + 2)[1:-1]).min(axis=0)
+    least = np.minimum(axial_at_ends.min(axis=-1), inside)
+    return SpanProperties(
+        x=x,
+        weights=half * weights,
+        mass=blade.at("mass", x),
+        bending=blade.at(bending, x),
+        axial=blade.at("axial", x),
+        bending_at_ends=at_ends(bending),
+        axial_at_ends=axial_at_ends,
+        mass_at_ends=at_ends("mass"),
+        least_axial=least * (1.0 if blade.degree == 1 else LEAST),
+    )
 
 
 def greatest_force(beam: AnyBeam) -> float:
@@ -120,16 +115,16 @@ def greatest_force(beam: AnyBeam) -> float:
         moment = 0.5 + hub + beam.alpha * (beam.beta + hub)
         return moment + sum(mass.alpha * (mass.beta + hub) for mass in beam.masses)
     ends, _, means, masses = unstretched_positions(beam)
-    spans = properties_of_spans(beam.blade, ends, "bending")
+    least = properties_of_spans(beam.blade, ends, "bending").least_axial.tolist()
     bodies = masses_and_places(beam)
     greatest, moment = 0.0, 0.0
-    for k in range(len(spans) - 1, -1, -1):  # from the tip
+    for k in range(len(least) - 1, -1, -1):  # from the tip
         start, stop = ends[k], ends[k + 1]
         moment += masses[k] * (means[k] + hub)
         moment += sum(
             alpha * (beta + hub) for alpha, beta in bodies if start + AT_END < beta <= stop + AT_END
         )
-        greatest = max(greatest, moment / spans[k].least_axial)
+        greatest = max(greatest, moment / least[k])
     return greatest
 
 
@@ -161,9 +156,9 @@ class Span(NamedTuple):
 class EndProperties(NamedTuple):
     """Properties at both ends of each span."""
 
-    EI: Sequence[tuple[float, float]]
-    EA: Sequence[tuple[float, float]]
-    mass: Sequence[tuple[float, float]]
+    EI: Sequence[Sequence[float]]
+    EA: Sequence[Sequence[float]]
+    mass: Sequence[Sequence[float]]
 
 
 def properties_at_ends(beam: AnyBeam, ends: tuple[float, ...], bending: str) -> EndProperties:
@@ -173,9 +168,7 @@ def properties_at_ends(beam: AnyBeam, ends: tuple[float, ...], bending: str) -> 
         return EndProperties(uniform, uniform, uniform)
     spans = properties_of_spans(beam.blade, ends, bending)
     return EndProperties(
-        [span.bending_at_ends for span in spans],
-        [span.axial_at_ends for span in spans],
-        [span.mass_at_ends for span in spans],
+        spans.bending_at_ends.tolist(), spans.axial_at_ends.tolist(), spans.mass_at_ends.tolist()
     )
 
 
