@@ -17,6 +17,7 @@ from oracle.error_bars import (
 from beamviz import InvalidInput, NoEquilibrium, solve, solve_many
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
+from beamviz.frequency_loci import loci
 from beamviz.presets import preset
 from beamviz.solver.bent import other_stable_states
 
@@ -127,6 +128,15 @@ def test_what_is_kept_of_blades_of_many_stations_is_small():
     beams = [blade.replace(alpha=alpha) for alpha in (0.1, 0.5, 1.0, 2.0)]
     kept, _ = traced(lambda: [solve(beam, **options) for beam in beams])
     assert kept < 15
+
+
+@slow
+def test_what_is_kept_of_a_chart_over_the_place_of_a_body_is_small():
+    """Each place has a mesh of its own, and other spans with their properties: 17 MB if those of
+    the last 64 are kept, and the matrices of 16 shapes."""
+    beam = preset("nrel-5mw-blade").beam.replace(alpha=0.1, gamma=0.95)
+    kept, _ = traced(lambda: loci(beam, "beta", [0.0, 1.0], modes=3))
+    assert kept < 11
 
 
 @pytest.mark.parametrize("options", [{}, {"plane": "flapwise"}, {"coriolis": True}])
