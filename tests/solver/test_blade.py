@@ -13,6 +13,7 @@ from oracle.error_bars import (
     random_blade_scene,
     verdict,
 )
+from scipy.optimize import brentq
 
 from beamviz import InvalidInput, NoEquilibrium, solve, solve_many
 from beamviz.beam import Beam
@@ -197,6 +198,21 @@ def test_a_root_that_is_hardly_held_leaves_the_other_modes(beam, square, plane, 
     assert found.labels == still.labels
     assert found.frequencies[1:] == pytest.approx(still.frequencies[1:], rel=1e-6)
     assert (found.errors < 1e-6 * found.frequencies).all()
+
+
+@pytest.mark.parametrize("alpha", [1, 30, 100])
+def test_a_heavy_tip_at_a_weak_spring_leaves_the_other_modes_within_their_errors(alpha):
+    """In closed form with a hinge: tan k (1 + 2 alpha k tanh k) = tanh k, omega = k^2. The mass
+    hardly moves, as the rotation about the root cancels the bending; rounding is all of the
+    error."""
+
+    def characteristic(k):
+        return np.sin(k) / np.tanh(k) - np.cos(k) + 2 * alpha * k * np.sin(k)
+
+    near = np.pi * np.arange(1, 7)
+    k = np.array([brentq(characteristic, x - 1, x + 1, xtol=1e-15, rtol=1e-15) for x in near])
+    found = solve(Beam(alpha=alpha, root=1e-12, mu=1e4), 7)
+    assert (abs(found.frequencies[1:] - k**2) < found.errors[1:] + 1e-15 * k**2).all()
 
 
 @pytest.mark.parametrize("method", ["linear", "ancf"])

@@ -186,15 +186,16 @@ def uncoupled_modes(
     v, shifted, added = eigen.family_modes(K, M, S, A, count, shift)
     omega_squared = shifted - added
     relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
-    size = shifted
+    size, diagonal = shifted, np.linalg.diagonal(K)
+    if compressed or beams.hinged:
+        # Compression cancels against bending stiffness, and the rotation about the root against
+        # bending in the motion of a heavy mass: sum of absolute terms.
+        shifted_diagonal = diagonal + added[:, 0] * np.linalg.diagonal(M)
+        size = np.stack((np.vecmat(shifted_diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     if beams.hinged and not compressed:
         lowest = v[:, 0, :, 0]
-        size, diagonal = shifted.copy(), np.linalg.diagonal(K)
         omega_squared[:, 0, 0] = np.vecdot(lowest, np.matvec(K, lowest))
         size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
-    if compressed:  # compression cancels against bending stiffness: sum of absolute terms
-        diagonal = np.linalg.diagonal(K) + added[:, 0] * np.linalg.diagonal(M)
-        size = np.stack((np.vecmat(diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
     scale = abs(omega_squared) + eigen.COMPRESSED
     tail = tail_energies(mesh, matrices.stiffness, v)
     truncation = truncation_errors(axial, state, scale, tail)
