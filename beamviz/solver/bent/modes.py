@@ -16,7 +16,7 @@ from scipy.linalg import lapack
 
 from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import BentState, product
-from beamviz.solver.eigen import EPS, symmetric_modes
+from beamviz.solver.eigen import COMPRESSED, EPS, symmetric_modes
 from beamviz.solver.solution import Status, status_of
 
 FEW = 60  # number of unknowns up to which all modes are computed faster than some
@@ -25,6 +25,7 @@ FEW = 60  # number of unknowns up to which all modes are computed faster than so
 FEW_HERMITIAN, FEW_FOR_EACH = 150, 25
 MORE_MODES = 4  # beyond those asked for, in which an instability is seen
 ROUNDING_FACTOR = 100.0  # of the estimated rounding error, see scripts/measure_error_bars.py
+MIXING_FACTOR = 10.0  # of the estimated error due to other modes in a vector: 4 past buckling
 TINY = 1e-300  # keeps a quotient finite whose denominator vanishes where modes coalesce
 
 
@@ -52,12 +53,36 @@ def bent_modes(state: BentState, count: int) -> BentModes:
         raise NotConverged("the stiffness of a deflected equilibrium is not positive definite")
     if F is not None and C is not None:
         s, V = _steady_gyroscopic(K, F, C, count)
+        inverse = abs(s) ** 2
     else:
-        omega_squared, V = symmetric_modes(K, M, count)
-        s = 1j * np.sqrt(omega_squared)
+        omega_squared, V = symmetric_modes(K, M, count, COMPRESSED)
+        inverse = omega_squared + COMPRESSED
     V = _of_unit_mass(V, M)
-    pairing, rounding = _pairing(abs(np.diag(K)), M, C, s, V, V)
+    s = 1j * _frequencies(K, C, V)
+    gamma = state.beam.beam.gamma  # whose square is the softening
+    terms = np.diag(K)[:, None] + M.diagonal()[:, None] * (gamma**2 + abs(s) ** 2)
+    pairing, rounding = _pairing((terms * abs(V) ** 2).sum(axis=0), M, C, s, V, V)
+    # By rounding a vector contains others, as the largest eigenvalue of the inverse problem exceeds
+    # its own.
+    mixed = EPS * inverse / inverse[0]
+    rounding += MIXING_FACTOR * abs(s) * (np.sqrt(EPS * mixed) + mixed**2)
     return BentModes(s, V, pairing, rounding, "stable")
+
+
+def _frequencies(K: NDArray, C: NDArray | None, V: NDArray) -> NDArray:
+    """The frequencies (count,) at which v* T(i omega) v = 0, T(s) = s^2 M + s C + K, for vectors V
+    of unit modal mass: Rayleigh quotients, and with Coriolis forces roots of a quadratic. Their
+    errors are the squares of those of the vectors.
+
+    Just past buckling the lowest frequency nearly vanishes. The eigenvalues of the inverse problem
+    then have rounding errors of the size of its largest one, beside which the others are small.
+    """
+    stored = np.maximum((V.conj() * product(K, V)).sum(axis=0).real, 0.0)
+    if C is None:
+        return np.sqrt(stored)
+    swirl = (V.conj() * product(C, V)).sum(axis=0).imag
+    root = np.sqrt(swirl**2 + 4 * stored)
+    return np.where(swirl > 0, 2 * stored / (root + abs(swirl)), (root - swirl) / 2)
 
 
 def _solve(factors: tuple[NDArray, NDArray], f: NDArray, trans: int = 0) -> NDArray:
@@ -72,16 +97,15 @@ def _of_unit_mass(V: NDArray, M: Any) -> NDArray:
 
 
 def _pairing(
-    stiffness: NDArray, M: Any, C: Any, s: NDArray, V: NDArray, W: NDArray
+    size: NDArray, M: Any, C: Any, s: NDArray, V: NDArray, W: NDArray
 ) -> tuple[NDArray, NDArray]:
     """|y* T'(s) v| with T(s) = s^2 M + s C + K, for the vectors of modes V and the left ones W,
-    both of unit modal mass, and the rounding error of s: that of y* K v over it. stiffness: the
-    diagonal of K."""
+    both of unit modal mass, and the rounding error of s: that of y* T(s) v over it. size (count,):
+    the sum of the absolute terms of y* T(s) v."""
     slope = 2 * s * product(M, V)
     if C is not None:
         slope = slope + product(C, V)
     pairing = abs((W.conj() * slope).sum(axis=0))
-    size = stiffness @ (abs(V) * abs(W))
     return pairing, ROUNDING_FACTOR * EPS * size / np.maximum(pairing, TINY)
 
 
@@ -155,7 +179,7 @@ def unsymmetric_modes(
     s_left, W = _inverse_spectrum(partial(solve, trans=1), M, transposed, count + MORE_MODES)
     W = W[:, abs(s[:, None] - s_left).argmin(axis=1)].conj()
     V, W = _of_unit_mass(V, M), _of_unit_mass(W, M)
-    pairing, rounding = _pairing(stiffness, M, C, s, V, W)
+    pairing, rounding = _pairing(stiffness @ (abs(V) * abs(W)), M, C, s, V, W)
     real = np.where(abs(s.real) <= rounding, 0.0, s.real)
     s = real + 1j * np.where(abs(s.imag) <= rounding, 0.0, s.imag)
     kept = np.lexsort((-s.real, abs(s)))[:count]  # the lowest by |s|, by ascending frequency
