@@ -39,7 +39,7 @@ RANGES = {
 START_MODES = ("B1", "B2", "B3")  # that a motion may start in
 ALTERNATIVES = {
     "start": {
-        "pulled": "is pulled aside and let go",
+        "pulled": "is held at rest, then let go",
         "modes": "swings in its modes",
     },
     "hub": {

@@ -42,8 +42,8 @@ LESSONS = (
     Lesson(
         name="two-planes",
         title="Up and down, or side to side",
-        question="A rotating beam, equally stiff in all directions, vibrates up and down (out of"
-        " the plane of rotation) or side to side (in that plane). Which of the two is faster?",
+        question="A rotating beam is as stiff up and down as side to side, in the plane of"
+        " rotation. Which vibration is faster?",
         guesses=("Up and down.", "Side to side.", "Both are equally fast."),
         right=0,
         scene=Scene.of(gamma=10, mode=1),
@@ -335,7 +335,8 @@ LESSONS = (
         meaning="The centrifugal force now compresses the beam, like the load on a column. Beyond a"
         " critical speed the straight beam is still in equilibrium, but the smallest disturbance"
         " grows: *buckling*. This time it is real.",
-        fact="The straight beam buckles at γ = {:.3f}; ω of B1 at rest is {:.3f}.",
+        fact="The straight beam buckles at γ = {:.3f}, in the plane of rotation; ω of B1 at rest is"
+        " {:.3f}.",
         compute_fact=lambda: (model.first_unstable(INWARD, 5), frequency(INWARD)),
         task="Find the speed at which it buckles.",
         within=0.05,
@@ -418,9 +419,9 @@ LESSONS = (
         " there is an equilibrium.",
         meaning="Under this law the axial force has a maximum, at a stretch of 2.72: a faster beam"
         " needs a larger force at its root than the material can carry. This is a *limit point*;"
-        " no method can find an equilibrium beyond it. The paper saw a commercial program fail"
-        " in such a case and called it less stable than its own; with this law the program"
-        " would have been right.",
+        " no method can find an equilibrium beyond it. The paper that beamviz follows (Nonlinear"
+        " Dynamics, 2017) saw a commercial program fail in such a case and called it less stable"
+        " than its own; with this law the program would have been right.",
         fact="hencky: an equilibrium up to γ = {:.3f} (with δ = 0: {:.3f}). green has one at"
         " γ = 50 too, the root stretched {:.2f} times.",
         compute_fact=lambda: (

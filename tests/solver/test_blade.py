@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from beamviz import InvalidInput, NoEquilibrium, solve, solve_many
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
+from beamviz.errors import NotConverged
 from beamviz.frequency_loci import loci
 from beamviz.presets import preset
 from beamviz.solver.bent import other_stable_states
@@ -128,6 +129,17 @@ def test_what_is_kept_of_blades_of_many_stations_is_small():
     options = {"modes": 20, "tolerance": 1e-12, "coriolis": False}
     beams = [blade.replace(alpha=alpha) for alpha in (0.1, 0.5, 1.0, 2.0)]
     kept, _ = traced(lambda: [solve(beam, **options) for beam in beams])
+    assert kept < 15
+
+
+def test_an_error_keeps_no_matrices():
+    """Of a blade that is unstable, with Coriolis forces and many unknowns: each keeps 4 MB if it
+    remembers where it was raised."""
+    blade = preset("nrel-5mw-blade").beam.replace(delta=-1.0)
+    beams = [blade.replace(gamma=gamma) for gamma in (5.0, 6.0, 7.0, 8.0, 9.0, 10.0)]
+    outcomes: list[object] = []
+    kept, _ = traced(lambda: outcomes.extend(solve_many(beams, coriolis=True)))
+    assert {type(outcome) for outcome in outcomes} == {NotConverged}
     assert kept < 15
 
 

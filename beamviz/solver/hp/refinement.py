@@ -85,7 +85,7 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | ModesOrError:
         elements, start = first_elements(beam, problem)
         check_unknowns(elements, beam)
     except (NoEquilibrium, NotConverged) as error:
-        return to_keep(failure(beam, problem, error))
+        return failure(beam, problem, error)
     # See `modes.lowest_modes`: coupled modes are solved in stacks where all beams turn and are
     # certain to be stable.
     held = beam.delta > 0 or beam.root > 0
@@ -242,5 +242,5 @@ def failure(beam: Beam, problem: Problem, error: BeamvizError) -> BeamvizError:
     error given."""
     with suppress(NotConverged):
         if not problem.rigid_tension:
-            return limit_error(beam, problem.strain_law) or error
-    return error
+            error = limit_error(beam, problem.strain_law) or error
+    return to_keep(error)
