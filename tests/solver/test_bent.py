@@ -32,7 +32,7 @@ WING = Beam(alpha=0.3, beta=0.4, gamma=4, delta=-1, blade=JUMP, masses=(BODY,), 
     "beam", [Beam(delta=-0.6, mu=1000), Beam(alpha=20, delta=-0.6, mu=500, root=0.1)]
 )
 def test_just_past_buckling_the_higher_modes_are_those_of_the_straight_beam(beam, coriolis, past):
-    """They change in proportion to the distance from buckling. Beside a lowest frequency that nearly
+    """They change in proportion to the distance from it. Beside a lowest frequency that nearly
     vanishes, Coriolis forces leave them an error of up to 7e-4, which is reported."""
 
     def lowest(gamma):
