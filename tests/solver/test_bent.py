@@ -45,6 +45,22 @@ def test_just_past_buckling_the_higher_modes_are_those_of_the_straight_beam(beam
     assert (apart < model + coriolis * bent.errors[1:]).all()
 
 
+@pytest.mark.parametrize("past", [1e-8, 1e-6])
+@pytest.mark.parametrize(
+    "beam", [Beam(delta=-0.6, mu=1000), Beam(alpha=20, delta=-0.6, mu=500, root=0.1)]
+)
+def test_rounding_just_past_buckling_is_no_growth(beam, past):
+    """A spin-up of 1e-13 makes no mode grow by more than about as much."""
+
+    def lowest(gamma):
+        return solve(beam.replace(gamma=gamma), 1).omega_squared[0]
+
+    gamma = brentq(lowest, 0.01, 6, xtol=1e-14) * (1 + past)
+    found = solve(beam.replace(gamma=gamma, spin_up=1e-13), 8, state="stable", coriolis=True)
+    assert found.equilibrium.status == "stable"
+    assert found.growth_rates == pytest.approx(np.zeros(8), abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("beam", "tip", "frequencies", "with_coriolis"),
     [

@@ -180,6 +180,8 @@ def unsymmetric_modes(
     W = W[:, abs(s[:, None] - s_left).argmin(axis=1)].conj()
     V, W = _of_unit_mass(V, M), _of_unit_mass(W, M)
     pairing, rounding = _pairing(stiffness @ (abs(V) * abs(W)), M, C, s, V, W)
+    if C is not None:  # that of the largest eigenvalue 1/s of the inverse problem
+        rounding += EPS * abs(s) ** 2 / abs(s).min()
     real = np.where(abs(s.real) <= rounding, 0.0, s.real)
     s = real + 1j * np.where(abs(s.imag) <= rounding, 0.0, s.imag)
     kept = np.lexsort((-s.real, abs(s)))[:count]  # the lowest by |s|, by ascending frequency
