@@ -81,7 +81,7 @@ def _rows(matrix: Callable[[np.ndarray], np.ndarray], x: np.ndarray, n: int) -> 
     return _cached_rows(matrix, x.tobytes()) if len(x) * n <= MOST_CACHED else matrix(x)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=16)
 def _cached_rows(matrix: Callable[[np.ndarray], np.ndarray], x: bytes) -> np.ndarray:
     """A matrix of a grid at x."""
     return read_only(matrix(np.frombuffer(x)))
