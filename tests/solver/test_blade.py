@@ -146,7 +146,7 @@ def test_an_error_keeps_no_matrices():
 @slow
 def test_what_is_kept_of_a_chart_over_the_place_of_a_body_is_small():
     """Each place has a mesh of its own, and other spans with their properties: 17 MB if those of
-    the last 64 are kept, and the matrices of 16 shapes."""
+    the last 64 are kept as records of each span, and large matrices of shapes."""
     beam = preset("nrel-5mw-blade").beam.replace(alpha=0.1, gamma=0.95)
     kept, _ = traced(lambda: loci(beam, "beta", [0.0, 1.0], modes=3))
     assert kept < 11

@@ -25,7 +25,7 @@ FEW = 60  # number of unknowns up to which all modes are computed faster than so
 FEW_HERMITIAN, FEW_FOR_EACH = 150, 25
 MORE_MODES = 4  # beyond those asked for, in which an instability is seen
 ROUNDING_FACTOR = 100.0  # of the estimated rounding error, see scripts/measure_error_bars.py
-MIXING_FACTOR = 10.0  # of the estimated error due to other modes in a vector: 4 past buckling
+MIXING_FACTOR = 10.0  # of the error estimated for other modes in a vector; at most 4 was seen
 TINY = 1e-300  # keeps a quotient finite whose denominator vanishes where modes coalesce
 
 
@@ -62,8 +62,8 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     gamma = state.beam.beam.gamma  # whose square is the softening
     terms = np.diag(K)[:, None] + M.diagonal()[:, None] * (gamma**2 + abs(s) ** 2)
     pairing, rounding = _pairing((terms * abs(V) ** 2).sum(axis=0), M, C, s, V, V)
-    # By rounding a vector contains others, as the largest eigenvalue of the inverse problem exceeds
-    # its own.
+    # The vectors are those of K^-1 M, whose rounding errors are relative to its largest eigenvalue:
+    # a vector of a higher mode, with a small one, contains others in that proportion.
     mixed = EPS * inverse / inverse[0]
     rounding += MIXING_FACTOR * abs(s) * (np.sqrt(EPS * mixed) + mixed**2)
     return BentModes(s, V, pairing, rounding, "stable")

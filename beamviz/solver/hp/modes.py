@@ -186,7 +186,8 @@ def uncoupled_modes(
     v, shifted, added = eigen.family_modes(K, M, S, A, count, shift)
     omega_squared = shifted - added
     relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
-    size, diagonal = shifted, np.linalg.diagonal(K)
+    size = shifted
+    diagonal = np.linalg.diagonal(K)
     if compressed or beams.hinged:
         # Compression cancels against bending stiffness, and the rotation about the root against
         # bending in the motion of a heavy mass: sum of absolute terms.
