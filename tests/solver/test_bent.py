@@ -35,12 +35,12 @@ def past_buckling(beam, past):
     return beam.replace(gamma=brentq(lowest, 0.01, 6, xtol=1e-14) * (1 + past))
 
 
-BUCKLING = [Beam(delta=-0.6, mu=1000), Beam(alpha=20, delta=-0.6, mu=500, root=0.1)]
+PASSING_BUCKLING = [Beam(delta=-0.6, mu=1000), Beam(alpha=20, delta=-0.6, mu=500, root=0.1)]
 
 
 @pytest.mark.parametrize("past", [1e-8, 1e-6])
 @pytest.mark.parametrize("coriolis", [False, True])
-@pytest.mark.parametrize("beam", BUCKLING)
+@pytest.mark.parametrize("beam", PASSING_BUCKLING)
 def test_just_past_buckling_the_higher_modes_are_those_of_the_straight_beam(beam, coriolis, past):
     """They change in proportion to the distance from it. Beside a lowest frequency that nearly
     vanishes, Coriolis forces leave them an error of up to 7e-4, which is reported."""
@@ -52,7 +52,7 @@ def test_just_past_buckling_the_higher_modes_are_those_of_the_straight_beam(beam
 
 
 @pytest.mark.parametrize("past", [1e-8, 1e-6])
-@pytest.mark.parametrize("beam", BUCKLING)
+@pytest.mark.parametrize("beam", PASSING_BUCKLING)
 def test_rounding_just_past_buckling_is_no_growth(beam, past):
     """A spin-up of 1e-13 makes no mode grow by more than about as much."""
     spinning_up = past_buckling(beam, past).replace(spin_up=1e-13)
