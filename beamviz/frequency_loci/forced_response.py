@@ -10,7 +10,6 @@ same force at rest.
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.events import Event
 from beamviz.solver import solve_many
 from beamviz.solver.quadrature import moment_of_weight, quadrature
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import Solution, read_only
 
 LOADS = {"chordwise": (1j, -1.0), "flapwise": (0.0, -1.0)}  # along, across; times exp(i omega t)
 DAMPING = (0.001, 0.2)  # least and greatest damping ratio
@@ -60,6 +59,14 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     return (direct + conjugate) / static_deflection(beam, solution.problem.plane)
 
 
+def amplitude(solution: Solution, frequency: float, damping: float) -> float:
+    """Amplitude of the tip over the static deflection under the force at `frequency`: the major
+    semi-axis of its ellipse Re (a exp(i p)); nan where the beam is unstable."""
+    tip = response(solution, frequency, damping, TIP)[0]
+    a, b = tip.real, tip.imag
+    return float(np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b)))
+
+
 def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
     """Deflection of the tip at rest under the force, constant and across the beam: of a hinged one
     infinite."""
@@ -78,27 +85,16 @@ def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
 class RunUp:
     """Steady responses at ascending speeds (n,), dense near the resonances.
 
-    solutions: one per speed, None without equilibrium.
+    amplitudes: of the tip (n,), over the static deflection (`amplitude`); nan without an
+    equilibrium, or where it is unstable.
     """
 
     beam: Beam
     per_rev: int
     damping: float
     speeds: np.ndarray
-    solutions: tuple[Solution | None, ...]
+    amplitudes: np.ndarray
     resonances: tuple[Event, ...]
-
-    @cached_property
-    def amplitudes(self) -> np.ndarray:
-        """Amplitude (n,) of the tip over the static deflection: the major semi-axis of its ellipse
-        Re (a exp(i p)); nan where there is no stable equilibrium."""
-        amplitudes = np.full(len(self.speeds), np.nan)
-        for k, solution in enumerate(self.solutions):
-            if solution is not None:
-                tip = response(solution, self.per_rev * self.speeds[k], self.damping, TIP)[0]
-                a, b = tip.real, tip.imag
-                amplitudes[k] = np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b))
-        return amplitudes
 
     def peak(self, resonance: Event) -> float:
         """The amplitude of the tip at a resonance."""
@@ -127,5 +123,8 @@ def run_up(
     speeds = np.unique(np.concatenate([even, *near]))
     speeds = speeds[(speeds >= 0) & (speeds <= stop)]
     outcomes = solve_many([beam.replace(gamma=speed) for speed in speeds], modes=modes, **options)
-    solutions = tuple(outcome if isinstance(outcome, Solution) else None for outcome in outcomes)
-    return RunUp(beam, per_rev, damping, speeds, solutions, excited)
+    amplitudes = np.full(len(speeds), np.nan)
+    for k, outcome in enumerate(outcomes):
+        if isinstance(outcome, Solution):
+            amplitudes[k] = amplitude(outcome, per_rev * outcome.beam.gamma, damping)
+    return RunUp(beam, per_rev, damping, speeds, read_only(amplitudes), excited)

@@ -113,7 +113,7 @@ def properties_on(mesh: Mesh, beams: BeamStack) -> Properties:
 
 
 # 7 % of a solve where only other numbers of the beam change.
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def shared_properties(
     mesh: Mesh, alpha: tuple[float, ...], beta: tuple[float, ...], blade: Blade | None
 ) -> Properties:

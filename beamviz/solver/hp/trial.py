@@ -159,7 +159,7 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
     return Trial(elements, grid, grid.integration_matrix, pieces.counts, rho, EI, EA, blocks)
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=1)
 def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
     """`make_trial`, cached for the next of many beams on the same elements."""
     return make_trial(elements, blade, bending, share)
