@@ -17,7 +17,7 @@ from beamviz.explorer import page
 from beamviz.explorer.page import Data
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.frequency_loci.identity import names_of_branches
+from beamviz.frequency_loci.identity import names_of_branches, names_of_event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
 
@@ -69,7 +69,9 @@ class ChartRequest:
         values = np.linspace(self.start, self.stop, CHART_POINTS)
         found = loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options)
         x = np.union1d(values, [event.at for event in found.events])
-        return Chart(self, x, lines_of(found, x), found.events, found.limits)
+        pairs = [event for event in found.events if not event.per_rev]
+        names = {event: names_of_event(found, event) for event in pairs}
+        return Chart(self, x, lines_of(found, x), found.events, found.limits, names)
 
 
 class Line(NamedTuple):
@@ -97,6 +99,7 @@ class Chart:
     """Loci as lines, without the solutions: those of a blade take megabytes.
 
     x: values of the axis (n,), of the loci and of the events. located: events and resonances.
+    names: of the modes of each event but resonances.
     """
 
     request: ChartRequest
@@ -104,6 +107,7 @@ class Chart:
     lines: list[Line]
     located: tuple[Event, ...]
     limits: tuple[Limit, ...]
+    names: dict[Event, tuple[str, ...]]
 
     @cached_property
     def events(self) -> dict[str, Event]:
@@ -138,11 +142,12 @@ class Chart:
         return tuple(modes[label] for label in event.branches if modes.get(label, -1) >= 0)
 
     def names_of(self, event: Event) -> list[str]:
-        """The names of the modes of an event there, stretching modes first."""
-        k = self.index_of(event)
-        names = {line.label: line.name_at(k) for line in self.lines}
-        found = {names.get(label, label) for label in event.branches}
-        return sorted(found, key=lambda name: (name[0] != "S", name))
+        """The names of the modes of an event or a resonance there, stretching modes first."""
+        found = self.names.get(event)
+        if found is None:
+            k = self.index_of(event)
+            found = tuple(line.name_at(k) for line in self.lines if line.label in event.branches)
+        return sorted(set(found), key=lambda name: (name[0] != "S", name))
 
     def index_of(self, event: Event) -> int:
         """The point of an event."""

@@ -1,7 +1,9 @@
 """The Campbell diagram as data: its range, its lines, its marks, and the lists beside it; and two
 loci magnified around their crossing or veering, without and with Coriolis forces."""
 
+import gc
 import re
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -128,6 +130,28 @@ def test_marks_are_buttons_with_names(tip):
     assert veering["text"] == "veering of S1 and B3: γ = 4.65, ω = 61.3"
     assert crossing["value"] == veering["value"] == "B3 S1 1"
     assert (crossing["kind"], veering["kind"]) == ("crossing", "veering")
+
+
+def test_an_event_with_a_mode_above_those_asked_for():
+    """It has both names of the table, and the one mode that is there."""
+    chart = chart_of(TIP, coriolis=True, modes=3)
+    (event,) = chart.pairs.values()
+    assert event.at == pytest.approx(4.65, rel=1e-3)
+    assert chart.names_of(event) == ["S1", "B3"]
+    assert chart.modes_of(event) == (2,)
+
+
+def test_a_chart_keeps_lines_not_solutions():
+    """The solutions would take 0.6 MB, those of a blade 10 MB."""
+    tracemalloc.start()
+    try:
+        chart = ChartRequest.around(case(Beam(alpha=1), coriolis=True), "gamma").chart()
+        gc.collect()
+        kept, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(chart.lines) == 5
+    assert kept < 4e5
 
 
 def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
