@@ -94,7 +94,7 @@ class Line(NamedTuple):
         return names[-1] if names else self.label
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chart:
     """Loci as lines, without the solutions: those of a blade take megabytes.
 

@@ -162,4 +162,4 @@ def names_of_event(found: Loci, event: Event) -> tuple[str, ...]:
     if len(modes) < len(set(event.branches)):
         modes.append(max(modes) + 1)
     labels = identify_modes(solution).labels
-    return tuple(labels[mode] for mode in modes)
+    return tuple(labels[mode] for mode in modes if mode < len(labels))

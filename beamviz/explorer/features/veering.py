@@ -43,7 +43,7 @@ class ModeShape(NamedTuple):
     name: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LociPair:
     """Two loci around their crossing or veering, without or with Coriolis forces.
 
