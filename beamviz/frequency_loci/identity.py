@@ -111,10 +111,10 @@ def _identified(solution: Solution) -> ModeIdentity:
     pure = ModeIdentity(labels, ("",) * len(labels))
     if not (problem.gyroscopic and solution.beam.gamma) or solution.equilibrium.shape == "bent":
         return pure
-    modes = min(len(labels) + EXTRA_MODES, MAX_MODES)
+    modes = int(min(len(labels) + EXTRA_MODES, MAX_MODES, problem.most_modes))
     try:
         uncoupled = solve(solution.beam, **problem.options | {"coriolis": False, "modes": modes})
-    except BeamvizError:  # fewer elements than modes, say
+    except BeamvizError:
         return pure
     partner, mac = match_modes(solution, uncoupled)
     names = [uncoupled.labels[k] if k >= 0 else "" for k in partner]

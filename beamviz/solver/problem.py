@@ -247,6 +247,12 @@ class Problem:
         return METHODS[self.method].rigid_tension
 
     @property
+    def most_modes(self) -> float:
+        """The number of modes that the method has; infinite where it refines to a tolerance."""
+        resolution = METHODS[self.method].resolution
+        return math.inf if resolution is None else resolution.modes_each * self.resolution
+
+    @property
     def resolution(self) -> int:
         """The number of elements or terms of a method that has one, the default where none was
         given; InvalidInput where it is out of range, or too small for the number of modes."""
