@@ -168,9 +168,8 @@ class Chart:
 
 
 def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
-    """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at a
-    value take a solve, so those within a run are taken to be the same if both ends have the same.
-    """
+    """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at
+    a value take a solve: a run with the same name at both ends is taken to have one name."""
     lines, takes_solve = [], found.problem.gyroscopic
     before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
     nearest = abs(x[:, None] - found.values).argmin(axis=1)

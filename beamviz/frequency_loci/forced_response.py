@@ -67,8 +67,7 @@ def displacement(solution: Solution, frequency: float, damping: float, x: np.nda
 
 
 def semi_major_axis(a: np.ndarray) -> float:
-    """The larger semi-axis of the ellipse Re (a exp(i p)), p = 0 .. 2 pi, of a complex vector a (2,).
-    """
+    """That of the ellipse Re (a exp(i p)), p = 0 .. 2 pi, of a complex vector a (2,)."""
     u, v = a.real, a.imag
     return float(np.sqrt((u @ u + v @ v) / 2 + np.hypot((u @ u - v @ v) / 2, u @ v)))
 
