@@ -186,14 +186,20 @@ def derivatives_of_powers(x: float, terms: int) -> NDArray:
 
 
 def _stretching(beam: Beam, modes: int) -> Family:
-    """u = sin zx up to the mass, and a second sine beyond it; Lambda = (mu z)^2."""
+    """u = sin zx up to the mass, and a second sine beyond it; Lambda = (mu z)^2.
+
+    The phase of u, tan phase = z u / u', is z at the tip of a bar. A mass turns it by less than pi
+    more. It grows with z, and is (k + 1/2) pi at the tip in mode k, from 0.
+    """
     alpha, beta = beam.alpha, beam.beta
+    at_tip = (np.arange(modes) + 0.5) * np.pi
 
-    def slope_at_tip(z: NDArray) -> NDArray:
-        return np.cos(z) - alpha * z * np.sin(z * beta) * np.cos(z * (1 - beta))
+    def phase_left(z: NDArray) -> NDArray:
+        turn = 1 - alpha * z * np.sin(beta * z) * np.exp(-1j * beta * z)  # by the mass
+        # With this factor it has no steps where a heavy mass is at a node.
+        return abs(turn) * np.sin((z + np.angle(turn) - at_tip) / 2)
 
-    grid = np.linspace(0, np.pi * (modes + 1), 2 * SCAN_POINTS * (modes + 1))
-    z = _refined_roots(slope_at_tip, grid)[:modes]
+    z = false_position(phase_left, np.maximum(at_tip - np.pi, 0.0), at_tip)
     scale = _unit_mass(beam, partial(_sines, beam, z, 1.0))
     return Family((beam.mu * z) ** 2 - beam.gamma**2, partial(_sines, beam, z, scale))
 
@@ -220,13 +226,6 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
             grid = np.array(points)
             return false_position(determinant, grid[below], grid[below + 1])
     raise NotConverged(f"terms = {terms}: the power series has not converged; more terms may help")
-
-
-def _refined_roots(function: Function, grid: NDArray) -> NDArray:
-    """The roots between grid points where the function changes sign."""
-    values = function(grid)
-    k = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return false_position(function, grid[k], grid[k + 1])
 
 
 def _sines(beam: Beam, z: NDArray, scale: NDArray | float, x: NDArray) -> NDArray:

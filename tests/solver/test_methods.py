@@ -224,6 +224,18 @@ def test_power_series_that_do_not_converge(gamma, terms, message):
         solve(Beam(gamma=gamma), method="power-series", terms=terms)
 
 
+@pytest.mark.parametrize(("beta", "places"), [(2 / 3, [4, 5, 6]), (0.4, [3, 5, 6])])
+def test_power_series_find_stretching_modes_close_to_each_other(beta, places):
+    """A heavy mass near a node of both the bar inboard of it and the bar beyond: two frequencies
+    differ by a thousandth."""
+    beam = Beam(alpha=100, beta=beta, mu=10)
+    found = solve(beam, 8, "power-series")
+    converged = solve(beam, 8, "foac", tolerance=1e-10)
+    assert found.labels == converged.labels
+    assert [k for k in range(2, 7) if found.families[k] == "stretching"] == places
+    assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-8)
+
+
 def test_shapes_have_unit_modal_mass_where_layers_are_not_resolved():
     """The integral of their squares is of twice the order of the polynomials."""
     x, weights = np.polynomial.legendre.leggauss(100)
