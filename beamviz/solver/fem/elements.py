@@ -87,7 +87,8 @@ def mass(nodes: NDArray, alpha: float, beta: float) -> NDArray:
 
 
 def mass_of(nodes: NDArray, beam: Beam) -> NDArray:
-    """`mass` of a beam, whose bodies and discontinuities are at nodes where it is not uniform."""
+    """`mass` of a beam, with the bodies and the mass of a unit of length of one that is not
+    uniform."""
     if beam.is_uniform:
         return mass(nodes, beam.alpha, beam.beta)
     points, weights = gauss(6 + MAX_DEGREE)
