@@ -172,6 +172,27 @@ def test_error_bars_of_assumed_modes_hold(beam, terms, coriolis):
         assert within_the_bars(found, converged, 1e-9 * abs(converged.omega_squared))
 
 
+def test_a_mode_without_a_partner_has_no_finite_error():
+    """Lost digits make a bending mode the lowest: two stretching modes are lower, and its error is
+    more than its distance to either of them."""
+    beam = Beam(alpha=1.6, beta=0.015, gamma=190, delta=0.4, mu=38)
+    found = solve(beam, 1, "assumed-modes", terms=100)
+    converged = solve(beam, 5, "foac", tolerance=1e-9)
+    place = converged.labels.index(found.labels[0])
+    away = abs(found.omega_squared[0] - converged.omega_squared[place])
+    assert away <= found.omega_squared_errors[0] + converged.omega_squared_errors[place]
+
+
+@pytest.mark.parametrize("method", ["linear", "power-series", "assumed-modes", "foac"])
+def test_a_beam_whose_lowest_mode_stretches_has_buckled_chordwise(method):
+    """What its chordwise modes say, although the one mode asked for does not bend."""
+    beam = Beam(alpha=100, gamma=2.42, delta=-0.065, mu=11.3)
+    flapwise, chordwise = (solve(beam, 1, method, plane=p) for p in ("flapwise", "chordwise"))
+    assert flapwise.labels == ("S1",)
+    assert flapwise.equilibrium.buckled_chordwise
+    assert chordwise.equilibrium.status == "unstable"
+
+
 @pytest.mark.parametrize(
     ("method", "gamma", "terms", "least", "first", "others"),
     [
