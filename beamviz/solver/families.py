@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
-from beamviz.errors import BeamvizError
+from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import eigen
 from beamviz.solver.hp import is_buckled, solve_hp
 from beamviz.solver.hp.modes import turns_freely
@@ -140,6 +140,14 @@ def build_solution(
         bending_energy_fraction=read_only(fraction),
         fields=fields,
     )
+
+
+def no_equilibrium(beam: Beam, problem: Problem) -> NoEquilibrium | None:
+    """The error of the default method for a beam that has no equilibrium, with its limit; None
+    where it has one, or none that the default method finds. For a method that did not converge."""
+    finer = replace(problem, modes=1, method="auto", coriolis=False, elements=None, terms=None)
+    (reference,) = solve_hp([beam], finer)
+    return reference if isinstance(reference, NoEquilibrium) else None
 
 
 def errors_against_reference(

@@ -51,6 +51,7 @@ from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Solution, false_position, read_only, straight
 
+MOST_WITH_DIGITS = 12  # assumed modes; of the next ones rounding leaves nothing
 MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
@@ -61,7 +62,7 @@ REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 
 def assumed_modes(beam: Beam, problem: Problem) -> Solution:
     """The modes in terms of the bending modes of a cantilever at rest and as many stretching modes
-    of a bar at rest."""
+    of a bar at rest. Raises NotConverged."""
     terms = problem.resolution
     x, masses = quadrature(beam, 2 * terms + 12)  # exact to rounding
     (u, du), (w, dw, ddw) = fixed_free(terms, x), clamped_free(terms, x)
@@ -71,7 +72,15 @@ def assumed_modes(beam: Beam, problem: Problem) -> Solution:
     # M = F' F: rows of F are displacements at the points
     Fa, Fb = (np.sqrt(masses)[:, None] * displacement for displacement in (u, w))
     shapes = partial(partial, _combined, fixed_free), partial(partial, _combined, clamped_free)
-    modes = families.modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
+    try:
+        modes = families.modes_of_matrices(beam, problem, (Ka, Kb), (Fa, Fb), shapes)
+    except NotConverged as error:
+        if terms <= MOST_WITH_DIGITS:
+            raise error
+        raise NotConverged(
+            f"terms = {terms}: beyond {MOST_WITH_DIGITS}, cosh and sinh cancel, and no digit is"
+            " left; fewer terms help"
+        ) from None
     return families.build_solution(beam, problem, modes, (2 * terms, 1, terms))
 
 
@@ -278,7 +287,10 @@ def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
     if beam.beta in grid.ends[1:]:  # the value at the mass acts on what is inboard of it
         inboard = (order + 1) * grid.ends.index(beam.beta)
         R[:inboard, inboard - 1] += beam.alpha
-    root = _equilibrium(grid, R, beam, problem.strain_law)
+    try:
+        root = _equilibrium(grid, R, beam, problem.strain_law)
+    except NotConverged as error:
+        raise families.no_equilibrium(beam, problem) or error from None
     f, J = root.state, grid.from_clamp
     A, B = _stretching_operators(grid, R, f, beam, problem)
     stretching = _lowest_modes(grid, beam, A, B, J, problem.modes)

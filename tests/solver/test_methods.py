@@ -183,6 +183,14 @@ def test_a_mode_without_a_partner_has_no_finite_error():
     assert away <= found.omega_squared_errors[0] + converged.omega_squared_errors[place]
 
 
+def test_too_many_assumed_modes_say_that_fewer_help():
+    """Where rounding leaves no stiffness to vibrate with."""
+    beam, options = Beam(gamma=60, delta=-1), {"method": "assumed-modes"}
+    with pytest.raises(NotConverged, match="terms = 100: .* fewer terms help"):
+        solve(beam, terms=100, **options)
+    assert solve(beam, terms=10, **options).equilibrium.status == "unstable"
+
+
 @pytest.mark.parametrize("method", ["linear", "power-series", "assumed-modes", "foac"])
 def test_a_beam_whose_lowest_mode_stretches_has_buckled_chordwise(method):
     """What its chordwise modes say, although the one mode asked for does not bend."""

@@ -17,7 +17,7 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Shapes, build_solution, modes_of_matrices
+from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
 from beamviz.solver.fem.elements import (
     PlanarBeam,
     assemble_band,
@@ -55,7 +55,10 @@ def solve(beam: Beam, problem: Problem) -> Solution:
     """Equilibrium and modes, or an error of `beamviz.solve`."""
     nodes = nodes_of(beam, problem.resolution)
     model = PlanarBeam(nodes, beam, problem)
-    position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
+    try:
+        position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
+    except NotConverged as error:
+        raise no_equilibrium(beam, problem) or error from None
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
     Fa, Fb = F[:, 1:], F[:, -len(Kb) :]
     if any(any(mass.inertia) for mass in beam.masses):
@@ -229,8 +232,8 @@ def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
     return NotConverged(
         f"at gamma = {math.sqrt(load):.6g} the stretch of the elements ranges over"
         f" {f.min():.3g} .. {f.max():.3g}, more than the force in the beam can cause: neighbours"
-        " share one gradient at the mass, where the stretch jumps. This is a limit of the method,"
-        " not of the beam: method auto has none"
+        " share one gradient, although at a mass or a jump of a property the stretch jumps. This is"
+        " a limit of the method, not of the beam: method auto has none"
     )
 
 
