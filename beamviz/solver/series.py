@@ -215,20 +215,23 @@ def _stretching(beam: Beam, modes: int) -> Family:
 
 def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> NDArray:
     """The lowest `modes` roots s, Lambda = s |s|, by a scan whose steps grow but stay smaller than
-    the distance of bending modes. Compression makes Lambda negative, by less than its square."""
+    the distance of bending modes. A wave in a beam under the compression P has Lambda >= -P^2 / 4.
+    """
     x = (np.arange(200) + 0.5) / 200
-    widths = float(np.sqrt(np.maximum(rigid_tension(beam, x), 0.0)).mean())  # int sqrt(N) dx
+    N = rigid_tension(beam, x)
+    # int sqrt(abs(N)) dx; compression, whose solutions do not grow, costs the digits twice.
+    widths = float((np.sqrt(abs(N)) * np.where(N < 0, 2, 1)).mean())
     if widths > MAX_WIDTHS:
         raise NotConverged(
             f"gamma = {beam.gamma:g}: power-series is ill-conditioned here, as the beam is"
-            f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}); method foac solves"
-            " the same model"
+            f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}; a compressed part"
+            " counts twice); method foac solves the same model"
         )
-    points = [min(0.0, *(span.tension[0] for span in tension_spans(beam))) - MIN_STEP]
+    points = [min(0.0, *(span.tension[0] for span in tension_spans(beam))) / 2 - MIN_STEP]
     values = determinant(np.array(points))
     for _ in range(MAX_SCANS):
         for _ in range(SCAN_POINTS):
-            points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * points[-1]))
+            points.append(points[-1] + max(MIN_STEP, RELATIVE_STEP * abs(points[-1])))
         values = np.append(values, determinant(np.array(points[-SCAN_POINTS:])))
         below = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)[:modes]
         if len(below) == modes:
