@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from oracle import QUICK, truth
 from strategies import beams
 
-from beamviz import Beam, solve
+from beamviz import Beam, solve, solve_many
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import METHODS
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
@@ -170,6 +170,22 @@ def test_error_bars_of_assumed_modes_hold(beam, terms, coriolis):
     converged = solve(beam, method="foac", coriolis=coriolis, tolerance=1e-8)
     if found.labels == converged.labels:
         assert within_the_bars(found, converged, 1e-9 * abs(converged.omega_squared))
+
+
+@pytest.mark.parametrize(
+    ("method", "options", "modes"),
+    [
+        ("ancf", {"elements": 3}, 6),
+        ("assumed-modes", {"terms": 6}, 6),
+        ("ancf-planar", {"elements": 3, "state": "bent"}, 6),
+        ("power-series", {}, 8),
+    ],
+)
+def test_extra_modes_are_those_that_the_method_has(method, options, modes):
+    """Those beyond the number of elements or terms are left out."""
+    beam = Beam(gamma=4, delta=-1)
+    (found,) = solve_many([beam], extra_modes=2, modes=6, method=method, **options)
+    assert len(found.frequencies) == modes
 
 
 def test_a_mode_without_a_partner_has_no_finite_error():
