@@ -46,6 +46,7 @@ from beamviz.errors import NotConverged
 from beamviz.solver import constitutive, families
 from beamviz.solver.constitutive import Function, StrainLaw, rigid_tension
 from beamviz.solver.continuation import Root, continue_load, newton_at
+from beamviz.solver.eigen import COMPRESSED
 from beamviz.solver.families import Family, Shapes
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
@@ -56,7 +57,7 @@ MIN_STEP, RELATIVE_STEP = 0.4, 0.03  # of the scan, in the root of Lambda
 SCAN_POINTS = 24  # values of Lambda at a time
 MAX_SCANS = 40
 MAX_WIDTHS = 24.0  # boundary layers: e^-24 is left of the determinant, e^-36 is rounding
-SPURIOUS = 1e-12  # share of the largest 1/omega^2 below which one is rounding
+SPURIOUS = 1e-12  # share of the largest 1 / omega^2 below which one is rounding
 REAL = 1e-6  # an eigenvalue is real whose imaginary part is a smaller share
 
 
@@ -354,12 +355,14 @@ def _equilibrium(grid: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) ->
 def _lowest_modes(
     grid: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
 ) -> Family:
-    """The modes with the lowest real omega^2 of A y = omega^2 B y, by B y = 1 / omega^2 A y.
+    """The modes with the lowest real omega^2 of A y = omega^2 B y, by B y = 1 / omega^2 A y, or of a
+    beam that may buckle with a shift: an omega^2 near 0 would leave the others no digits.
     displacement (n, n): y -> displacements at the points. Raises NotConverged for too few."""
-    inverse, y = np.linalg.eig(np.linalg.solve(A, B))
+    shift = COMPRESSED if beam.delta < 0 else 0.0
+    inverse, y = np.linalg.eig(np.linalg.solve(A + shift * B, B))
     real = abs(inverse.imag) <= REAL * abs(inverse)
     kept = np.flatnonzero(real & (abs(inverse) > SPURIOUS * abs(inverse).max()))
-    omega_squared = 1 / inverse[kept].real
+    omega_squared = 1 / inverse[kept].real - shift
     picks = omega_squared.argsort()[:modes]
     if len(picks) < modes:
         raise NotConverged(

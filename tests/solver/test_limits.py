@@ -165,6 +165,15 @@ def test_coriolis_at_the_point_of_buckling_loses_no_mode():
         assert found[1:] == pytest.approx([457.4348, 3738.020, 12099.08, 14487.45], 1e-5)
 
 
+@pytest.mark.parametrize("gamma", [2.9960386598525726, 2.99603866, 2.996038])
+def test_collocation_at_the_point_of_buckling_loses_no_mode(gamma):
+    """20 modes of a beam whose first omega^2 is almost zero."""
+    beam = Beam(gamma=gamma, delta=-1)
+    found, converged = (solve(beam, 20, method) for method in ("chebyshev", "auto"))
+    assert abs(found.omega_squared[0]) < 1e-5
+    assert found.frequencies[1:] == pytest.approx(converged.frequencies[1:], rel=1e-6)
+
+
 def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():
     """Next to its frequency, almost zero, rounding takes the others from Z' Z, not from Z."""
     beam = Beam(alpha=1, beta=1.6e-14, gamma=4, delta=-0.6111255052738858, mu=21)
