@@ -1,6 +1,8 @@
 """Finite elements, assumed modes, power series and Chebyshev collocation: against the oracle and
 the limits of other methods; rates declared and measured; where they fail they say so."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from helpers import differences, within_the_bars
@@ -290,6 +292,22 @@ def test_power_series_find_stretching_modes_close_to_each_other(beta, places):
     assert found.labels == converged.labels
     assert [k for k in range(2, 7) if found.families[k] == "stretching"] == places
     assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-8)
+
+
+def test_solutions_by_collocation_keep_no_matrices():
+    """A chart over the place of the mass: 30 MB if each keeps those of its grid."""
+    beam = Beam(alpha=1, gamma=5)
+    solve(beam, method="chebyshev")  # imports what it needs
+    tracemalloc.start()
+    try:
+        kept = [
+            solve(beam.replace(beta=beta), method="chebyshev", terms=200)
+            for beta in np.linspace(0.2, 0.8, 10)
+        ]
+        assert tracemalloc.get_traced_memory()[0] < 20e6
+    finally:
+        tracemalloc.stop()
+    assert len(kept) == 10
 
 
 def test_shapes_have_unit_modal_mass_where_layers_are_not_resolved():
