@@ -358,8 +358,8 @@ def _equilibrium(grid: ChebyshevGrid, R: NDArray, beam: Beam, law: StrainLaw) ->
 def _lowest_modes(
     grid: ChebyshevGrid, beam: Beam, A: NDArray, B: NDArray, displacement: NDArray, modes: int
 ) -> Family:
-    """The modes with the lowest real omega^2 of A y = omega^2 B y, by B y = 1 / omega^2 A y, or of a
-    beam that may buckle with a shift: an omega^2 near 0 would leave the others no digits.
+    """The modes with the lowest real omega^2 of A y = omega^2 B y, by B y = 1 / omega^2 A y; with a
+    shift for a beam that may buckle, as an omega^2 near 0 would leave the others no digits.
     displacement (n, n): y -> displacements at the points. Raises NotConverged for too few."""
     shift = COMPRESSED if beam.delta < 0 else 0.0
     inverse, y = np.linalg.eig(np.linalg.solve(A + shift * B, B))
