@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property, partial
 from itertools import pairwise
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from beamviz.explorer import page
 from beamviz.explorer.page import Data
 from beamviz.explorer.state import Case
 from beamviz.frequency_loci import Branch, Event, Loci, loci
-from beamviz.frequency_loci.identity import names_of_branches
+from beamviz.frequency_loci.identity import names_of_branches, names_of_event
+from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
 
 AT = 1e-7  # of the range: distance of a beam that is at an event
@@ -66,21 +67,53 @@ class ChartRequest:
     def chart(self) -> "Chart":
         """The chart. Raises the errors of `loci`."""
         values = np.linspace(self.start, self.stop, CHART_POINTS)
-        return Chart(self, loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options))
+        found = loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options)
+        x = np.union1d(values, [event.at for event in found.events])
+        pairs = [event for event in found.events if not event.per_rev]
+        names = {event: names_of_event(found, event) for event in pairs}
+        return Chart(self, x, lines_of(found, x), found.events, found.limits, names)
 
 
-@dataclass(frozen=True)
+class Line(NamedTuple):
+    """A branch of loci as a line, at values x (n,) of the axis.
+
+    frequency: (n,) in units of 1/T*, nan where it has none. mode: (n,) index at the nearest value
+    solved for, -1 where the branch is not among the modes. runs: of one family and name of the
+    mode, as index of the first point and of the last, family and name; consecutive runs share a
+    point, so that lines have no gaps.
+    """
+
+    label: str
+    frequency: np.ndarray
+    mode: np.ndarray
+    runs: list[tuple[int, int, str, str]]
+
+    def name_at(self, k: int) -> str:
+        """The name of the mode at a point; that of the branch where there is none."""
+        names = [name for first, last, _, name in self.runs if first <= k <= last]
+        return names[-1] if names else self.label
+
+
+@dataclass(frozen=True, eq=False)
 class Chart:
-    """Computed loci."""
+    """Loci as lines, without the solutions: those of a blade take megabytes.
+
+    x: values of the axis (n,), of the loci and of the events. located: events and resonances.
+    names: of the modes of each event but resonances.
+    """
 
     request: ChartRequest
-    loci: Loci
+    x: np.ndarray
+    lines: list[Line]
+    located: tuple[Event, ...]
+    limits: tuple[Limit, ...]
+    names: dict[Event, tuple[str, ...]]
 
     @cached_property
     def events(self) -> dict[str, Event]:
         """The events but resonances by key: the labels of their branches and a count, as
         'B3 S1 1'. Keys remain valid when the beam or the model changes."""
-        events = (event for event in self.loci.events if not event.per_rev)
+        events = (event for event in self.located if not event.per_rev)
         return numbered((" ".join(sorted(event.branches)), event) for event in events)
 
     @property
@@ -91,7 +124,7 @@ class Chart:
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
         """Resonances with these multiples of the speed by key: multiple, branch and a count."""
-        shown = (event for event in self.loci.events if event.per_rev in multiples)
+        shown = (event for event in self.located if event.per_rev in multiples)
         return numbered((f"{event.per_rev} {event.branches[0]}", event) for event in shown)
 
     def event_at(self, value: float) -> str:
@@ -104,9 +137,21 @@ class Chart:
 
     def modes_of(self, event: Event) -> tuple[int, ...]:
         """The modes (from 0) of an event."""
-        k = int(np.argmin(abs(self.loci.values - event.at)))
-        found = (int(self.loci[label].mode_index[k]) for label in event.branches)
-        return tuple(mode for mode in found if mode >= 0)
+        k = self.index_of(event)
+        modes = {line.label: int(line.mode[k]) for line in self.lines}
+        return tuple(modes[label] for label in event.branches if modes.get(label, -1) >= 0)
+
+    def names_of(self, event: Event) -> list[str]:
+        """The names of the modes of an event or a resonance there, stretching modes first."""
+        found = self.names.get(event)
+        if found is None:
+            k = self.index_of(event)
+            found = tuple(line.name_at(k) for line in self.lines if line.label in event.branches)
+        return sorted(set(found), key=lambda name: (name[0] != "S", name))
+
+    def index_of(self, event: Event) -> int:
+        """The point of an event."""
+        return int(np.argmin(abs(self.x - event.at)))
 
     def nearest_pair(self, value: float) -> Event | None:
         """The crossing or veering nearest to a value of the axis."""
@@ -116,10 +161,43 @@ class Chart:
     def top(self) -> float:
         """End of the frequency axis: a round number in display units, just above all loci."""
         factor = self.request.measures[1].factor
-        found = np.concatenate([branch.frequency for branch in self.loci.branches])
+        found = np.concatenate([line.frequency for line in self.lines])
         largest = 1.03 * factor * np.max(found, initial=0.0, where=np.isfinite(found)) or 1.0
         power = 10.0 ** math.floor(math.log10(largest))
         return power * next(step for step in ROUND if step * power >= largest) / factor
+
+
+def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
+    """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces a name takes
+    two solves: few are needed, as most runs have one name."""
+    lines, solved = [], found.problem.gyroscopic
+    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
+    nearest = abs(x[:, None] - found.values).argmin(axis=1)
+    names = cache(lambda k: names_of_branches(found, float(found.values[k])))
+
+    def name_at(label: str, i: int) -> str:
+        return names(before[i]).get(label, label)
+
+    for branch in branches or found.branches:
+        y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
+        family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
+        kinds = [(one, None if solved else name(i)) for i, one in enumerate(family)]
+        cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
+        runs = []
+        for start, stop in pairwise([0, *cuts, len(x)]):
+            if own := family[start]:
+                parts = one_name(name, start, stop)
+                runs += [(first, min(end, len(x) - 1), own, name(first)) for first, end in parts]
+        lines.append(Line(branch.label, y, branch.mode_index[nearest], runs))
+    return lines
+
+
+def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
+    """The parts of a run of points in which a name is constant if it is the same at both ends."""
+    middle = (start + stop) // 2
+    if middle == start or name(start) == name(stop - 1):
+        return [(start, stop)]
+    return one_name(name, start, middle) + one_name(name, middle, stop)
 
 
 def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
@@ -139,40 +217,13 @@ def cursor(beam: Beam | None, over: str, along: Measure) -> Data | None:
     return {"action": over, "x": float(along.factor * getattr(beam, over))} if beam else None
 
 
-def loci_lines(
-    found: Loci, x: np.ndarray, factor: float, branches: Sequence[Branch] | None = None
-) -> list[Data]:
-    """The loci, of all or some branches, interpolated at x (n,), in runs of one family and name of
-    the mode; consecutive runs share a point, so that lines have no gaps."""
-    lines = []
-    last, solved = len(x) - 1, found.problem.gyroscopic  # then a name takes two solves
-    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
-    names = cache(lambda k: names_of_branches(found, float(found.values[k])))
-
-    def name_at(label: str, i: int) -> str:
-        return names(before[i]).get(label, label)
-
-    for branch in branches or found.branches:
-        y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
-        family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        kinds = [(one, None if solved else name(i)) for i, one in enumerate(family)]
-        cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
-        runs = []
-        for start, stop in pairwise([0, *cuts, len(x)]):
-            if own := family[start]:
-                parts = one_name(name, start, stop)
-                runs += [[first, min(end, last), own, name(first)] for first, end in parts]
-        if runs:
-            lines.append({"label": runs[-1][3], "y": page.sent(factor * y), "runs": runs})
-    return lines
-
-
-def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[int, int]]:
-    """The parts of a run of points in which a name is constant if it is the same at both ends."""
-    middle = (start + stop) // 2
-    if middle == start or name(start) == name(stop - 1):
-        return [(start, stop)]
-    return one_name(name, start, middle) + one_name(name, middle, stop)
+def lines_data(lines: Iterable[Line], factor: float) -> list[Data]:
+    """Lines with the last name as label; those without a frequency are left out."""
+    return [
+        {"label": line.runs[-1][3], "y": page.sent(factor * line.frequency), "runs": line.runs}
+        for line in lines
+        if line.runs
+    ]
 
 
 def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data:
@@ -180,9 +231,8 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
     along, across = request.measures
     lines = []
     if second:
-        x = second.loci.values
-        own = {"second": True, "at": page.sent(along.factor * x)}
-        lines = [line | own for line in loci_lines(second.loci, x, across.factor)]
+        own = {"second": True, "at": page.sent(along.factor * second.x)}
+        lines = [line | own for line in lines_data(second.lines, across.factor)]
     return {
         "name": f"Frequencies over {along.label}",
         "message": message,
@@ -200,19 +250,18 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
 def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None = None) -> Data:
     """The chart with per-rev lines, and behind it the loci of a second beam."""
     data, (along, across) = axes_data(chart.request, "", second), chart.request.measures
-    x = np.union1d(chart.loci.values, [event.at for event in chart.loci.events])
     if chart.request.over == "gamma":
         per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
-    lines = data["lines"] + loci_lines(chart.loci, x, across.factor)
+    lines = data["lines"] + lines_data(chart.lines, across.factor)
     own_marks = marks(chart, multiples)
     return data | {
         "y": page.frequency_axis(across, (0.0, chart.top)),
-        "at": page.sent(along.factor * x),
+        "at": page.sent(along.factor * chart.x),
         "lines": lines,
         "gaps": [
             [*(float(along.factor * x) for x in (one.start, one.stop)), FAILURES[one.kind]]
-            for one in chart.loci.limits
+            for one in chart.limits
         ],
         "marks": own_marks,
         "keys": page.keys(lines, own_marks),
@@ -226,15 +275,8 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     found = []
     for key, one in places.items():
         force = f" with {one.per_rev} per revolution" if one.per_rev else ""
-        name = f"{one.kind} of {' and '.join(event_names(chart, one))}{force}"
+        name = f"{one.kind} of {' and '.join(chart.names_of(one))}{force}"
         text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
         action = {"action": "go_to_event", "value": key}
         found.append(page.mark(key, one.kind, axes, (one.at, one.frequency), text, **action))
     return found
-
-
-def event_names(chart: Chart, event: Event) -> list[str]:
-    """The names of the modes of an event there, stretching modes first."""
-    names = names_of_branches(chart.loci, event.at)
-    found = {names.get(one, one) for one in event.branches}
-    return sorted(found, key=lambda name: (name[0] != "S", name))

@@ -36,10 +36,17 @@ TIP = np.ones(1)
 def response(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:
     """Complex amplitudes (len(x), 2) along and across the beam at x under the force at `frequency`:
     the displacement over the static deflection is the real part of amplitude exp(i frequency t).
+    nan where a mode is unstable."""
+    static = static_deflection(solution.beam, solution.problem.plane)
+    return displacement(solution, frequency, damping, x) / static
+
+
+def displacement(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:
+    """`response` in units of length under the force 1 for a unit of mass.
 
     Modal superposition: with shapes phi of unit modal mass, norms n and poles p, the inverse of
     K + 2 i omega gamma G - omega^2 M is the sum of phi phi^H / (n (p - omega)) and of the same for
-    the conjugate modes, with poles -conj(p). nan where a mode is unstable.
+    the conjugate modes, with poles -conj(p).
     """
     if solution.omega_squared[0] < 0:
         return np.full((len(x), 2), np.nan + 0j)
@@ -56,15 +63,13 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
     shapes = solution.displacement(x)  # (len(x), 2, modes)
     direct = shapes @ (force / (norm * (pole - frequency)))
     conjugate = shapes.conj() @ (force_conjugate / (norm * (pole.conj() + frequency)))
-    return (direct + conjugate) / static_deflection(beam, solution.problem.plane)
+    return direct + conjugate
 
 
-def amplitude(solution: Solution, frequency: float, damping: float) -> float:
-    """Amplitude of the tip over the static deflection under the force at `frequency`: the major
-    semi-axis of its ellipse Re (a exp(i p)); nan where the beam is unstable."""
-    tip = response(solution, frequency, damping, TIP)[0]
-    a, b = tip.real, tip.imag
-    return float(np.sqrt((a @ a + b @ b) / 2 + np.hypot((a @ a - b @ b) / 2, a @ b)))
+def semi_major_axis(a: np.ndarray) -> float:
+    """That of the ellipse Re (a exp(i p)) of a complex vector a (2,)."""
+    u, v = a.real, a.imag
+    return float(np.sqrt((u @ u + v @ v) / 2 + np.hypot((u @ u - v @ v) / 2, u @ v)))
 
 
 def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
@@ -85,8 +90,8 @@ def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
 class RunUp:
     """Steady responses at ascending speeds (n,), dense near the resonances.
 
-    amplitudes: of the tip (n,), over the static deflection (`amplitude`); nan without an
-    equilibrium, or where it is unstable.
+    amplitudes: of the tip (n,), the major semi-axis of its ellipse over the static deflection; nan
+    without an equilibrium, or where it is unstable.
     """
 
     beam: Beam
@@ -117,8 +122,8 @@ def run_up(
             "root = 0: a hinged beam has no static deflection to relate amplitudes to"
         )
     even = np.linspace(0.0, stop, SPEEDS)
-    events = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options).events
-    excited = tuple(event for event in events if event.per_rev == per_rev)
+    found = loci(beam, "gamma", even, modes=modes, per_rev=per_rev, **options)
+    excited = tuple(event for event in found.events if event.per_rev == per_rev)
     near = [event.at * (1 + damping * NEAR) for event in excited]
     speeds = np.unique(np.concatenate([even, *near]))
     speeds = speeds[(speeds >= 0) & (speeds <= stop)]
@@ -126,5 +131,7 @@ def run_up(
     amplitudes = np.full(len(speeds), np.nan)
     for k, outcome in enumerate(outcomes):
         if isinstance(outcome, Solution):
-            amplitudes[k] = amplitude(outcome, per_rev * outcome.beam.gamma, damping)
+            (tip,) = displacement(outcome, per_rev * outcome.beam.gamma, damping, TIP)
+            amplitudes[k] = semi_major_axis(tip)
+    amplitudes /= static_deflection(beam, found.problem.plane)
     return RunUp(beam, per_rev, damping, speeds, read_only(amplitudes), excited)

@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci import Event, Loci
 from beamviz.frequency_loci.mode_vectors import gauss_points, mass_weighted
 from beamviz.solver import solve
 from beamviz.solver.problem import MAX_MODES
@@ -148,3 +148,18 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
         solution = next((branch.solutions[k] for branch in branches.values()), None)
         labels = identify_modes(solution).labels if solution else ()
     return {branch.label: labels[mode] for mode, branch in branches.items()}
+
+
+def names_of_event(found: Loci, event: Event) -> tuple[str, ...]:
+    """The names of the modes of an event, at the value of the sweep nearest to it. The second mode
+    may be the next one above those asked for."""
+    k = int(np.argmin(abs(found.values - event.at)))
+    branches = [branch for branch in found.branches if branch.label in event.branches]
+    modes = [int(branch.mode_index[k]) for branch in branches if branch.mode_index[k] >= 0]
+    solution = branches[0].solutions[k] if modes else None
+    if solution is None:
+        return event.branches
+    if len(modes) < len(set(event.branches)):
+        modes.append(max(modes) + 1)
+    labels = identify_modes(solution).labels
+    return tuple(labels[mode] for mode in modes if mode < len(labels))

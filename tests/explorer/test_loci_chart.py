@@ -1,7 +1,9 @@
 """The Campbell diagram as data: its range, its lines, its marks, and the lists beside it; and two
 loci magnified around their crossing or veering, without and with Coriolis forces."""
 
+import gc
 import re
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, PARAMETERS, Beam
-from beamviz.chart_ranges import chart_range
+from beamviz.chart_ranges import CHART_POINTS, chart_range
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import frequencies, measure
 from beamviz.explorer import page
@@ -19,6 +21,7 @@ from beamviz.explorer.computed_loci import Chart, ChartRequest, chart_data
 from beamviz.explorer.features import loci_chart, veering
 from beamviz.explorer.features.veering import LociPair, VeeringRequest
 from beamviz.exports.html_page import solution_table
+from beamviz.frequency_loci import Loci, loci
 from beamviz.frequency_loci.events import EVENT_KINDS
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver import solve
@@ -30,6 +33,13 @@ INWARD = Beam(delta=-1)
 def tip() -> Chart:
     """The loci of TIP over the speed."""
     return chart_of(TIP)
+
+
+def loci_of(chart: Chart) -> Loci:
+    """The loci that a chart is drawn from."""
+    request = chart.request
+    values = np.linspace(request.start, request.stop, CHART_POINTS)
+    return loci(request.beam, request.over, values, **request.options)
 
 
 @given(
@@ -61,9 +71,9 @@ def test_the_range_is_constant_up_to_80_percent_and_then_doubles():
 def test_the_lines_are_the_branches_in_their_families(coriolis):
     """All finite frequencies; runs share a point: no line has a gap where its colour changes."""
     chart = chart_of(TIP, coriolis=coriolis)
-    data = chart_data(chart)
-    at = np.searchsorted(data["at"], np.round(chart.loci.values, 12))
-    for branch, line in zip(chart.loci.branches, data["lines"], strict=True):
+    data, found = chart_data(chart), loci_of(chart)
+    at = np.searchsorted(data["at"], np.round(found.values, 12))
+    for branch, line in zip(found.branches, data["lines"], strict=True):
         known = np.isfinite(branch.frequency)
         y = np.array(line["y"], float)
         assert np.isfinite(y[at]).tolist() == known.tolist()
@@ -122,6 +132,28 @@ def test_marks_are_buttons_with_names(tip):
     assert (crossing["kind"], veering["kind"]) == ("crossing", "veering")
 
 
+def test_an_event_with_a_mode_above_those_asked_for():
+    """It has both names of the table, and the one mode that is there."""
+    chart = chart_of(TIP, coriolis=True, modes=3)
+    (event,) = chart.pairs.values()
+    assert event.at == pytest.approx(4.65, rel=1e-3)
+    assert chart.names_of(event) == ["S1", "B3"]
+    assert chart.modes_of(event) == (2,)
+
+
+def test_a_chart_keeps_lines_not_solutions():
+    """The solutions would take 0.6 MB, those of a blade 10 MB."""
+    tracemalloc.start()
+    try:
+        chart = ChartRequest.around(case(Beam(alpha=1), coriolis=True), "gamma").chart()
+        gc.collect()
+        kept, _ = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert len(chart.lines) == 5
+    assert kept < 4e5
+
+
 def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
     """omega = k gamma for the chosen k, listed in order of speed; none over another axis."""
     assert chart_data(tip)["perRev"] is None
@@ -143,11 +175,11 @@ def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):
 def test_gaps_are_explained_by_their_limit(delta, law):
     """biot at mu = 10: none beyond 8.603, where the lines end; inward, thrust is the limit."""
     chart = chart_of(TIP.replace(mu=10, delta=delta), strain="biot")
-    limit = chart.loci.limits[-1]
+    limit, found = chart.limits[-1], loci_of(chart)
     sentence = f"No equilibrium above γ = {limit.start:.4g}{law}."
     assert sentence in loci_chart.notes(chart)
     assert chart_data(chart)["gaps"][-1] == [limit.start, limit.stop, "No equilibrium"]
-    ends = [chart.loci.values[np.isfinite(one.frequency)].max() for one in chart.loci.branches]
+    ends = [found.values[np.isfinite(one.frequency)].max() for one in found.branches]
     assert limit.start - 0.5 < max(ends) <= limit.start
 
 
@@ -234,15 +266,16 @@ def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
     correlate with that at the event. A branch has no shape above the modes solved for."""
     chart = request(tip, 0).chart
     for pair in pairs:
-        assert pair.found.values[0] < pair.at < pair.found.values[-1]
-        assert np.ptp(pair.found.values) < 0.2 * (chart.stop - chart.start)
+        assert pair.values[0] < pair.at < pair.values[-1]
+        assert np.ptp(pair.values) < 0.2 * (chart.stop - chart.start)
         for first, middle, last in pair.shapes:
             for end in (first, last):
                 assert (end.displacement * middle.displacement).sum() >= 0
-    assert pairs[0].at not in pairs[0].found.values
-    a, b = pairs[1].branches
+    assert pairs[0].at not in pairs[0].values
+    a, b = pairs[1].lines
+    found = loci_of(tip)
     assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
-    branch = replace(tip.loci.branches[0], mode_index=np.full(len(tip.loci.values), -1))
+    branch = replace(found.branches[0], mode_index=np.full(len(found.values), -1))
     assert np.isnan(veering.mode_shape(branch, 0).displacement).all()
 
 

@@ -18,7 +18,7 @@ from beamviz.drawing.modes import rotated
 from beamviz.drawing.text import frequencies, significant
 from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.explorer import page
-from beamviz.explorer.computed_loci import loci_lines
+from beamviz.explorer.computed_loci import lines_of
 from beamviz.explorer.declarations import Choice, Tab, count_key, tab_named
 from beamviz.explorer.experiment import Experiment, motion_of
 from beamviz.explorer.feature import Feature, Part, fading
@@ -491,9 +491,9 @@ def chart(shown: Lesson) -> str:
     parts = [f'<path class="rest" d="M{MARGIN} {MARGIN}V{HEIGHT - MARGIN}H{WIDTH - MARGIN}"/>']
     multiples = (height(k * values) for k in scene.per_rev)
     parts += [page.polyline(x[y >= MARGIN], y[y >= MARGIN], "hub") for y in multiples]
-    for locus in loci_lines(found, values, 1.0, branches):
-        y = height(np.array(locus["y"], float))
-        for first, last, family, _ in locus["runs"]:
+    for line in lines_of(found, values, branches):
+        y = height(line.frequency)
+        for first, last, family, _ in line.runs:
             parts.append(page.polyline(x[first : last + 1], y[first : last + 1], family))
     return "".join(parts)
 

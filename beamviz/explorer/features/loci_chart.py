@@ -16,7 +16,6 @@ from beamviz.explorer.computed_loci import (
     axes_data,
     chart_data,
     cursor,
-    event_names,
 )
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
@@ -216,7 +215,7 @@ def event_buttons(chart: Chart) -> str:
     """Buttons that move the beam to the crossings and veerings."""
     along, buttons = chart.request.measures[0], ""
     for key, event in chart.pairs.items():
-        label = f"{' and '.join(event_names(chart, event))}, {along.text(event.at, 4)}"
+        label = f"{' and '.join(chart.names_of(event))}, {along.text(event.at, 4)}"
         buttons += page.button(label, data_set="go_to_event", data_value=key)
     return page.group("go to", f'<span class="soft">go to</span>{buttons}')
 
@@ -224,7 +223,7 @@ def event_buttons(chart: Chart) -> str:
 def cells(chart: Chart, key: str, sign: str, one: Event) -> tuple[str, str, str]:
     """A button that moves the beam to an event, with its value and its frequency."""
     along, across = chart.request.measures
-    label = f"{sign} {', '.join(event_names(chart, one))}"
+    label = f"{sign} {', '.join(chart.names_of(one))}"
     go_to = page.button(label, data_set="go_to_event", data_value=key, class_="quiet")
     return go_to, along.number(one.at, 4), across.number(one.frequency, 3)
 
@@ -247,7 +246,7 @@ def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
 def notes(chart: Chart) -> str:
     """The reasons why loci end, with the ranges."""
     request, text = chart.request, ""
-    for limit in chart.loci.limits:
+    for limit in chart.limits:
         first, last = (request.measures[0].text(end, 4) for end in (limit.start, limit.stop))
         place = f"from {first} to {last}"
         if limit.stop == request.stop:

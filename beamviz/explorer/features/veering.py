@@ -12,7 +12,7 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
-from beamviz.explorer.computed_loci import Chart, ChartRequest, cursor, loci_lines
+from beamviz.explorer.computed_loci import Chart, ChartRequest, Line, cursor, lines_data, lines_of
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
 from beamviz.explorer.features.loci_chart import CHART, current_chart, event_buttons, no_chart
@@ -43,23 +43,20 @@ class ModeShape(NamedTuple):
     name: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LociPair:
     """Two loci around their crossing or veering, without or with Coriolis forces.
 
-    found: the loci in the view; event: None if the two neither cross nor veer; at: its value, else
-    the middle of the view; shapes: of each branch before, at and after the event.
+    values: (n,) in the view, of the two lines; event: None if the two neither cross nor veer; at:
+    its value, else the middle of the view; shapes: of each branch before, at and after the event.
     """
 
-    found: Loci
+    coriolis: bool
+    values: np.ndarray
+    lines: list[Line]
     event: Event | None
     at: float
-    branches: tuple[Branch, Branch]
     shapes: tuple[tuple[ModeShape, ModeShape, ModeShape], ...]
-
-    @property
-    def coriolis(self) -> bool:
-        return self.found.problem.coriolis
 
 
 Pairs = tuple[LociPair, ...]  # without and with Coriolis forces
@@ -129,7 +126,8 @@ def loci_pair(found: Loci, own: Event | None, event: Event, centre: float) -> Lo
         middle = mode_shape(branch, k)
         first, last = (mode_shape(branch, i, middle) for i in (0, -1))
         shapes.append((first, middle, last))
-    return LociPair(found, own, at, branches, tuple(shapes))
+    lines = lines_of(found, found.values, branches)
+    return LociPair(found.problem.coriolis, found.values, lines, own, at, tuple(shapes))
 
 
 def mode_shape(branch: Branch, k: int, other: ModeShape | None = None) -> ModeShape:
@@ -253,22 +251,22 @@ def line_content(
 def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
     """The chart: loci without (dashed) and with Coriolis forces, crossings, the smallest gap."""
     along, across = request.measures
-    values = pairs[0].found.values
+    values = pairs[0].values
     lines, gap, marks = [], [], []
     for pair in pairs:
         style = "thick" if pair.coriolis else "dashed"
-        for line in loci_lines(pair.found, values, across.factor, pair.branches):
+        for line in lines_data(pair.lines, across.factor):
             runs = [[i, j, f"{family} {style}", name] for i, j, family, name in line["runs"]]
             lines.append({**line, "runs": runs, "label": line["label"] if pair.coriolis else ""})
         if pair.event and pair.event.kind == "veering":
             k = int(np.searchsorted(values, pair.at))
-            y = across.factor * np.array([one.frequency[k] for one in pair.branches])
+            y = across.factor * np.array([one.frequency[k] for one in pair.lines])
             ends = {"at": page.sent(np.full(2, along.factor * pair.at)), "y": page.sent(y)}
             gap = [{"label": "", **ends, "runs": [[0, 1, "measure", ""]]}]
         elif pair.event and pair.event.kind == "crossing":
             place, text = (pair.at, pair.event.frequency), f"crossing: {along.text(pair.at, 5)}"
             marks.append(page.mark("crossing", "crossing", request.measures, place, text))
-    frequency = np.array([branch.frequency for pair in pairs for branch in pair.branches])
+    frequency = np.array([line.frequency for pair in pairs for line in pair.lines])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
     margin = 0.06 * (high - low)
     axes = {
@@ -302,7 +300,7 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
 
 def shape_table(pair: LociPair, caption: str) -> str:
     """The shapes of both branches, the upper one first, before, at and after the event."""
-    order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.branches[k].frequency[0])))
+    order = sorted((0, 1), key=lambda k: -float(np.nan_to_num(pair.lines[k].frequency[0])))
     rows = [map(drawing, pair.shapes[k]) for k in order]
     name = f"shapes, Coriolis {'on' if pair.coriolis else 'off'}"
     return page.table(name, ("before", "at", "after"), rows, caption, class_="shapes")
