@@ -364,7 +364,8 @@ def _lowest_modes(
     shift = COMPRESSED if beam.delta < 0 else 0.0
     inverse, y = np.linalg.eig(np.linalg.solve(A + shift * B, B))
     real = abs(inverse.imag) <= REAL * abs(inverse)
-    kept = np.flatnonzero(real & (abs(inverse) > SPURIOUS * abs(inverse).max()))
+    possible = (inverse.real > 0) | (beam.delta < 0)  # an outward beam does not buckle
+    kept = np.flatnonzero(real & possible & (abs(inverse) > SPURIOUS * abs(inverse).max()))
     omega_squared = 1 / inverse[kept].real - shift
     picks = omega_squared.argsort()[:modes]
     if len(picks) < modes:

@@ -294,6 +294,23 @@ def test_power_series_find_stretching_modes_close_to_each_other(beta, places):
     assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-8)
 
 
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+@pytest.mark.parametrize(
+    ("beam", "terms"),
+    [
+        (Beam(15.3, 0.51, 200, 4.39, 255), 100),
+        (Beam(2.08, 1, 159, 15.8, 83), 32),
+        (Beam(1.68, 0.41, 177, 8.7, 111), 100),
+    ],
+)
+def test_collocation_of_an_outward_beam_is_stable(beam, terms, plane):
+    """Where layers are not resolved some omega^2 are rounding, -1e16 too: no modes of the beam."""
+    found = solve(beam, 2, "chebyshev", terms=terms, plane=plane)
+    converged = solve(beam, 2, plane=plane)
+    assert found.equilibrium.status == "stable"
+    assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-2)
+
+
 def test_solutions_by_collocation_keep_no_matrices():
     """A chart over the place of the mass: 30 MB if each keeps those of its grid."""
     beam = Beam(alpha=1, gamma=5)
