@@ -227,8 +227,8 @@ def _lowest_roots(determinant: Function, beam: Beam, terms: int, modes: int) -> 
     if widths > MAX_WIDTHS:
         raise NotConverged(
             f"gamma = {beam.gamma:g}: power-series is ill-conditioned here, as the beam is"
-            f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}; a compressed part"
-            " counts twice); method foac solves the same model"
+            f" {widths:.0f} boundary-layer widths long (at most {MAX_WIDTHS:g}); method foac solves"
+            " the same model"
         )
     points = [min(0.0, *(span.tension[0] for span in tension_spans(beam))) / 2 - MIN_STEP]
     values = determinant(np.array(points))
