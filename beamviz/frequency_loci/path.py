@@ -15,7 +15,7 @@ from beamviz.checks import check_float, full_text
 from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
 from beamviz.frequency_loci.mode_vectors import ModeVectors, Outcome, gauss_points, mode_vectors
 from beamviz.solver import solve_many
-from beamviz.solver.problem import METHODS, Problem
+from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, frequencies_of, omega_squared_of, read_only
 
 EXTRA_MODES = 2  # solved for beyond those requested, as they may become one of the lowest
@@ -107,11 +107,7 @@ class Path:
     def extra_modes(self) -> int:
         """Number of modes solved for beyond those requested: EXTRA_MODES, or all that the method
         has. Raises InvalidInput where it has fewer modes than requested."""
-        resolution = METHODS[self.problem.method].resolution
-        if resolution is None:
-            return EXTRA_MODES
-        most = resolution.modes_each * self.problem.resolution
-        return int(min(EXTRA_MODES, most - self.problem.modes))
+        return self.problem.available(EXTRA_MODES)
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""

@@ -262,6 +262,14 @@ class Problem:
             )
         return number
 
+    def available(self, extra_modes: int) -> int:
+        """The number of these modes, beyond those asked for, that the method has at its resolution;
+        InvalidInput where it has fewer than those asked for."""
+        resolution = METHODS[self.method].resolution
+        if resolution is None:
+            return extra_modes
+        return int(min(extra_modes, resolution.modes_each * self.resolution - self.modes))
+
 
 @dataclass(frozen=True)
 class Option:
