@@ -107,7 +107,7 @@ class Path:
     def extra_modes(self) -> int:
         """Number of modes solved for beyond those requested: EXTRA_MODES, or all that the method
         has. Raises InvalidInput where it has fewer modes than requested."""
-        return int(min(EXTRA_MODES, self.problem.most_modes - self.problem.modes))
+        return self.problem.available(EXTRA_MODES)
 
     def at(self, value: float) -> Beam:
         """The beam with this value of the free parameter."""

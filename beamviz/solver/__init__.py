@@ -77,13 +77,13 @@ def solve_many(beams: Iterable[Beam], extra_modes: int = 0, **options: Any) -> l
 
     Returns a Solution for each beam, or its error: NoEquilibrium or NotConverged.
     extra_modes: number of modes beyond those asked for, 0 to 20, whose errors may exceed the
-    tolerance; where the mesh that resolves those asked for has fewer, the others are nan or left
-    out.
+    tolerance; where the mesh that resolves those asked for has fewer, or the method at its number
+    of elements or terms, the others are nan or left out.
     Raises InvalidInput for wrong options.
     """
     problem = parse_keywords(**options)
     extra_modes = check_int("extra_modes", extra_modes, 0, MAX_MODES)
-    return _solve(list(beams), problem, extra_modes)
+    return _solve(list(beams), problem, problem.available(extra_modes))
 
 
 def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[Answer]:

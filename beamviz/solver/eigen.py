@@ -328,7 +328,8 @@ def _indefinite(
     if unknowns > MAX_INDEFINITE:
         raise NotConverged(
             f"the straight beam is unstable; with Coriolis forces its {unknowns} unknowns are too"
-            f" many (at most {MAX_INDEFINITE}): leave out Coriolis forces, or lower gamma"
+            f" many (at most {MAX_INDEFINITE}): leave out Coriolis forces, lower gamma, or ask for"
+            " fewer elements or modes"
         )
     l, A = symmetric_modes(Ka, Fa.T @ Fa, len(Ka), COMPRESSED)
     if l[0] <= 0:

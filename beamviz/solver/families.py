@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
-from beamviz.errors import BeamvizError
+from beamviz.errors import BeamvizError, NoEquilibrium
 from beamviz.solver import eigen
 from beamviz.solver.hp import is_buckled, solve_hp
 from beamviz.solver.hp.modes import turns_freely
@@ -121,10 +121,10 @@ def build_solution(
     (omega_squared, fraction, fields), (dof, elements, order) = modes, size
     s = exponents(omega_squared)
     buckled = False
-    if problem.softening and not problem.chordwise and beam.delta < 0:
-        if beam.is_uniform:  # in the plane of rotation, softening lowers every omega^2 by gamma^2
-            bending = omega_squared[fraction >= 0.5]
-            buckled = bool(len(bending) and bending[0] < beam.gamma**2)
+    if not problem.chordwise and beam.delta < 0:
+        bending = omega_squared[fraction >= 0.5]
+        if beam.is_uniform and len(bending):  # in the plane, omega^2 is lower by gamma^2
+            buckled = bool(bending[0] < beam.gamma**2)
         else:
             buckled = is_buckled(beam, problem)
     breaks = np.union1d(nodes, ends_of_spans(beam))
@@ -142,24 +142,32 @@ def build_solution(
     )
 
 
+def no_equilibrium(beam: Beam, problem: Problem) -> NoEquilibrium | None:
+    """The error of the default method for a beam that has no equilibrium, with its limit; None
+    where it has one, or none that the default method finds. For a method that did not converge."""
+    finer = replace(problem, modes=1, method="auto", coriolis=False, elements=None, terms=None)
+    (reference,) = solve_hp([beam], finer)
+    return reference if isinstance(reference, NoEquilibrium) else None
+
+
 def errors_against_reference(
     beam: Beam, problem: Problem, omega_squared: np.ndarray, bending_energy_fraction: np.ndarray
 ) -> np.ndarray:
     """Errors (modes,) of omega^2: the difference from the default method plus the error of that.
     Modes are paired within their family, for a coarse basis may change the order of families.
-    Infinite where the default method has no answer."""
+    Infinite where the default method has no answer, or no partner among twice as many modes."""
     modes = len(omega_squared)
     method = "foac" if problem.rigid_tension else "auto"
     finer = replace(problem, modes=2 * modes, method=method, elements=None, terms=None)
     (reference,) = solve_hp([beam], replace(finer, tolerance=REFERENCE_TOLERANCE))
+    errors = np.full(modes, np.inf)
     if isinstance(reference, BeamvizError):
-        return np.full(modes, np.inf)
-    errors = np.empty(modes)
+        return errors
     for bending in (True, False):
         places = np.flatnonzero((bending_energy_fraction >= 0.5) == bending)
         partners = np.flatnonzero((reference.bending_energy_fraction >= 0.5) == bending)
-        # A mode whose partner is not among the reference modes is compared with the highest.
-        partners = np.append(partners, [2 * modes - 1] * modes)[: len(places)]
+        pairs = min(len(places), len(partners))
+        places, partners = places[:pairs], partners[:pairs]
         errors[places] = abs(omega_squared[places] - reference.omega_squared[partners])
         errors[places] += reference.omega_squared_errors[partners]
     return errors

@@ -247,12 +247,6 @@ class Problem:
         return METHODS[self.method].rigid_tension
 
     @property
-    def most_modes(self) -> float:
-        """The number of modes that the method has; infinite where it refines to a tolerance."""
-        resolution = METHODS[self.method].resolution
-        return math.inf if resolution is None else resolution.modes_each * self.resolution
-
-    @property
     def resolution(self) -> int:
         """The number of elements or terms of a method that has one, the default where none was
         given; InvalidInput where it is out of range, or too small for the number of modes."""
@@ -267,6 +261,14 @@ class Problem:
                 f" ask for more {option} or fewer modes"
             )
         return number
+
+    def available(self, extra_modes: int) -> int:
+        """The number of these modes, beyond those asked for, that the method has at its resolution;
+        InvalidInput where it has fewer than those asked for."""
+        resolution = METHODS[self.method].resolution
+        if resolution is None:
+            return extra_modes
+        return int(min(extra_modes, resolution.modes_each * self.resolution - self.modes))
 
 
 @dataclass(frozen=True)

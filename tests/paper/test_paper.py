@@ -63,7 +63,7 @@ def bar(alpha, held, mu=70, n=20):
     x, weights = elements.gauss(4)
     _, dS, _ = elements.hermite(x, 1 / n)
     k = mu**2 / n * (dS.T * weights) @ dS
-    parts = np.repeat(k[None], n, axis=0), elements.mass(np.linspace(0, 1, n + 1), alpha, 1.0)
+    parts = np.repeat(k[None], n, axis=0), elements.mass(np.linspace(0, 1, n + 1), Beam(alpha))
     free = slice(2 if held else 1, None)
     K, M = (elements.dense(elements.assemble_band(part))[free, free] for part in parts)
     return np.sqrt(eigh(K, M, eigvals_only=True)[0])

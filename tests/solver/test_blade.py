@@ -172,6 +172,18 @@ def test_elements_converge_to_the_same(method, limit, beam, options):
     assert (fine <= np.maximum(coarse / 3, 2e-6 * true)).all()
 
 
+@pytest.mark.parametrize("options", [{}, {"plane": "flapwise"}, {"coriolis": True}])
+@pytest.mark.parametrize(("method", "limit"), [("ancf", "auto"), ("linear", "foac")])
+def test_bodies_close_to_each_other_leave_the_elements_their_digits(method, limit, options):
+    """An element of a millionth of the beam between two bodies at the tip would cost all of them,
+    and a stable beam its stability."""
+    beam = Beam(1, 1 - 1e-6, gamma=5, delta=0.3, masses=(Mass(0.1, 1, (0.01, 0.02, 0.03)),))
+    found = solve(beam, 3, method, elements=40, **options)
+    true = solve(beam, 3, limit, tolerance=1e-9, **options)
+    assert found.equilibrium.status == "stable"
+    assert found.frequencies == pytest.approx(true.frequencies, rel=1e-5)
+
+
 @pytest.mark.parametrize("method", ["auto", "foac", "ancf", "linear"])
 @pytest.mark.parametrize("coriolis", [False, True])
 @pytest.mark.parametrize("gamma", [0, 5])

@@ -85,6 +85,33 @@ def test_overshoot_at_a_mass_is_not_physics(beam, method):
         solve(beam, method=method)
 
 
+@pytest.mark.parametrize(
+    ("method", "beam"),
+    [
+        ("ancf", Beam(alpha=100, beta=0.25, gamma=100, mu=68)),
+        ("ancf-planar", Beam(alpha=100, beta=0.25, gamma=100, mu=68)),
+        ("chebyshev", Beam(gamma=67, delta=-1, mu=13.4)),
+    ],
+)
+def test_beyond_a_limit_there_is_none_although_a_method_fails_before(method, beam):
+    """Where the elements overshoot, or the polynomials do not follow the stretch, next to a limit
+    of the beam: that is named, as by the default method."""
+    resolution = "terms" if method == "chebyshev" else "elements"
+    with pytest.raises(NoEquilibrium) as by_default:
+        solve(beam, strain="biot")
+    with pytest.raises(NoEquilibrium) as caught:
+        solve(beam, method=method, strain="biot", **{resolution: 40})
+    assert caught.value.limit == pytest.approx(by_default.value.limit, rel=1e-6)
+
+
+def test_unknowns_of_many_elements_are_too_many_with_coriolis():
+    """Of an unstable beam; fewer elements help, as the error says."""
+    beam, options = Beam(gamma=10, delta=-1), {"method": "ancf", "coriolis": True}
+    with pytest.raises(NotConverged, match="fewer elements"):
+        solve(beam, elements=200, **options)
+    assert solve(beam, elements=50, **options).equilibrium.status == "unstable"
+
+
 def ritz_buckling_speed(delta, softens=True):
     """The least gamma at which an inextensible inward beam buckles, by w = x^2 .. x^9 and the
     tension (1 - x^2) / 2 + delta (1 - x), integrated in closed form; out of the plane of rotation
@@ -136,6 +163,15 @@ def test_coriolis_at_the_point_of_buckling_loses_no_mode():
     for gamma in (2.99603, 2.996038663, 2.99605):
         found = solve(Beam(gamma=gamma, delta=-1), coriolis=True).omega_squared
         assert found[1:] == pytest.approx([457.4348, 3738.020, 12099.08, 14487.45], 1e-5)
+
+
+@pytest.mark.parametrize("gamma", [2.9960386598525726, 2.99603866, 2.996038])
+def test_collocation_at_the_point_of_buckling_loses_no_mode(gamma):
+    """20 modes of a beam whose first omega^2 is almost zero."""
+    beam = Beam(gamma=gamma, delta=-1)
+    found, converged = (solve(beam, 20, method) for method in ("chebyshev", "auto"))
+    assert abs(found.omega_squared[0]) < 1e-5
+    assert found.frequencies[1:] == pytest.approx(converged.frequencies[1:], rel=1e-6)
 
 
 def test_where_a_mode_is_about_to_buckle_the_others_keep_their_digits():

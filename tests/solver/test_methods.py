@@ -1,6 +1,8 @@
 """Finite elements, assumed modes, power series and Chebyshev collocation: against the oracle and
 the limits of other methods; rates declared and measured; where they fail they say so."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from helpers import differences, within_the_bars
@@ -9,7 +11,7 @@ from hypothesis import strategies as st
 from oracle import QUICK, truth
 from strategies import beams
 
-from beamviz import Beam, solve
+from beamviz import Beam, solve, solve_many
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import METHODS
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
@@ -173,6 +175,51 @@ def test_error_bars_of_assumed_modes_hold(beam, terms, coriolis):
 
 
 @pytest.mark.parametrize(
+    ("method", "options", "modes"),
+    [
+        ("ancf", {"elements": 3}, 6),
+        ("assumed-modes", {"terms": 6}, 6),
+        ("ancf-planar", {"elements": 3, "state": "bent"}, 6),
+        ("power-series", {}, 8),
+    ],
+)
+def test_extra_modes_are_those_that_the_method_has(method, options, modes):
+    """Those beyond the number of elements or terms are left out."""
+    beam = Beam(gamma=4, delta=-1)
+    (found,) = solve_many([beam], extra_modes=2, modes=6, method=method, **options)
+    assert len(found.frequencies) == modes
+
+
+def test_a_mode_without_a_partner_has_no_finite_error():
+    """Lost digits make a bending mode the lowest: two stretching modes are lower, and its error is
+    more than its distance to either of them."""
+    beam = Beam(alpha=1.6, beta=0.015, gamma=190, delta=0.4, mu=38)
+    found = solve(beam, 1, "assumed-modes", terms=100)
+    converged = solve(beam, 5, "foac", tolerance=1e-9)
+    place = converged.labels.index(found.labels[0])
+    away = abs(found.omega_squared[0] - converged.omega_squared[place])
+    assert away <= found.omega_squared_errors[0] + converged.omega_squared_errors[place]
+
+
+def test_too_many_assumed_modes_say_that_fewer_help():
+    """Where rounding leaves no stiffness to vibrate with."""
+    beam, options = Beam(gamma=60, delta=-1), {"method": "assumed-modes"}
+    with pytest.raises(NotConverged, match=r"terms = 100: .* fewer terms help"):
+        solve(beam, terms=100, **options)
+    assert solve(beam, terms=10, **options).equilibrium.status == "unstable"
+
+
+@pytest.mark.parametrize("method", ["linear", "power-series", "assumed-modes", "foac"])
+def test_a_beam_whose_lowest_mode_stretches_has_buckled_chordwise(method):
+    """What its chordwise modes say, although the one mode asked for does not bend."""
+    beam = Beam(alpha=100, gamma=2.42, delta=-0.065, mu=11.3)
+    flapwise, chordwise = (solve(beam, 1, method, plane=p) for p in ("flapwise", "chordwise"))
+    assert flapwise.labels == ("S1",)
+    assert flapwise.equilibrium.buckled_chordwise
+    assert chordwise.equilibrium.status == "unstable"
+
+
+@pytest.mark.parametrize(
     ("method", "gamma", "terms", "least", "first", "others"),
     [
         ("assumed-modes", 2, 10, 0, 1e-6, 1e-6),
@@ -222,6 +269,62 @@ def test_power_series_that_do_not_converge(gamma, terms, message):
     """The message says what helps."""
     with pytest.raises(NotConverged, match=message):
         solve(Beam(gamma=gamma), method="power-series", terms=terms)
+
+
+def test_power_series_of_a_compressed_beam():
+    """Its modes lie from minus the fourth part of the squared compression upward. Solutions that do
+    not grow cost digits too: with more compression none is left, whatever the number of terms."""
+    beam = Beam(gamma=30, delta=-1, mu=100)
+    found = solve(beam, 3, "power-series", terms=200)
+    converged = solve(beam, 3, "foac", tolerance=1e-9)
+    assert found.growth_rates == pytest.approx(converged.growth_rates, rel=1e-3)
+    with pytest.raises(NotConverged, match="method foac"):
+        solve(beam.replace(gamma=60), method="power-series", terms=1000)
+
+
+@pytest.mark.parametrize(("beta", "places"), [(2 / 3, [4, 5, 6]), (0.4, [3, 5, 6])])
+def test_power_series_find_stretching_modes_close_to_each_other(beta, places):
+    """A heavy mass near a node of both the bar inboard of it and the bar beyond: two frequencies
+    differ by a thousandth."""
+    beam = Beam(alpha=100, beta=beta, mu=10)
+    found = solve(beam, 8, "power-series")
+    converged = solve(beam, 8, "foac", tolerance=1e-10)
+    assert found.labels == converged.labels
+    assert [k for k in range(2, 7) if found.families[k] == "stretching"] == places
+    assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-8)
+
+
+@pytest.mark.parametrize("plane", ["chordwise", "flapwise"])
+@pytest.mark.parametrize(
+    ("beam", "terms"),
+    [
+        (Beam(15.3, 0.51, 200, 4.39, 255), 100),
+        (Beam(2.08, 1, 159, 15.8, 83), 32),
+        (Beam(1.68, 0.41, 177, 8.7, 111), 100),
+    ],
+)
+def test_collocation_of_an_outward_beam_is_stable(beam, terms, plane):
+    """Where layers are not resolved some omega^2 are rounding, -1e16 too: no modes of the beam."""
+    found = solve(beam, 2, "chebyshev", terms=terms, plane=plane)
+    converged = solve(beam, 2, plane=plane)
+    assert found.equilibrium.status == "stable"
+    assert found.frequencies == pytest.approx(converged.frequencies, rel=1e-2)
+
+
+def test_solutions_by_collocation_keep_no_matrices():
+    """A chart over the place of the mass: 30 MB if each keeps those of its grid."""
+    beam = Beam(alpha=1, gamma=5)
+    solve(beam, method="chebyshev")  # imports what it needs
+    tracemalloc.start()
+    try:
+        kept = [
+            solve(beam.replace(beta=beta), method="chebyshev", terms=200)
+            for beta in np.linspace(0.2, 0.8, 10)
+        ]
+        assert tracemalloc.get_traced_memory()[0] < 20e6
+    finally:
+        tracemalloc.stop()
+    assert len(kept) == 10
 
 
 def test_shapes_have_unit_modal_mass_where_layers_are_not_resolved():

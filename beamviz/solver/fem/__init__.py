@@ -7,7 +7,6 @@ coordinates (r1, r1' of each node) stretch, its odd ones (r2, r2') bend.
 
 import math
 from functools import partial
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -18,19 +17,24 @@ from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Shapes, build_solution, modes_of_matrices
+from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
 from beamviz.solver.fem.elements import (
     PlanarBeam,
     assemble_band,
     dense,
     element_coordinates,
+    hermite,
     interpolate,
+    locate,
 )
 from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
+# Least length of an element beside a body or a discontinuity. The rounding error of omega^2 grows
+# with its inverse cube: beside a tip mass 1e-6 at this length, and 400 at a thousandth of it.
+SHORTEST = 1e-3
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
 # Parts of a planar band that act along and across a straight beam: r1, r1' and r2, r2' of each
 # node. The clamp takes r1 out of the first, r2 and r2' out of the second.
@@ -51,7 +55,10 @@ def solve(beam: Beam, problem: Problem) -> Solution:
     """Equilibrium and modes, or an error of `beamviz.solve`."""
     nodes = nodes_of(beam, problem.resolution)
     model = PlanarBeam(nodes, beam, problem)
-    position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
+    try:
+        position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
+    except NotConverged as error:
+        raise no_equilibrium(beam, problem) or error from None
     F, shapes = np.linalg.cholesky(_dense(model.m)).T, partial(_shapes, nodes)
     Fa, Fb = F[:, 1:], F[:, -len(Kb) :]
     if any(any(mass.inertia) for mass in beam.masses):
@@ -63,14 +70,17 @@ def solve(beam: Beam, problem: Problem) -> Solution:
 
 def nodes_of(beam: Beam, elements: int) -> NDArray:
     """The nodes of `elements` equal elements; of a beam that is not uniform also at bodies and
-    where a property or its slope jumps: as equal as these allow, one at least between two."""
+    where a property or its slope jumps, unless they would be nearer than SHORTEST to the node
+    before or to the tip: as equal as these allow, one at least between two."""
     if beam.is_uniform:
         return np.linspace(0.0, 1.0, elements + 1)
-    nodes = [np.zeros(1)]
-    for start, stop in pairwise(ends_of_spans(beam)):
-        count = max(1, round(elements * (stop - start)))
-        nodes.append(np.linspace(start, stop, count + 1)[1:])
-    return np.concatenate(nodes)
+    nodes = [0.0]
+    for stop in ends_of_spans(beam)[1:]:
+        start = nodes[-1]
+        if stop - start >= SHORTEST and (stop == 1 or 1 - stop >= SHORTEST):
+            count = max(1, round(elements * (stop - start)))
+            nodes.extend(np.linspace(start, stop, count + 1)[1:])
+    return np.array(nodes)
 
 
 def with_rotary_inertia(
@@ -83,9 +93,11 @@ def with_rotary_inertia(
     J, stiffness = (Jz, Jz) if problem.chordwise else (Jy, Jz - Jx)
     rows = np.zeros((len(masses), len(Fb)))
     for row, mass in zip(rows, masses, strict=True):
-        node = abs(nodes - mass.beta).argmin()
-        f = 1.0 if problem.rigid_tension else position[2 * node + 1]
-        row[2 * node + 1] = 1 / f  # theta = w' / f
+        element, xi = locate(nodes, mass.beta)
+        _, slope, _ = hermite(xi, np.diff(nodes)[element])
+        here = np.s_[2 * element : 2 * element + 4]
+        f = 1.0 if problem.rigid_tension else slope @ position[here]
+        row[here] = slope / f  # theta = w' / f
     rows = rows[:, -Fb.shape[1] :]
     Kb = Kb + model.beam.gamma**2 * (rows.T * stiffness) @ rows
     still = np.zeros((len(masses), Fa.shape[1]))
@@ -220,8 +232,8 @@ def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
     return NotConverged(
         f"at gamma = {math.sqrt(load):.6g} the stretch of the elements ranges over"
         f" {f.min():.3g} .. {f.max():.3g}, more than the force in the beam can cause: neighbours"
-        " share one gradient at the mass, where the stretch jumps. This is a limit of the method,"
-        " not of the beam: method auto has none"
+        " share one gradient, although at a mass or a jump of a property the stretch jumps. This is"
+        " a limit of the method, not of the beam: method auto has none"
     )
 
 

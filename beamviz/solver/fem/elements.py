@@ -72,33 +72,19 @@ def interpolate(nodes: NDArray, q: NDArray, x: ArrayLike, derivative: int = 0) -
     return np.einsum("xi,xi...->x...", S, element_coordinates(q, 2)[element])
 
 
-def mass(nodes: NDArray, alpha: float, beta: float) -> NDArray:
-    """Mass matrix m_e of one component: (elements, 4, 4). int S' S dx of each element for rho A = 1
-    (paper, eq. 8), and alpha S'(beta) S(beta) in the element that holds the concentrated mass (eqs.
-    29-32)."""
-    points, weights = gauss(6)  # S' S of cubics
+def mass(nodes: NDArray, beam: Beam) -> NDArray:
+    """Mass matrix m_e of one component: (elements, 4, 4). int rho A S' S dx of each element (paper,
+    eq. 8), and alpha S'(beta) S(beta) of each body in the element that holds it (eqs. 29-32)."""
+    points, weights = gauss(6 if beam.blade is None else 6 + MAX_DEGREE)  # S' S of cubics
     lengths = np.diff(nodes)
     S, _, _ = hermite(points, lengths[:, None])
-    m = np.einsum("ep,epi,epj->eij", weights * lengths[:, None], S, S)
-    element, xi = locate(nodes, beta)
-    S, _, _ = hermite(xi, lengths[element])
-    m[element] += alpha * np.outer(S, S)
-    return m
-
-
-def mass_of(nodes: NDArray, beam: Beam) -> NDArray:
-    """`mass` of a beam, whose bodies and discontinuities are at nodes where it is not uniform."""
-    if beam.is_uniform:
-        return mass(nodes, beam.alpha, beam.beta)
-    points, weights = gauss(6 + MAX_DEGREE)
-    lengths = np.diff(nodes)[:, None]
-    S, _, _ = hermite(points, lengths)
-    x = nodes[:-1, None] + lengths * points
-    rho = np.ones_like(x) if beam.blade is None else beam.blade.at("mass", x)
-    m = np.einsum("ep,epi,epj->eij", weights * lengths * rho, S, S)
+    weights = weights * lengths[:, None]
+    if beam.blade:
+        weights = weights * beam.blade.at("mass", nodes[:-1, None] + lengths[:, None] * points)
+    m = np.einsum("ep,epi,epj->eij", weights, S, S)
     for body in beam.bodies:
         element, xi = locate(nodes, body.beta)
-        S, _, _ = hermite(xi, lengths[element, 0])
+        S, _, _ = hermite(xi, lengths[element])
         m[element] += body.alpha * np.outer(S, S)
     return m
 
@@ -145,7 +131,7 @@ class PlanarBeam:
         _, self.dS, self.ddS = hermite(points, lengths)
         B = np.einsum("dnpi,cb->npdcib", np.stack((self.dS, self.ddS)), np.eye(2))
         self.B = B.reshape(*self.dS.shape[:2], 4, 8)
-        self.m = mass_of(nodes, beam)
+        self.m = mass(nodes, beam)
         self.C = self.planar(np.diag([1.0, float(problem.chordwise)]))
         self.euler = beam.spin_up * self.planar(TURN) if beam.spin_up else 0.0
 
