@@ -99,7 +99,7 @@ class Chart:
     """Loci as lines, without the solutions: those of a blade take megabytes.
 
     x: values of the axis (n,), of the loci and of the events. located: events and resonances.
-    names: of the modes of each event but resonances.
+    names: those of the modes of each event, but of resonances, whose names are those of the lines.
     """
 
     request: ChartRequest
@@ -150,7 +150,7 @@ class Chart:
         return sorted(set(found), key=lambda name: (name[0] != "S", name))
 
     def index_of(self, event: Event) -> int:
-        """The point of an event."""
+        """The index in x of the value nearest to an event."""
         return int(np.argmin(abs(self.x - event.at)))
 
     def nearest_pair(self, value: float) -> Event | None:
@@ -168,9 +168,9 @@ class Chart:
 
 
 def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
-    """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces a name takes
-    two solves: few are needed, as most runs have one name."""
-    lines, solved = [], found.problem.gyroscopic
+    """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at
+    a value take a solve: a run with the same name at both ends is taken to have one name."""
+    lines, takes_solve = [], found.problem.gyroscopic
     before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
     nearest = abs(x[:, None] - found.values).argmin(axis=1)
     names = cache(lambda k: names_of_branches(found, float(found.values[k])))
@@ -181,7 +181,7 @@ def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = Non
     for branch in branches or found.branches:
         y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
         family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        kinds = [(one, None if solved else name(i)) for i, one in enumerate(family)]
+        kinds = [(one, None if takes_solve else name(i)) for i, one in enumerate(family)]
         cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):

@@ -42,7 +42,7 @@ def response(solution: Solution, frequency: float, damping: float, x: np.ndarray
 
 
 def displacement(solution: Solution, frequency: float, damping: float, x: np.ndarray) -> np.ndarray:
-    """`response` in units of length under the force 1 for a unit of mass.
+    """The amplitudes of `response`, in units of length under the force 1 for a unit of mass.
 
     Modal superposition: with shapes phi of unit modal mass, norms n and poles p, the inverse of
     K + 2 i omega gamma G - omega^2 M is the sum of phi phi^H / (n (p - omega)) and of the same for
@@ -67,7 +67,7 @@ def displacement(solution: Solution, frequency: float, damping: float, x: np.nda
 
 
 def semi_major_axis(a: np.ndarray) -> float:
-    """That of the ellipse Re (a exp(i p)) of a complex vector a (2,)."""
+    """That of the ellipse Re (a exp(i p)), p = 0 .. 2 pi, of a complex vector a (2,)."""
     u, v = a.real, a.imag
     return float(np.sqrt((u @ u + v @ v) / 2 + np.hypot((u @ u - v @ v) / 2, u @ v)))
 
@@ -86,7 +86,7 @@ def static_deflection(beam: Beam, plane: str = "chordwise") -> float:
     return float(w @ (moment / EI * (1 - x)) + (mass @ at) / beam.root)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RunUp:
     """Steady responses at ascending speeds (n,), dense near the resonances.
 

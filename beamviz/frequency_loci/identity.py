@@ -112,9 +112,10 @@ def _identified(solution: Solution) -> ModeIdentity:
     if not (problem.gyroscopic and solution.beam.gamma) or solution.equilibrium.shape == "bent":
         return pure
     modes = min(len(labels) + EXTRA_MODES, MAX_MODES)
+    modes = problem.modes + problem.available(modes - problem.modes)
     try:
         uncoupled = solve(solution.beam, **problem.options | {"coriolis": False, "modes": modes})
-    except BeamvizError:  # fewer elements than modes, say
+    except BeamvizError:
         return pure
     partner, mac = match_modes(solution, uncoupled)
     names = [uncoupled.labels[k] if k >= 0 else "" for k in partner]
@@ -151,8 +152,11 @@ def names_of_branches(found: Loci, value: float) -> dict[str, str]:
 
 
 def names_of_event(found: Loci, event: Event) -> tuple[str, ...]:
-    """The names of the modes of an event, at the value of the sweep nearest to it. The second mode
-    may be the next one above those asked for."""
+    """The names of the modes of an event, at the value of the sweep nearest to it: of two that
+    cross, veer or merge the second may be the next one above those asked for. An event of the
+    equilibria is of the lowest modes of two states, whose names are those of its branches."""
+    if event.kind not in ("crossing", "veering", "coalescence"):
+        return event.branches
     k = int(np.argmin(abs(found.values - event.at)))
     branches = [branch for branch in found.branches if branch.label in event.branches]
     modes = [int(branch.mode_index[k]) for branch in branches if branch.mode_index[k] >= 0]

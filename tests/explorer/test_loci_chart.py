@@ -141,6 +141,14 @@ def test_an_event_with_a_mode_above_those_asked_for():
     assert chart.modes_of(event) == (2,)
 
 
+def test_a_second_state_has_the_names_of_its_branches():
+    """Both are lowest modes, of two states: the second is not the next mode of the first."""
+    chart = chart_of(TIP.replace(delta=-1, spin_up=3), state="stable")
+    (event,) = (event for event in chart.located if event.kind == "second state")
+    assert chart.names_of(event) == ["B1", "B1 (state 2)"]
+    assert chart.modes_of(event) == (0,)
+
+
 def test_a_chart_keeps_lines_not_solutions():
     """The solutions would take 0.6 MB, those of a blade 10 MB."""
     tracemalloc.start()
@@ -277,6 +285,15 @@ def test_the_view_shows_both_events_the_gap_and_shapes_of_one_sign(tip, pairs):
     assert abs(b.frequency - a.frequency)[[0, -1]].min() > 2 * pairs[1].event.gap
     branch = replace(found.branches[0], mode_index=np.full(len(found.values), -1))
     assert np.isnan(veering.mode_shape(branch, 0).displacement).all()
+
+
+def test_the_view_of_an_event_near_the_start_of_a_chart_is_a_part_of_it():
+    """Below mu = 12, where this chart starts, there is no beam with the speed of this one."""
+    chart = chart_of(TIP.replace(gamma=60, mu=300), "mu")
+    first, *_ = chart.pairs.values()
+    for pair in VeeringRequest(chart.request, first).pairs():
+        assert chart.request.start == 12
+        assert 12 <= pair.values[0] < first.at < pair.values[-1]
 
 
 def test_the_chart_shows_both_cases_the_gap_and_the_crossing(tip, pairs):

@@ -10,6 +10,7 @@ from beamviz.frequency_loci.identity import match_modes
 from beamviz.frequency_loci.mode_vectors import mode_vectors
 from beamviz.presets import preset
 from beamviz.solver.bent import other_stable_states
+from beamviz.solver.quadrature import quadrature
 
 ONES = (1, 1, 1)
 UNIFORM = Blade((0, 0.4, 1), ONES, ONES, ONES)
@@ -74,6 +75,18 @@ def test_the_static_deflection():
     assert static_deflection(same) == pytest.approx(static_deflection(beam), rel=1e-12)
     sprung = static_deflection(same.replace(root=2))
     assert sprung == pytest.approx(static_deflection(beam) + (0.5 + 0.15) / 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_an_integral_over_many_spans_needs_few_points(coriolis):
+    """The modes of a blade with 48 spans are orthonormal at 500 points; 64 in each span took 15 ms
+    of every frame of a run-up."""
+    beam = preset("nrel-5mw-blade").beam
+    x, mass = quadrature(beam)
+    assert len(x) < 600
+    fields = solve(beam, coriolis=coriolis).displacement(x)
+    norms = mass @ (abs(fields) ** 2).sum(axis=1)
+    assert norms == pytest.approx(np.ones(5), abs=1e-6)
 
 
 def test_a_blade_runs_up():

@@ -155,6 +155,12 @@ def test_a_run_keeps_amplitudes_not_solutions():
     assert kept < 3e5
 
 
+def test_runs_are_compared_by_identity():
+    """As loci are: arrays have no truth value."""
+    run, other = (run_up(Beam(), 1, 0.02, 6.0, modes=1) for _ in range(2))
+    assert len({run, run, other}) == 2
+
+
 def test_no_steady_response_where_the_beam_is_unstable():
     """An inward beam past its buckling: no amplitude."""
     run = run_up(Beam(delta=-1), 1, 0.02, 6.0)

@@ -113,6 +113,13 @@ def test_names_stay_with_the_shapes_through_a_veering():
     assert (after["B3"], after["S1"]) == ("S1", "B3")
 
 
+@pytest.mark.parametrize("modes", [5, 9, 10])
+def test_names_are_found_by_a_method_with_few_modes(modes):
+    """Also where all ten modes of its ten terms were asked for, and two more cannot be solved."""
+    solution = solve(TIP.replace(gamma=4.4), modes, method="assumed-modes", coriolis=True)
+    assert identify_modes(solution).summary.startswith("B3 and S1 mixed")
+
+
 def test_a_mixture_with_a_mode_that_is_not_shown_is_told_in_full():
     """As of the last mode of a table."""
     identity = ModeIdentity(("B3", "B4"), ("", "B4/S2 mixed 80:20"))

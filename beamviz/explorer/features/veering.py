@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.beam import PARAMETERS, Beam
+from beamviz.beam import Beam
 from beamviz.drawing.text import Measure
 from beamviz.explorer import page
 from beamviz.explorer.computed_loci import Chart, ChartRequest, Line, cursor, lines_data, lines_of
@@ -75,9 +75,9 @@ class VeeringRequest:
 
     def pairs(self) -> Pairs:
         """The loci without and with Coriolis forces. Raises the errors of `loci`."""
-        chart, at, (low, high) = self.chart, self.event.at, PARAMETERS[self.chart.over].limits
+        chart, at = self.chart, self.event.at
         reach = REACH * (chart.stop - chart.start)
-        low, high = max(at - reach, low), min(at + reach, high, chart.stop)
+        low, high = max(at - reach, chart.start), min(at + reach, chart.stop)
         wide = np.linspace(low, high, POINTS)
         options = [{**chart.options, "coriolis": coriolis} for coriolis in (False, True)]
         found = [loci(chart.beam, chart.over, wide, **one) for one in options]
