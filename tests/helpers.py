@@ -1,8 +1,12 @@
-"""Scripts as modules, marks for parts of a parametrised test, and results in comparable form."""
+"""Scripts as modules, marks for parts of a parametrised test, comparable results, and memory."""
 
+import gc
 import importlib.util
 import json
 import sys
+import tracemalloc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -18,6 +22,23 @@ from beamviz.solver.solution import Solution
 from beamviz.units import Units
 
 SCRIPTS = Path(__file__).resolve().parents[1] / "scripts"
+
+
+@contextmanager
+def traced_memory() -> Iterator[Callable[[], tuple[float, float]]]:
+    """A function that tells how much of the memory [MB] allocated since is kept, and the most of it
+    at any time."""
+
+    def memory() -> tuple[float, float]:
+        gc.collect()
+        kept, most = tracemalloc.get_traced_memory()
+        return kept / 1e6, most / 1e6
+
+    tracemalloc.start()
+    try:
+        yield memory
+    finally:
+        tracemalloc.stop()
 
 
 def load_script(name: str) -> ModuleType:

@@ -111,8 +111,8 @@ def _identified(solution: Solution) -> ModeIdentity:
     pure = ModeIdentity(labels, ("",) * len(labels))
     if not (problem.gyroscopic and solution.beam.gamma) or solution.equilibrium.shape == "bent":
         return pure
-    modes = min(len(labels) + EXTRA_MODES, MAX_MODES)
-    modes = problem.modes + problem.available(modes - problem.modes)
+    extra = min(len(labels) + EXTRA_MODES, MAX_MODES) - problem.modes
+    modes = problem.modes + problem.available(extra)
     try:
         uncoupled = solve(solution.beam, **problem.options | {"coriolis": False, "modes": modes})
     except BeamvizError:

@@ -1,14 +1,13 @@
 """The Campbell diagram as data: its range, its lines, its marks, and the lists beside it; and two
 loci magnified around their crossing or veering, without and with Coriolis forces."""
 
-import gc
 import re
-import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from charts import TIP, case, chart_of
+from helpers import traced_memory
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -151,15 +150,11 @@ def test_a_second_state_has_the_names_of_its_branches():
 
 def test_a_chart_keeps_lines_not_solutions():
     """The solutions would take 0.6 MB, those of a blade 10 MB."""
-    tracemalloc.start()
-    try:
+    with traced_memory() as memory:
         chart = ChartRequest.around(case(Beam(alpha=1), coriolis=True), "gamma").chart()
-        gc.collect()
-        kept, _ = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
+        kept, _ = memory()
     assert len(chart.lines) == 5
-    assert kept < 4e5
+    assert kept < 0.4
 
 
 def test_resonances_are_the_intersections_with_the_per_rev_lines(tip):

@@ -1,11 +1,8 @@
 """Blades: properties along the span, bodies with inertia, root springs."""
 
-import gc
-import tracemalloc
-
 import numpy as np
 import pytest
-from helpers import slow
+from helpers import slow, traced_memory
 from oracle.error_bars import (
     bent_verdict,
     oracle_answer,
@@ -104,13 +101,9 @@ def test_errors_of_deflected_blades_of_many_stations(numbers, options):
 
 def traced(compute):
     """The memory [MB] that is kept once its result is gone, and the most meanwhile."""
-    tracemalloc.start()
-    try:
+    with traced_memory() as memory:
         compute()
-        gc.collect()
-        return np.array(tracemalloc.get_traced_memory()) / 1e6
-    finally:
-        tracemalloc.stop()
+        return memory()
 
 
 def test_other_states_of_a_blade_of_many_stations_take_little_memory():

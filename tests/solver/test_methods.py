@@ -1,11 +1,9 @@
 """Finite elements, assumed modes, power series and Chebyshev collocation: against the oracle and
 the limits of other methods; rates declared and measured; where they fail they say so."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
-from helpers import differences, within_the_bars
+from helpers import differences, traced_memory, within_the_bars
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from oracle import QUICK, truth
@@ -315,16 +313,12 @@ def test_solutions_by_collocation_keep_no_matrices():
     """A chart over the place of the mass: 30 MB if each keeps those of its grid."""
     beam = Beam(alpha=1, gamma=5)
     solve(beam, method="chebyshev")  # imports what it needs
-    tracemalloc.start()
-    try:
-        kept = [
-            solve(beam.replace(beta=beta), method="chebyshev", terms=200)
-            for beta in np.linspace(0.2, 0.8, 10)
-        ]
-        assert tracemalloc.get_traced_memory()[0] < 20e6
-    finally:
-        tracemalloc.stop()
-    assert len(kept) == 10
+    beams = [beam.replace(beta=beta) for beta in np.linspace(0.2, 0.8, 10)]
+    with traced_memory() as memory:
+        solutions = [solve(each, method="chebyshev", terms=200) for each in beams]
+        kept, _ = memory()
+    assert len(solutions) == 10
+    assert kept < 20
 
 
 def test_shapes_have_unit_modal_mass_where_layers_are_not_resolved():

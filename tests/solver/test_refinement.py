@@ -3,12 +3,11 @@
 Those of random beams at any tolerance are tested against the oracle (test_error_bars.py).
 """
 
-import tracemalloc
 from typing import Any
 
 import numpy as np
 import pytest
-from helpers import within_the_bars
+from helpers import traced_memory, within_the_bars
 
 from beamviz import Beam, solve
 from beamviz.blade import Mass
@@ -150,11 +149,8 @@ def test_what_is_kept_of_solved_beams_is_small():
     beam = Beam(alpha=1, gamma=100, mu=70, masses=masses)
     places = np.linspace(0.11, 0.19, 24).tolist()
     kept = []
-    tracemalloc.start()
-    try:
+    with traced_memory() as memory:
         for place in places:
             solve(beam.replace(beta=place), modes=1, tolerance=1e-2)
-            kept.append(tracemalloc.get_traced_memory()[0])
-    finally:
-        tracemalloc.stop()
-    assert (kept[-1] - kept[11]) / 12 < 50e3  # those before it fill the caches of the last meshes
+            kept.append(memory()[0])
+    assert (kept[-1] - kept[11]) / 12 < 0.05  # those before it fill the caches of the last meshes
