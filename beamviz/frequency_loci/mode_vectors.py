@@ -160,8 +160,7 @@ def _fields_of_blades(
     every = (first, *beside)
     breaks = {place for beam in every if beam.blade for place in beam.blade.breaks}
     ends = tuple(sorted({0.0, 1.0, *breaks, *(m.beta for beam in every for m in beam.masses)}))
-    points = MORE_IN_SPAN + np.ceil(count * np.diff(ends)).astype(int)
-    x, w = distributed_mass(first, ends, points.tolist())
+    x, w = distributed_mass(first, ends, count, MORE_IN_SPAN)
     n = len(solutions)
     turning = [(m.beta, m.inertia) for beam in every for m in beam.masses if any(m.inertia)]
     if beside:

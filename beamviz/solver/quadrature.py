@@ -2,7 +2,7 @@
 discontinuities.
 """
 
-from collections.abc import Sequence
+import math
 from functools import lru_cache
 from itertools import pairwise
 
@@ -28,8 +28,7 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
     if not beam.is_uniform:
         bodies = beam.bodies
         ends = ends_of_spans(beam)
-        counts = MORE_IN_SPAN + np.ceil(points * np.diff(ends)).astype(int)
-        along, mass = distributed_mass(beam, ends, counts.tolist())
+        along, mass = distributed_mass(beam, ends, points, MORE_IN_SPAN)
         at = [body.beta for body in bodies]
         return np.append(along, at), np.append(mass, [body.alpha for body in bodies])
     xi, weights = gauss(points)
@@ -40,12 +39,13 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
 
 
 def distributed_mass(
-    beam: Beam, ends: tuple[float, ...], points: Sequence[int]
+    beam: Beam, ends: tuple[float, ...], points: int, more: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (n,) and weights (n,) of an integral over the mass of the beam itself. points: number
-    of Gauss points between each two ends."""
+    """Points (n,) and weights (n,) of an integral over the mass of the beam itself: `points` Gauss
+    points in proportion to the distances between the ends, and `more` between each two."""
     parts = []
-    for (start, stop), count in zip(pairwise(ends), points, strict=True):
+    for start, stop in pairwise(ends):
+        count = more + math.ceil(points * (stop - start))
         xi, weights = gauss(count)
         half = (stop - start) / 2
         parts.append((start + half * (xi + 1), half * weights))
