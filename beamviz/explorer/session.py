@@ -68,13 +68,14 @@ class Session:
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """Take over where the visitor has turned the view to, and draw again, as the picture has
-        another scale. A viewpoint that was asked for since the last frame has not arrived yet; one
-        that is too far away is left again in the next frame, for that of before, which is theirs
-        though the server has set it."""
+        another scale. A viewpoint that was asked for since the last frame, also by a change of
+        the frame of reference, has not arrived yet; one that is too far away is left again in the
+        next frame, for that of before, which is theirs though the server has set it."""
         visitor, shown = self.visitor, self.snapshot.state
         with visitor.lock:
             state = visitor.state
-            is_asked = state.turned is None and state.viewpoint != shown.viewpoint
+            changes = state.view.rotating_frame != shown.view.rotating_frame
+            is_asked = state.turned is None and (changes or state.viewpoint != shown.viewpoint)
             is_theirs = state.turned is not None and visitor.camera.is_at(state.turned)
             if not (is_asked or is_theirs or visitor.clock.transition):
                 with suppress(InvalidInput):

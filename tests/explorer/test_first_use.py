@@ -214,12 +214,12 @@ def test_what_is_typed_while_the_units_change_is_not_read_in_the_new_ones(desk):
 def test_a_chart_from_before_the_units_changed_moves_no_beam(desk, monkeypatch):
     """Its line is at another speed in rpm than in γ. The one after it moves the beam."""
     release, compute = threading.Event(), computed_loci.loci
-    monkeypatch.setattr(
-        computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
-    )
     line = "document.querySelector('#loci-chart .operating')"
     desk.open_tab("frequencies")
     desk.wait(f"{line}.ariaValueNow === '5'")
+    monkeypatch.setattr(
+        computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
+    )
     try:
         desk.send("real.preset", "steel beam")
         desk.wait(f"{by_id('gamma-field')}.value === '300' && {line}.ariaValueText.includes('γ')")
@@ -516,13 +516,13 @@ def test_the_title_of_the_upper_beam_is_above_that_of_the_lower_one(desk, rotati
     for action, value in edits:
         desk.send(action, value)
     desk.send("reset_view")
-    desk.catch_up()
     texts = "[...document.querySelectorAll('#caption-layer span:not([hidden])')]"
     upper, lower = (
         f"{texts}.find(e => e.textContent === '{title}').getBoundingClientRect()"
         for title in ("twice the mass", "this beam")
     )
     between = f"[{lower}.top - {upper}.bottom]"
+    desk.wait(between)  # the other beam is solved
     (from_side,) = wait_until(lambda: settled(desk, between))
     left, top, width, height = desk.box("document.querySelector('#scene canvas')")
     x, y = left + 0.1 * width, top + 0.3 * height

@@ -183,11 +183,12 @@ def grip(frame_loops: list[FrameLoop]) -> Grip | None:
 
 
 def at_rest(shown: Page, place: Callable[[], list[float]]) -> list[float]:
-    """A place in the page, once it has been the same for ten frames."""
+    """A place in the page, once it has been the same for ten frames, and one of the server."""
 
     def found() -> list[float] | None:
         before = place()
         shown.next_frame(10)
+        shown.catch_up()
         return before if place() == pytest.approx(before, abs=0.1) else None
 
     return wait_until(found)

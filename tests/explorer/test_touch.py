@@ -39,11 +39,12 @@ def place(shown: Page, x: float, y: float) -> list[float]:
 
 
 def at_rest(shown: Page, x: float, y: float) -> list[float]:
-    """Where that point is, once it has been the same for ten frames."""
+    """Where that point is, once it has been the same for ten frames, and one of the server."""
 
     def found() -> list[float] | None:
         before = place(shown, x, y)
         shown.next_frame(10)
+        shown.catch_up()
         return before if place(shown, x, y) == pytest.approx(before, abs=0.1) else None
 
     return wait_until(found)

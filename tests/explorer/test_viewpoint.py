@@ -172,6 +172,19 @@ def test_no_one_turns_a_view_that_changes(desk):
     assert desk.state.turned is None
 
 
+@pytest.mark.parametrize("is_shown", [False, True])
+def test_a_change_of_the_frame_fits_the_view_though_the_visitor_turns_on(desk, is_shown):
+    """The page has not heard of it yet; also where no frame has shown the turn."""
+    desk.turn()
+    if is_shown:
+        desk.frame()
+    desk.do("rotating_frame", not desk.state.view.rotating_frame)
+    turned = desk.turn()
+    desk.frame(EASED)
+    assert not near(desk.camera, turned)
+    assert desk.state.turned is None
+
+
 @pytest.mark.parametrize("is_still", [False, True])
 def test_undo_of_the_frame_leaves_a_view_that_was_turned_in_it(desk, is_still):
     """And so does redo; undo of another edit keeps it."""
@@ -327,8 +340,8 @@ def test_a_browser_is_where_the_state_says(frame_loops):
         for is_rotating in (True, False):
             shown.send("rotating_frame", is_rotating)
             wait_until(lambda on=is_rotating: session.snapshot.state.view.rotating_frame is on)
+            wait_until(lambda: session.visitor.state.turned is None)  # not on the way any more
             assert near(wait_until(at_rest), fitted) is not is_rotating
-            assert session.visitor.state.turned is None
         shown.resize(1190, 900)
         wait_until(lambda: not near(session.visitor.camera.present, fitted))
         wait_until(at_rest)
