@@ -152,6 +152,7 @@ def test_every_experiment_has_a_motion(guest, name):
     own = PRESETS[name][1]
     guest.do("experiment", name)
     guest.wait(lambda _: guest.values.get("experiment") == name and has_chart(guest, own.until))
+    guest.wait(lambda _: "Before the last change" not in guest.texts["motion-list"])
     assert 'class="note"' not in guest.texts["motion-list"] or own.unstiffened
     assert bool(guest.props["motion.within-row"]["hidden"]) is not own.ramps
     assert "γ = 2" in guest.texts["motion-words"]
@@ -625,10 +626,9 @@ def test_the_beam_is_pulled_by_a_mouse_and_let_go(frame_loops):
             }})()""")
 
         shown.catch_up()
-        shown.next_frame(10)
         x, y = tip_drawn(session)
         shown.drag(
-            place(x - 0.02, y),
+            shown.at_rest(lambda: place(x - 0.02, y)),
             place(0.93, -0.3),
             taken=lambda: session.visitor.state.hold,
             arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,
@@ -647,7 +647,7 @@ def test_the_keyboard_moves_through_the_motion(frame_loops):
     """Arrow keys on the line of the chart, and on the slider of the force."""
     with explorer(FIRST) as url, page(f"{url}/{SHORT}", 1440, 900) as shown:
         shown.wait(f"{READY} && !!document.querySelector('#{CHART} .operating:not([hidden])')")
-        shown.send("playing", False)
+        shown.send("playing", False, until="location.search.includes('moment')")
         line = f"document.querySelector('#{CHART} .operating')"
         before = float(shown.evaluate(f"{line}.ariaValueNow"))
         shown.evaluate(f"{line}.focus()")

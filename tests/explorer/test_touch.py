@@ -38,18 +38,6 @@ def place(shown: Page, x: float, y: float) -> list[float]:
       return [r.left + r.width * (1 + at.x) / 2, r.top + r.height * (1 - at.y) / 2]; }})()""")
 
 
-def at_rest(shown: Page, x: float, y: float) -> list[float]:
-    """Where that point is, once it has been the same for ten frames, and one of the server."""
-
-    def found() -> list[float] | None:
-        before = place(shown, x, y)
-        shown.next_frame(10)
-        shown.catch_up()
-        return before if place(shown, x, y) == pytest.approx(before, abs=0.1) else None
-
-    return wait_until(found)
-
-
 def scrolled(shown: Page) -> float:
     return shown.evaluate("scrollY")
 
@@ -59,7 +47,7 @@ def test_the_mass_is_dragged_by_a_finger(phone):
     shown, session = phone
     shown.wait(f"!!{NODES}?.['/scene/rotor/mass']")
     shown.swipe(
-        at_rest(shown, 0.5, 0.0),
+        shown.at_rest(lambda: place(shown, 0.5, 0.0)),
         place(shown, 0.8, 0.0),
         taken=lambda: session.visitor.state.grip,
         arrived=lambda: abs(shown.number("beta") - 0.8) < 0.01,
@@ -84,7 +72,7 @@ def test_the_tip_is_pulled_by_a_finger(phone):
     shown.catch_up()
     x, y, _ = session.view.beam.line[-1]
     shown.swipe(
-        at_rest(shown, x - 0.02, y),
+        shown.at_rest(lambda: place(shown, x - 0.02, y)),
         place(shown, 0.93, -0.3),
         taken=lambda: session.visitor.state.hold,
         arrived=lambda: abs(session.visitor.state.hold.deflection + 0.3) < 0.02,

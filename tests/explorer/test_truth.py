@@ -5,14 +5,14 @@ import re
 import numpy as np
 import pytest
 from live.offline import Desk, offline
-from live.server import TIMEOUT
-from live.visitor import Visitor, beam_moved, frequency_text, pause, visitor
+from live.server import TIMEOUT, wait_until
+from live.visitor import Visitor, beam_moved, catch_up, frequency_text, pause, visitor
 
 from beamviz.beam import Beam
 from beamviz.explorer import explorer
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.feature import Part
-from beamviz.explorer.features import files
+from beamviz.explorer.features import files, veering
 from beamviz.explorer.features.lessons import formatted, lesson_rate
 from beamviz.explorer.features.method_timing import time_method
 from beamviz.explorer.page import html
@@ -219,6 +219,7 @@ def test_the_table_has_the_modes_of_the_address(guest):
     rows = 'data-row="'
     for action, value, count in (("link", "?mode=8", 8), ("only", 1, 8), ("link", "?mode=2", 5)):
         guest.do(action, value)
+        catch_up(guest)  # a mode that is chosen leaves the number of rows
         guest.wait(lambda _, count=count: guest.texts["mode-rows"].count(rows) == count)
         shown = guest.texts["mode-rows"].count("class=shown")
         assert shown == 1
@@ -236,16 +237,17 @@ def test_the_tab_veering_says_why_it_shows_nothing(guest):
     guest.wait(lambda _: guest.props["veering-chart"]["hidden"])
 
 
-def test_the_tab_veering_belongs_to_the_beam_that_is_drawn(guest):
+def test_the_tab_veering_belongs_to_the_beam_that_is_drawn(guest, session):
     """Of the nearest values, where a number is out of range, as in a tab that is opened then."""
     guest.do("tab", "veering")
     guest.says("they exchange their shapes")
-    before = guest.texts["veering-shapes"]
+    before, job = guest.texts["veering-shapes"], session.visitor.jobs[veering.JOB]
     guest.choose("alpha", 1000.0, until="Drawn with the nearest values in range: α = 100")
-    guest.wait(lambda _: guest.texts["veering-shapes"] != before)
-    guest.wait(lambda _: not guest.props["veering-shapes"].get("data-outdated"))
-    assert guest.charts["veering-chart"]["cursor"] is None
+    wait_until(lambda: job.answer.request.beam.alpha == 100)
     pause(guest)
+    assert guest.texts["veering-shapes"] != before
+    assert not guest.props["veering-shapes"]["data-outdated"]
+    assert guest.charts["veering-chart"]["cursor"] is None
     shown = guest.texts["veering-shapes"]
     guest.do("tab", "frequencies", until=lambda _: guest.texts["veering-shapes"] == "")
     assert guest.props["veering-chart"]["hidden"]

@@ -315,6 +315,7 @@ def test_a_browser_is_where_the_state_says(frame_loops):
         def at_rest() -> Camera | None:
             before = session.visitor.camera.present
             shown.next_frame(12)
+            shown.catch_up()
             after = session.visitor.camera.present
             return None if session.visitor.clock.transition or before != after else after
 

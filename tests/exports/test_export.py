@@ -398,7 +398,7 @@ def test_all_modes_are_in_the_picture_of_a_page(tmp_path, size):
     box = "(({left, top, right, bottom}) => [left, top, right, bottom])"
     with page((tmp_path / "a.html").as_uri(), *size) as shown:
         boxes = f"{titles}.map(title => {box}(title.getBoundingClientRect()))"
-        shown.wait(f"(t => t[4] && t[4][1] - t[0][1] > 0.2 * innerHeight)({boxes})", 30)  # placed
+        shown.wait(f"(t => t[4] && t[4][1] - t[0][1] > 0.2 * innerHeight)({boxes})")  # placed
         left, top, right, bottom = np.array(shown.evaluate(boxes)).T
         scene = "document.querySelector('#root canvas').getBoundingClientRect()"
         width, height = shown.evaluate(f"(r => [r.width, r.height])({scene})")

@@ -232,6 +232,18 @@ class Page:
         left, top, width, height = self.box(script)
         return left + width / 2, top + height / 2
 
+    def at_rest(self, place: Callable[[], list[float]]) -> list[float]:
+        """A place in the page of the explorer, once it has been the same for ten frames, and one of
+        the server, which may move the camera."""
+
+        def found() -> list[float] | None:
+            before = place()
+            self.next_frame(10)
+            self.catch_up()
+            return before if place() == pytest.approx(before, abs=0.1) else None
+
+        return wait_until(found)
+
     def next_frame(self, frames: int = 2) -> None:
         """Wait until the page has been drawn, `frames` times."""
         self.evaluate(f"""new Promise(done => {{ let left = {frames};
