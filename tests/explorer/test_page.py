@@ -123,7 +123,9 @@ def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown)
     def colours() -> int:
         return len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0))
 
+    shown.send("playing", True)  # it may have been paused where it passes through its rest
     wait_until(lambda: colours() > 20)
+    shown.send("playing", False)
     for key, value in {"strain": "biot", "alpha": 0, "mu": 10, "gamma": 20}.items():
         shown.send(key, value)
     shown.wait(says("No equilibrium above γ = 15.71"))
