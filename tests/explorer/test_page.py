@@ -57,43 +57,55 @@ def shown(shown) -> Page:
     return shown
 
 
+@pytest.fixture
+def begun(shown) -> Page:
+    """The same page with its first scene, paused at full swing, whichever tests came before."""
+    shown.resize(1440, 900)
+    shown.send("load", f"beam.toml\n{FIRST.to_toml()}")
+    for preferences in ("still", ""):  # the first of which shows full swing
+        shown.send("preferences", preferences)
+        shown.catch_up()
+    shown.wait(says(frequency_text(START)))
+    return shown
+
+
 def pieces(shown: Page) -> np.ndarray:
     """Middles (n, 3) of the pieces of the beam."""
     return np.array(shown.wait(PIECES)).reshape(-1, 16)[:, 12:15]
 
 
-def test_mode_2_shows_its_node(shown):
+def test_mode_2_shows_its_node(begun):
     """Marked at 0.783, where the drawn beam crosses its line at rest."""
 
     def crossings() -> np.ndarray:
-        places = pieces(shown)
+        places = pieces(begun)
         k = np.flatnonzero(np.diff(np.sign(places[:, 1])))
         (x, y), (dx, dy) = places[k, :2].T, (places[k + 1, :2] - places[k, :2]).T
         return x - y * dx / dy
 
     wait_until(lambda: crossings() == pytest.approx([0.7834], abs=1e-3))
-    wait_until(lambda: np.abs(pieces(shown)[:, 1]).max() == pytest.approx(0.15, rel=0.05))
-    assert shown.wait(COLLARS)[12] == pytest.approx(0.78344, abs=1e-4)
+    wait_until(lambda: np.abs(pieces(begun)[:, 1]).max() == pytest.approx(0.15, rel=0.05))
+    assert begun.wait(COLLARS)[12] == pytest.approx(0.78344, abs=1e-4)
 
 
-def test_dragging_a_slider_changes_beam_and_table(shown):
+def test_dragging_a_slider_changes_beam_and_table(begun):
     """Below 70 the beam is thicker as 1 / mu; a mass changes its shape."""
 
     def table_is_of_the_fields() -> bool:
-        beam = START.replace(mu=shown.number("mu"), alpha=shown.number("alpha"))
-        return shown.evaluate(says(frequency_text(beam)))
+        beam = START.replace(mu=begun.number("mu"), alpha=begun.number("alpha"))
+        return begun.evaluate(says(frequency_text(beam)))
 
     def thickness() -> float:
-        return float(np.linalg.norm(shown.wait(PIECES)[4:7]))
+        return float(np.linalg.norm(begun.wait(PIECES)[4:7]))
 
     size = thickness()
-    shown.drag_along(by_id("mu-slider"), 0.33, 0.1)
-    wait_until(lambda: 10 <= shown.number("mu") < 50 and table_is_of_the_fields())
-    wait_until(lambda: thickness() / size == pytest.approx(70 / shown.number("mu"), rel=1e-3))
-    before = pieces(shown)
-    shown.drag_along(by_id("alpha-slider"), 0.02, 0.6)
-    wait_until(lambda: shown.number("alpha") > 1 and table_is_of_the_fields())
-    wait_until(lambda: not same(pieces(shown), before))
+    begun.drag_along(by_id("mu-slider"), 0.33, 0.1)
+    wait_until(lambda: 10 <= begun.number("mu") < 50 and table_is_of_the_fields())
+    wait_until(lambda: thickness() / size == pytest.approx(70 / begun.number("mu"), rel=1e-3))
+    before = pieces(begun)
+    begun.drag_along(by_id("alpha-slider"), 0.02, 0.6)
+    wait_until(lambda: begun.number("alpha") > 1 and table_is_of_the_fields())
+    wait_until(lambda: not same(pieces(begun), before))
 
 
 def same(places: np.ndarray, others: np.ndarray) -> bool:
@@ -101,36 +113,33 @@ def same(places: np.ndarray, others: np.ndarray) -> bool:
     return places.shape == others.shape and np.allclose(places, others, atol=1e-3)
 
 
-def test_playing_moves_the_beam_and_pausing_stops_it(shown):
+def test_playing_moves_the_beam_and_pausing_stops_it(begun):
     """By the button over the scene."""
-    shown.catch_up()
-    before = pieces(shown)
-    shown.click("document.getElementById('play')", until=lambda: not same(pieces(shown), before))
-    shown.click("document.getElementById('play')")
+    before = pieces(begun)
+    begun.click("document.getElementById('play')", until=lambda: not same(pieces(begun), before))
+    begun.click("document.getElementById('play')")
 
     def at_rest() -> bool:
-        before = pieces(shown)
-        shown.next_frame(frames=20)
-        shown.catch_up()
-        return np.array_equal(pieces(shown), before)
+        before = pieces(begun)
+        begun.next_frame(frames=20)
+        begun.catch_up()
+        return np.array_equal(pieces(begun), before)
 
     wait_until(at_rest)
 
 
-def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(shown):
+def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(begun):
     """biot beyond its limit: the page names the limit, and all pieces are grey."""
 
     def colours() -> int:
-        return len(np.unique(np.array(shown.wait(COLOURS)).reshape(-1, 4), axis=0))
+        return len(np.unique(np.array(begun.wait(COLOURS)).reshape(-1, 4), axis=0))
 
-    shown.send("playing", True)  # it may have been paused where it passes through its rest
     wait_until(lambda: colours() > 20)
-    shown.send("playing", False)
     for key, value in {"strain": "biot", "alpha": 0, "mu": 10, "gamma": 20}.items():
-        shown.send(key, value)
-    shown.wait(says("No equilibrium above γ = 15.71"))
+        begun.send(key, value)
+    begun.wait(says("No equilibrium above γ = 15.71"))
     wait_until(lambda: colours() == 1)
-    assert shown.problems == []
+    assert begun.problems == []
 
 
 BOXES = """[...document.querySelectorAll("#caption-layer > span:not([hidden])")].map(e =>
