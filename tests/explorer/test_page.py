@@ -128,6 +128,16 @@ def test_playing_moves_the_beam_and_pausing_stops_it(begun):
     wait_until(at_rest)
 
 
+def test_play_that_is_pressed_twice_over_a_slow_line_pauses(begun):
+    """The second press is for the button as the visitor has left it, not as the server knows it."""
+    pressed = "document.getElementById('play').ariaPressed"
+    with begun.slow_line():
+        for _ in range(2):
+            begun.click("document.getElementById('play')")
+    begun.catch_up()
+    assert begun.evaluate(pressed) == "false"
+
+
 def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(begun):
     """biot beyond its limit: the page names the limit, and all pieces are grey."""
 

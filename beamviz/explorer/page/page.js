@@ -414,12 +414,20 @@ const beamviz = (() => {
   /** @type {(tab: Part) => Part} */
   const panelOf = (tab) => byId(tab.getAttribute("aria-controls") ?? "");
 
-  /** @param {Part} e */
+  /**
+   * A button that switches shows the visitor's value until the server has answered it, so that a
+   * second press switches back.
+   * @param {Part} e
+   */
   function press(e) {
-    const value = json(e.dataset.value);
-    if (e.dataset.set) {
+    const key = e.dataset.set, value = json(e.dataset.value);
+    if (key && e.dataset.value === undefined) {
+      used[key] = e;
+      e.ariaPressed = String(e.ariaPressed !== "true");
+      sendAs(key, e.ariaPressed === "true");
+    } else if (key) {
       for (const host of all("[data-chart]")) host.figure?.reveal?.(String(value));
-      sendAs(e.dataset.set, e.dataset.value === undefined ? e.ariaPressed !== "true" : value);
+      sendAs(key, value);
     } else sendAs(e.dataset.do, value, e.dataset.unit);
   }
 
