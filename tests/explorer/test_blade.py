@@ -10,7 +10,7 @@ import pytest
 from helpers import slow
 from live.axe import load_axe, violations
 from live.browser import READY, Page, by_id, page, says
-from live.visitor import Visitor, visitor
+from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput
@@ -258,6 +258,7 @@ def test_a_pasted_table_becomes_the_blade(guest):
     assert rows(guest)[1][3] == "a lot"
     without_flap = "\n".join(line.rpartition("\t")[0] for line in TABLE.split("\n"))
     guest.do("blade.file", "mine.csv\n" + without_flap.replace("\t", ","))
+    guest.wait(lambda _: [row[4] for row in rows(guest)] == ["", "", ""])
     guest.shows(Beam.from_si(**SI, **kept))
     guest.do("blade.paste", TABLE.replace("0.4", "9e9"))
     assert guest.says("must lie in")  # a beam too slender; and the table is kept
@@ -373,9 +374,10 @@ def test_a_doubtful_value_gets_a_note(guest):
 def test_a_beam_of_another_size_is_not_lost_by_an_impossible_table(guest, session):
     """A number that is out of range, as the mass of a slider, keeps the panel as it is."""
     shown(guest, "nrel-5mw-blade")
-    guest.do("alpha", 1e9)
+    guest.do("alpha", 1e9, until="must lie in")
     guest.do("blade.stations.add")
     guest.do("alpha", 0)
+    catch_up(guest)
     guest.shows(NREL)
     assert len(rows(guest)) == 49
     assert session.visitor.state.case.blade == NREL.blade

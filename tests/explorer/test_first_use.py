@@ -569,9 +569,11 @@ LETTERS = 22  # [px] a line of text, of which another font may need one more on 
 
 
 def settled(shown: Page, script: str) -> list[float] | None:
-    """Numbers of the page that are the same some frames later, as when the view has turned."""
+    """Numbers of the page that are the same some frames later, and one of the server, as when the
+    view has turned."""
     before = shown.evaluate(script)
     shown.next_frame(20)
+    shown.catch_up()
     return before if before == shown.evaluate(script) else None
 
 
