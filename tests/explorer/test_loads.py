@@ -121,7 +121,7 @@ def test_a_closed_tab_is_not_computed(guest, session):
     """It shows what it showed, and the present beam once it is open again."""
     guest.do("tab", "loads", until="On the beam at its root")
     before = guest.texts["loads-text"]
-    guest.do("tab", "map")
+    guest.do("tab", "export")
     guest.do("blade.preset", "nrel-5mw-blade")
     guest.shows(NREL)
     wait_until(lambda: not session.is_busy)
