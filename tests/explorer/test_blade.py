@@ -368,6 +368,7 @@ def test_a_doubtful_value_gets_a_note(guest):
     guest.do("blade.paste", thin)
     assert guest.says("this blade is too soft")
     guest.do("blade.paste", thin.replace("0.0003", "0.31"))
+    guest.forgets("this blade is too soft")
     assert guest.says("the bending stiffness in kN m²?")
 
 
