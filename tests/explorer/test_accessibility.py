@@ -121,6 +121,7 @@ def test_on_a_tablet_no_button_beside_the_tabs_covers_another(shown, size):
     that enlarges; all are in the row of the tabs."""
     shown.resize(*size, touch=True)
     shown.open_tab("frequencies")
+    shown.wait("!!beamviz.drawn['loci-chart'].x")
     shown.evaluate("document.querySelector('#loci-chart [aria-label=\"Zoom in\"]').click()")
     buttons = "#to-export, #loci-chart .zoom button, #enlarge"
     seen = f"[...document.querySelectorAll('{buttons}')].filter(e => e.checkVisibility())"

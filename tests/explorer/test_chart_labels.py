@@ -173,7 +173,8 @@ def test_a_label_within_the_chart_covers_no_mark_and_no_line_of_the_beam(shown, 
     """That of a mode which is none of the first five at higher speeds, close to where it ends."""
     shown.call("Page.navigate", url=f"{url}/?alpha=1&beta=0.5&gamma={gamma}")
     shown.resize(*size)
-    shown.wait(f"{READY} && ({LABEL_AND_SIGNS})?.length > 2")
+    range_ends = "beamviz.drawn['loci-chart'].x.range[1]"  # of a chart before the link: earlier
+    shown.wait(f"{READY} && {range_ends} > {gamma} && ({LABEL_AND_SIGNS})?.length > 2")
     label, *signs = shown.evaluate(LABEL_AND_SIGNS)
     assert all(are_apart([label, sign]) for sign in signs)
 

@@ -166,6 +166,7 @@ def test_an_overlay_is_visible_while_a_slider_moves(guest):
     guest.choose("comparison", "mass")
     guest.says(frequency(PAPER.replace(alpha=2, gamma=8), plane="flapwise"))
     guest.choose("comparison", "rubber")
+    catch_up(guest)
     overlay_is(guest, visible=True)
     assert LABELS.keys() == {*COMPARISONS}
     assert all(f">{name}</button>" in ComparisonTab.tab.content for name in LABELS.values())
@@ -221,9 +222,10 @@ def test_going_to_an_event_ends_a_comparison_that_the_visitor_did_not_choose(gue
     guest.do("go_to_event", "B3 S1 1", until=lambda _: guest.values["share-3"] == 1)
     overlay_is(guest, visible=stays)
     assert (guest.values["comparison"] == EARLIER) is stays
-    guest.do("undo")
-    overlay_is(guest, visible=True)
-    assert guest.values["comparison"] == EARLIER
+    if not stays:
+        guest.do("undo")
+        overlay_is(guest, visible=True)
+        assert guest.values["comparison"] == EARLIER
 
 
 @pytest.mark.parametrize(

@@ -234,6 +234,22 @@ def test_a_chart_from_before_the_units_changed_moves_no_beam(desk, monkeypatch):
     wait_until(lambda: desk.number("gamma") > 300)
 
 
+def test_a_button_works_before_the_first_chart_is_there(url, monkeypatch):
+    """Though each chart is asked whether the button is that of one of its marks."""
+    release, compute = threading.Event(), computed_loci.loci
+    monkeypatch.setattr(
+        computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
+    )
+    try:
+        with page(url, 1440, 900) as fresh:
+            fresh.wait(READY)
+            fresh.click(by_id("play"), until=f"{by_id('play')}.ariaPressed === 'true'")
+            assert not fresh.evaluate("beamviz.drawn['loci-chart'].x")
+            assert fresh.problems == []
+    finally:
+        release.set()
+
+
 @pytest.mark.parametrize("width", [1100, 1250, 1280, 1440, 1920])
 def test_no_tab_is_behind_the_buttons_of_a_chart(desk, width):
     """Which are in their row, also while the chart is zoomed."""
@@ -569,9 +585,11 @@ LETTERS = 22  # [px] a line of text, of which another font may need one more on 
 
 
 def settled(shown: Page, script: str) -> list[float] | None:
-    """Numbers of the page that are the same some frames later, as when the view has turned."""
+    """Numbers of the page that are the same some frames later, and one of the server, as when the
+    view has turned."""
     before = shown.evaluate(script)
     shown.next_frame(20)
+    shown.catch_up()
     return before if before == shown.evaluate(script) else None
 
 

@@ -131,8 +131,10 @@ def test_a_quick_solve_is_done_in_the_frame_and_a_slow_one_is_not(workers, relea
 
 def test_a_slow_beam_stays_slow_where_nothing_was_to_be_solved(workers, monkeypatch):
     """As when a comparison ends: the next beam is not solved in the frame."""
+    solved_by: list[threading.Thread] = []
 
     def slow(beam: Beam, **options: Any) -> Any:
+        solved_by.append(threading.current_thread())
         end = time.thread_time() + 2 * solutions.QUICK
         while time.thread_time() < end:
             solve(beam, **options)
@@ -145,7 +147,8 @@ def test_a_slow_beam_stays_slow_where_nothing_was_to_be_solved(workers, monkeypa
         job.request(cases)
         wait_until(lambda: not job.busy)
     job.request(Cases(case(Beam(gamma=2))))
-    assert job.busy
+    wait_until(lambda: not job.busy)
+    assert threading.current_thread() not in solved_by
 
 
 @pytest.mark.parametrize("numbers", [{"delta": -0.5, "gamma": 20.0}, {"spin_up": 0.5}])

@@ -181,7 +181,7 @@ def test_a_pause_outlasts_a_link_and_the_way_back(guest):
     for gamma in (3.0, 6.0):
         guest.do("link", f"?gamma={gamma}", until=lambda _, own=gamma: guest.values["gamma"] == own)
         assert guest.values["playing"] is False
-    guest.choose("gamma", 7.0)
+    guest.choose("gamma", 7.0, until=lambda _: guest.values["gamma"] == 7.0)
     guest.do("reset", until=lambda _: guest.values["gamma"] == 6.0)
     assert guest.values["playing"] is False
 

@@ -38,6 +38,17 @@ CATCH_UP = """new Promise(done => {
     if ("film_length" in (update.values ?? {})) { beamviz.apply = apply; done(true); }
   };
   beamviz.send("film_length", "no"); })"""
+# Until all that has come while it was slow is applied, what comes later waits for that.
+SLOW_LINE = f"""{{ const apply = beamviz.apply;
+  let last = Promise.resolve(), late = {LATE};
+  beamviz.apply = update => {{
+    const before = last, wait = new Promise(done => setTimeout(done, late));
+    last = (async () => {{ await before; await wait; apply(update); }})();
+  }};
+  window.endSlowLine = async () => {{
+    late = 0;
+    for (let seen; seen !== last;) await (seen = last);
+    beamviz.apply = apply; }}; }}"""
 # Without a graphics card a frame of the scene takes a second of a processor.
 DRAW_NOTHING = """for (const name of ["clear", "blitFramebuffer", "drawArrays", "drawElements",
   "drawArraysInstanced", "drawElementsInstanced"])
@@ -129,12 +140,10 @@ class Page:
 
     @contextlib.contextmanager
     def slow_line(self) -> Iterator[None]:
-        """Meanwhile the page gets what the server sends LATE milliseconds later."""
-        self.evaluate(f"""{{ const apply = window.applyNow = beamviz.apply;
-          beamviz.apply = update => setTimeout(() => apply(update), {LATE}); }}""")
+        """Meanwhile the page gets what the server sends LATE milliseconds later, in its order."""
+        self.evaluate(SLOW_LINE)
         yield
-        self.evaluate(f"new Promise(done => setTimeout(done, {LATE}))")
-        self.evaluate("void (beamviz.apply = window.applyNow)")
+        self.evaluate("window.endSlowLine()")
 
     def number(self, name: str) -> float:
         """A number of the beam in its field: what the server says."""

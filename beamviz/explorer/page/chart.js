@@ -90,8 +90,9 @@ const BeamvizChart = (() => {
      * @param {string} key
      */
     reveal(key) {
-      const mark = this.data.marks.find((one) => one.key === key), [start, end] = this.data.x.range;
-      if (!mark) return;
+      const mark = this.data.marks.find((one) => one.key === key);
+      if (!mark) return; // as before the first data
+      const [start, end] = this.data.x.range;
       this.hold([mark.x]);
       if (mark.x < this.range[0] || mark.x > this.range[1]) this.view = null;
       const distance = mark.x - start;
