@@ -243,8 +243,11 @@ def test_a_button_works_before_the_first_chart_is_there(url, monkeypatch):
     try:
         with page(url, 1440, 900) as fresh:
             fresh.wait(READY)
-            fresh.click(by_id("play"), until=f"{by_id('play')}.ariaPressed === 'true'")
+            for other in ("true", "false"):
+                frame = f"document.querySelector('[data-set=rotating_frame][data-value={other}]')"
+                fresh.click(frame, until=f"{frame}.ariaPressed === 'true'")
             assert not fresh.evaluate("beamviz.drawn['loci-chart'].x")
+            assert fresh.evaluate("document.querySelector('#loci-chart .zoom').hidden")
             assert fresh.problems == []
     finally:
         release.set()

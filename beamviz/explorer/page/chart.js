@@ -35,7 +35,7 @@ const BeamvizChart = (() => {
       const head = make(host, "div", { class: "chart-head" });
       host.prepend(head);
       this.keyList = make(head, "ul", { class: "key-list", "aria-label": "key" });
-      this.zoom = make(head, "div", { class: "zoom", role: "group", "aria-label": "zoom" });
+      this.zoom = make(head, "div", { class: "zoom", role: "group", "aria-label": "zoom", hidden: "" });
       /** @type {[string, string, () => void][]} */
       const zooms = [
         ["−", "Zoom out", () => this.zoomBy(2)],
