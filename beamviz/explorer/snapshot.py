@@ -1,5 +1,6 @@
 """The snapshot of one frame: everything that a page shows is a function of it."""
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -7,6 +8,7 @@ from typing import Any, Self
 
 from beamviz.beam import Beam
 from beamviz.drawing.modes import SampledModes
+from beamviz.errors import InvalidInput
 from beamviz.explorer.clock import Clock
 from beamviz.explorer.film import Film
 from beamviz.explorer.jobs import Answer, JobStatus, percentage
@@ -44,6 +46,14 @@ class Inputs:
     def beam(self) -> Beam | None:
         """The beam of the answer; None before the first, and where a number is out of range."""
         return self.answer.beam if self.answer else None
+
+    @property
+    def entered_beam(self) -> Beam | None:
+        """The beam of the numbers in their fields, also before it is solved; None where one of them
+        is out of range. It is at the handles of charts, which set these numbers, too."""
+        with contextlib.suppress(InvalidInput):
+            return self.state.shown_case.beam
+        return None
 
     @property
     def drawn_case(self) -> Case | None:

@@ -234,6 +234,24 @@ def test_undo_takes_back_what_was_said_of_a_chart(guest, release, monkeypatch):
     guest.wait(lambda _: not told(guest, "loci-chart"))
 
 
+@pytest.mark.parametrize(("tab", "chart"), [("frequencies", "loci-chart"), ("map", "map-chart")])
+def test_the_handle_of_a_chart_is_at_the_numbers_also_before_they_are_solved(
+    guest, release, monkeypatch, tab, chart
+):
+    """A key moves it from there, not from where the beam was."""
+    pause(guest)
+    guest.do("tab", tab)
+    guest.wait(lambda _: guest.charts[chart].get("cursor"))
+    monkeypatch.setattr(solutions, "solve", waiting(solve, release))
+    release.clear()
+    guest.do("gamma", 7.0)
+    guest.wait(lambda _: guest.charts[chart]["cursor"]["x"] == 7.0)
+    guest.wait(lambda _: told(guest, "mode-rows"))
+    release.set()
+    guest.wait(lambda _: not told(guest, "mode-rows"))
+    assert guest.charts[chart]["cursor"]["x"] == 7.0
+
+
 def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):
     """While these are being solved, and with them the chart; not after that."""
     guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))

@@ -162,7 +162,7 @@ def no_chart(answer: Answer[ChartRequest, Chart]) -> str:
 
 def cursor_reads(snapshot: Snapshot) -> tuple[Any, ...]:
     """The answer with the chart, and the beam; none where a number is out of range."""
-    return snapshot.job_answer(CHART), snapshot.beam
+    return snapshot.job_answer(CHART), snapshot.entered_beam
 
 
 def cursor_content(answer: Answer[ChartRequest, Chart] | None, beam: Beam | None) -> Content:

@@ -172,7 +172,7 @@ class MapTab(Feature):
     def parts(self) -> Iterable[Part]:
         return (
             Part(lambda s: (s.job_answer(JOB), s.state[MAPPED]), map_content, SHOWN),
-            Part(lambda s: (s.job_answer(JOB), s.beam), place_content, ("map-chart",)),
+            Part(lambda s: (s.job_answer(JOB), s.entered_beam), place_content, ("map-chart",)),
             fading([JOB], *SHOWN),
             waiting("map-chart-wait", self.tab),
         )

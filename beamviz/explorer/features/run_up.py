@@ -184,7 +184,7 @@ class RunUpTab(Feature):
         return (
             Part(lambda s: (s.state.run_speed is not None,), button_content, ("run-up-button",)),
             Part(lambda s: (answer_of(s),), chart_content, SHOWN),
-            Part(lambda s: (run_of(s), s.beam), line_content, ("run-up-chart",)),
+            Part(lambda s: (run_of(s), s.entered_beam), line_content, ("run-up-chart",)),
             fading([JOB], *SHOWN),
             waiting("run-up-chart-wait", self.tab),
         )

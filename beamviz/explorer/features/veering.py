@@ -190,7 +190,7 @@ class VeeringTab(Feature):
     def parts(self) -> Iterable[Part]:
         return (
             Part(self.reads, event_content, SHOWN),
-            Part(lambda s: (*self.reads(s), s.beam), line_content, ("veering-chart",)),
+            Part(lambda s: (*self.reads(s), s.entered_beam), line_content, ("veering-chart",)),
             fading([CHART, JOB], *SHOWN),
             waiting("veering-chart-wait", self.tab),
         )
