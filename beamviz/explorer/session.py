@@ -68,9 +68,10 @@ class Session:
 
     async def camera_moved(self, _: CameraHandle) -> None:
         """Take over where the visitor has turned the view to, and draw again, as the picture has
-        another scale. A viewpoint that was asked for since the last frame, also by a change of
-        the frame of reference, has not arrived yet; one that is too far away is left again in the
-        next frame, for that of before, which is theirs though the server has set it."""
+        another scale. While a viewpoint that was asked for since the last frame, also by a change
+        of the frame of reference, has not arrived at the page, nothing is taken over. One that is
+        too far away is left again in the next frame, for that of before, which is theirs though the
+        server has set it."""
         visitor, shown = self.visitor, self.snapshot.state
         with visitor.lock:
             state = visitor.state

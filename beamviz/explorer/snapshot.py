@@ -49,8 +49,8 @@ class Inputs:
 
     @property
     def entered_beam(self) -> Beam | None:
-        """The beam of the numbers in their fields, also before it is solved; None where one of them
-        is out of range. It is at the handles of charts, which set these numbers, too."""
+        """The beam with the numbers that were entered, also before it is solved; None where one of
+        them is out of range. Charts have their handle at it, which sets these numbers, too."""
         with contextlib.suppress(InvalidInput):
             return self.state.shown_case.beam
         return None

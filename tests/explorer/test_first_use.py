@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers import slow
 from live.browser import READY, SHIFT, Page, are_apart, by_id, page, says, tab
-from live.server import last_until, wait_until
+from live.server import held_back, wait_until
 from live.visitor import PAPER
 
 from beamviz.explorer import computed_loci
@@ -213,13 +213,11 @@ def test_what_is_typed_while_the_units_change_is_not_read_in_the_new_ones(desk):
 
 def test_a_chart_from_before_the_units_changed_moves_no_beam(desk, monkeypatch):
     """Its line is at another speed in rpm than in γ. The one after it moves the beam."""
-    release, compute = threading.Event(), computed_loci.loci
+    release = threading.Event()
     line = "document.querySelector('#loci-chart .operating')"
     desk.open_tab("frequencies")
     desk.wait(f"{line}.ariaValueNow === '5'")
-    monkeypatch.setattr(
-        computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
-    )
+    monkeypatch.setattr(computed_loci, "loci", held_back(computed_loci.loci, release))
     try:
         desk.send("real.preset", "steel beam")
         desk.wait(f"{by_id('gamma-field')}.value === '300' && {line}.ariaValueText.includes('γ')")
@@ -236,16 +234,14 @@ def test_a_chart_from_before_the_units_changed_moves_no_beam(desk, monkeypatch):
 
 def test_a_button_works_before_the_first_chart_is_there(url, monkeypatch):
     """Though each chart is asked whether the button is that of one of its marks."""
-    release, compute = threading.Event(), computed_loci.loci
-    monkeypatch.setattr(
-        computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
-    )
+    release = threading.Event()
+    monkeypatch.setattr(computed_loci, "loci", held_back(computed_loci.loci, release))
     try:
         with page(url, 1440, 900) as fresh:
             fresh.wait(READY)
-            for other in ("true", "false"):
-                frame = f"document.querySelector('[data-set=rotating_frame][data-value={other}]')"
-                fresh.click(frame, until=f"{frame}.ariaPressed === 'true'")
+            for value in ("true", "false"):
+                button = f"document.querySelector('[data-set=rotating_frame][data-value={value}]')"
+                fresh.click(button, until=f"{button}.ariaPressed === 'true'")
             assert not fresh.evaluate("beamviz.drawn['loci-chart'].x")
             assert fresh.evaluate("document.querySelector('#loci-chart .zoom').hidden")
             assert fresh.problems == []
@@ -542,13 +538,13 @@ def test_the_title_of_the_upper_beam_is_above_that_of_the_lower_one(desk, rotati
     )
     between = f"[{lower}.top - {upper}.bottom]"
     desk.wait(between)  # the other beam is solved
-    (from_side,) = wait_until(lambda: settled(desk, between))
+    (from_side,) = desk.at_rest(lambda: desk.evaluate(between))
     left, top, width, height = desk.box("document.querySelector('#scene canvas')")
     x, y = left + 0.1 * width, top + 0.3 * height
     desk.drag((x, y), (x, y + 0.5 * height))
 
     def from_top() -> float | None:
-        (gap,) = settled(desk, between) or [from_side]
+        (gap,) = desk.at_rest(lambda: desk.evaluate(between))
         return gap if gap < from_side else None
 
     assert wait_until(from_top) > -1
@@ -587,15 +583,6 @@ ABOVE_THE_TIP = """(() => {
 LETTERS = 22  # [px] a line of text, of which another font may need one more on a phone
 
 
-def settled(shown: Page, script: str) -> list[float] | None:
-    """Numbers of the page that are the same some frames later, and one of the server, as when the
-    view has turned."""
-    before = shown.evaluate(script)
-    shown.next_frame(20)
-    shown.catch_up()
-    return before if before == shown.evaluate(script) else None
-
-
 @pytest.mark.parametrize(
     "size", [(1440, 900), (1920, 1080), (820, 1180), (390, 844), (960, 1080)], ids=str
 )
@@ -610,7 +597,7 @@ def test_the_beam_does_not_swing_behind_the_invitation(url, size):
         assert "how does it vibrate, and what changes that?" in words
         shown.send("rotating_frame", False)
         shown.catch_up()
-        tip, text = wait_until(lambda: settled(shown, ABOVE_THE_TIP))
+        tip, text = shown.at_rest(lambda: shown.evaluate(ABOVE_THE_TIP))
         assert text < tip + (LETTERS if size[0] < 500 else 0)
 
 

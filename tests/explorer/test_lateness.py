@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from live.fresh import Guest
-from live.server import TIMEOUT, frame_loop_at, last_until, wait_until
+from live.server import TIMEOUT, frame_loop_at, held_back, wait_until
 from live.visitor import Visitor, frequency_text, pause, visitor
 
 from beamviz.explorer import computed_loci, frame_loop, jobs, solutions
@@ -189,10 +189,6 @@ def told(guest: Visitor, id: str) -> str:
     return guest.props[id].get("data-outdated") or ""
 
 
-def waiting(compute: Callable[..., Any], release: threading.Event) -> Callable[..., Any]:
-    return lambda *a, **o: (last_until(release), compute(*a, **o))[1]
-
-
 @pytest.mark.parametrize(
     ("module", "name", "tab", "chart", "others"),
     [
@@ -206,7 +202,7 @@ def test_a_chart_of_earlier_numbers_says_so(
     guest, release, monkeypatch, module, name, tab, chart, others
 ):
     """Until it is that of the numbers shown; and it has not changed meanwhile."""
-    monkeypatch.setattr(module, name, waiting(getattr(module, name), release))
+    monkeypatch.setattr(module, name, held_back(getattr(module, name), release))
     pause(guest)
     guest.do("tab", tab)
     guest.wait(lambda _: guest.charts[chart].get("lines") or guest.charts[chart].get("values"))
@@ -224,7 +220,7 @@ def test_a_chart_of_earlier_numbers_says_so(
 
 def test_undo_takes_back_what_was_said_of_a_chart(guest, release, monkeypatch):
     """Though the other one is still being computed."""
-    monkeypatch.setattr(computed_loci, "loci", waiting(computed_loci.loci, release))
+    monkeypatch.setattr(computed_loci, "loci", held_back(computed_loci.loci, release))
     guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
     pause(guest)
     release.clear()
@@ -242,7 +238,7 @@ def test_the_handle_of_a_chart_is_at_the_numbers_also_before_they_are_solved(
     pause(guest)
     guest.do("tab", tab)
     guest.wait(lambda _: guest.charts[chart].get("cursor"))
-    monkeypatch.setattr(solutions, "solve", waiting(solve, release))
+    monkeypatch.setattr(solutions, "solve", held_back(solve, release))
     release.clear()
     guest.do("gamma", 7.0)
     guest.wait(lambda _: guest.charts[chart]["cursor"]["x"] == 7.0)
@@ -256,7 +252,7 @@ def test_beam_and_table_of_earlier_numbers_say_so(guest, release, monkeypatch):
     """While these are being solved, and with them the chart; not after that."""
     guest.wait(lambda _: guest.charts["loci-chart"].get("lines"))
     pause(guest)
-    monkeypatch.setattr(solutions, "solve", waiting(solve, release))
+    monkeypatch.setattr(solutions, "solve", held_back(solve, release))
     release.clear()
     guest.do("alpha", 3.0)
     guest.wait(lambda _: "beam before the last change" in guest.texts["scene-caption"])
@@ -283,7 +279,7 @@ def test_a_comparison_has_the_title_of_its_own_beam(guest, release, monkeypatch)
     guest.do("comparison", "ancf", until="20 ANCF elements, ")
     guest.wait(lambda _: titles() == {"20 ANCF elements"})
     before = told_of(guest)
-    monkeypatch.setattr(solutions, "solve", waiting(solve, release))
+    monkeypatch.setattr(solutions, "solve", held_back(solve, release))
     release.clear()
     guest.do("comparison", "mass", until=lambda _: told(guest, "comparison"))
     assert guest.values["comparison"] == "mass"

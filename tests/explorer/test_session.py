@@ -15,6 +15,7 @@ from live.offline import CLOCK, Client, Desk, Workers, lecture, offline
 from live.server import (
     CAMERA_MESSAGE,
     frame_loop_at,
+    held_back,
     http_get,
     last_until,
     raw_socket,
@@ -296,12 +297,10 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
 
 def test_no_chart_stays_of_a_visitor_who_follows_a_presenter_without_one(hall, monkeypatch):
     """Neither its lines nor that of the beam; the chart of the presenter comes."""
-    release, compute = threading.Event(), computed_loci.loci
+    release = threading.Event()
     with visitor(hall) as one:
         one.wait(lambda _: one.charts["loci-chart"]["lines"] and one.charts["loci-chart"]["cursor"])
-        monkeypatch.setattr(
-            computed_loci, "loci", lambda *a, **o: (last_until(release), compute(*a, **o))[1]
-        )
+        monkeypatch.setattr(computed_loci, "loci", held_back(computed_loci.loci, release))
         with visitor(f"{hall}/?token={KEY}"):
             try:
                 one.wait(lambda _: one.charts["loci-chart"]["lines"] == [])

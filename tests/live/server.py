@@ -140,6 +140,16 @@ def last_until(event: threading.Event) -> None:
         interruption.get()()
 
 
+def held_back(compute: Callable[..., Any], event: threading.Event) -> Callable[..., Any]:
+    """A function that computes the same, but not before an event."""
+
+    def late(*given: Any, **options: Any) -> Any:
+        last_until(event)
+        return compute(*given, **options)
+
+    return late
+
+
 def frame_loop_at(url: str, loops: list[Any]) -> Any:
     """The frame loop of the explorer at a URL."""
     (found,) = (loop for loop in loops if url.endswith(f":{loop.server.get_port()}"))

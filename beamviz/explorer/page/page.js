@@ -415,8 +415,8 @@ const beamviz = (() => {
   const panelOf = (tab) => byId(tab.getAttribute("aria-controls") ?? "");
 
   /**
-   * A button that switches shows the visitor's value until the server has answered it, so that a
-   * second press switches back.
+   * Sends what a button is for: that something is switched, a value that it sets, or an action. What
+   * was switched is shown before the server has answered, so that a second press switches it back.
    * @param {Part} e
    */
   function press(e) {
