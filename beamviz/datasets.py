@@ -7,7 +7,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import requires
-from beamviz.protocols import Branch
+from beamviz.frequency_loci.branches import Branch
 from beamviz.units import Units
 from beamviz.version import __version__
 

@@ -3,13 +3,15 @@
 import html
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from beamviz.errors import requires
-from beamviz.protocols import Event
 from beamviz.units import Units, usual_measure
+
+if TYPE_CHECKING:  # the table of modes needs no loci
+    from beamviz.frequency_loci.events import Event
 
 Columns = Mapping[str, Iterable[Any]]  # the cells of each column of a table, by its heading
 MAX_DECIMALS = 9
@@ -86,7 +88,7 @@ def mode_columns(modes: Mapping[str, Any], units: Units | None) -> dict[str, Ite
     return columns
 
 
-def event_columns(over: str, units: Units | None, events: Sequence[Event]) -> Columns:
+def event_columns(over: str, units: Units | None, events: "Sequence[Event]") -> Columns:
     """The table of the events of loci over a parameter as texts; for a beam in SI with rpm, kg or
     mm, and Hz."""
     columns: dict[str, Iterable[Any]] = {

@@ -350,7 +350,7 @@ def reproduce(
     ] = None,
 ) -> None:
     """The paper's tables and figures, beside the numbers its text prints."""
-    from beamviz.paper import ALL, reproduce
+    from beamviz.evidence.paper import ALL, reproduce
 
     print(reproduce(names or [ALL], out))
 
@@ -367,7 +367,7 @@ def benchmark(
     ] = False,
 ) -> None:
     """Speed against accuracy of every method and integrator: charts, and the numbers as JSON."""
-    from beamviz.benchmark import benchmark
+    from beamviz.evidence.benchmark import benchmark
 
     print(benchmark(out, quick=quick, peers=peers, release=__version__))
 
@@ -381,6 +381,6 @@ def stability(
 ) -> None:
     """Where each method fails: maps over speed and hub radius, mass, slenderness, with commands;
     and the stable states of an inward beam, straight or bent."""
-    from beamviz.failure_maps import stability
+    from beamviz.evidence.failure_maps import stability
 
     print(stability(out, quick))

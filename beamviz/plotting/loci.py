@@ -11,6 +11,10 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from beamviz.beam import NUMBERS
+from beamviz.frequency_loci import Loci
+from beamviz.frequency_loci.branches import Branch
+from beamviz.frequency_loci.events import Event
+from beamviz.frequency_loci.limits import Limit
 from beamviz.plotting import CENTRED, COLOURS, FAINT, INK, STYLE, axis_of, current_axes, new_figure
 from beamviz.plotting.labels import (
     HALO,
@@ -20,7 +24,6 @@ from beamviz.plotting.labels import (
     draw_legend,
     label_line_ends,
 )
-from beamviz.protocols import Branch, Event, Limit, Loci
 
 WIDTH, HEIGHT = 7.6, 5.2  # [in]
 LEFT, RIGHT, BOTTOM, TOP = 0.092, 0.925, 0.098, 0.845  # of it, the frame

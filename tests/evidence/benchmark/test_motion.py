@@ -5,9 +5,9 @@ import pytest
 from helpers import load_script
 
 from beamviz import NotConverged
-from beamviz.benchmark import motion as benchmark_motion
-from beamviz.benchmark.exudyn_motion import missing
-from beamviz.benchmark.motion import (
+from beamviz.evidence.benchmark import motion as benchmark_motion
+from beamviz.evidence.benchmark.exudyn_motion import missing
+from beamviz.evidence.benchmark.motion import (
     EXUDYN_MODEL,
     FINEST,
     SCENES,

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.benchmark.external import clamp, element_masses
 from beamviz.errors import NotConverged
+from beamviz.evidence.benchmark.external import clamp, element_masses
 
 SPECTRAL_RADIUS = 0.9
 LOAD_STEPS = 5

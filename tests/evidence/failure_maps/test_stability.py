@@ -9,11 +9,11 @@ from matplotlib import rc_context
 from matplotlib.colors import to_rgba
 
 from beamviz import Beam, NoEquilibrium, NotConverged, solve
-from beamviz.failure_maps import failures, kinds, lines, maps, pictures, states
-from beamviz.failure_maps.failures import judge
-from beamviz.failure_maps.lines import Cell, onset, subdivided
-from beamviz.failure_maps.maps import PLANES
-from beamviz.failure_maps.methods import METHODS, MODELS
+from beamviz.evidence.failure_maps import failures, kinds, lines, maps, pictures, states
+from beamviz.evidence.failure_maps.failures import judge
+from beamviz.evidence.failure_maps.lines import Cell, onset, subdivided
+from beamviz.evidence.failure_maps.maps import PLANES
+from beamviz.evidence.failure_maps.methods import METHODS, MODELS
 from beamviz.plotting import STYLE, new_figure
 from beamviz.solver import METHODS as SOLVER_METHODS
 from beamviz.solver.problem import CHOICES

@@ -5,9 +5,9 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
-from beamviz.failure_maps.maps import compute_maps
-from beamviz.failure_maps.pictures import sheet
-from beamviz.failure_maps.report import as_data, page
+from beamviz.evidence.failure_maps.maps import compute_maps
+from beamviz.evidence.failure_maps.pictures import sheet
+from beamviz.evidence.failure_maps.report import as_data, page
 from beamviz.files import json_text, make_folder, write_files
 
 

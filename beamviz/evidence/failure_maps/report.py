@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.failure_maps.failures import MODES
-from beamviz.failure_maps.kinds import OUTSIDE
-from beamviz.failure_maps.maps import Map, MethodMap
+from beamviz.evidence.failure_maps.failures import MODES
+from beamviz.evidence.failure_maps.kinds import OUTSIDE
+from beamviz.evidence.failure_maps.maps import Map, MethodMap
 from beamviz.files import markdown_table
 
 

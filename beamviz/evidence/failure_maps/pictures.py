@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.failure_maps import kinds
-from beamviz.failure_maps.kinds import Kind
-from beamviz.failure_maps.lines import answer
-from beamviz.failure_maps.maps import FASTEST, SLOWEST, Map, MethodMap, Plane, edges
+from beamviz.evidence.failure_maps import kinds
+from beamviz.evidence.failure_maps.kinds import Kind
+from beamviz.evidence.failure_maps.lines import answer
+from beamviz.evidence.failure_maps.maps import FASTEST, SLOWEST, Map, MethodMap, Plane, edges
 from beamviz.files import Files
 from beamviz.plotting import CENTRED, INK, STRIPES, STYLE, new_figure, picture_files
 from beamviz.sweeps.quantities import connected

@@ -6,7 +6,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from beamviz.benchmark.motion import CUBIC, EXPLICIT, EXUDYN, NAMES, SCENES, Row, Trial
+from beamviz.evidence.benchmark.motion import CUBIC, EXPLICIT, EXUDYN, NAMES, SCENES, Row, Trial
 from beamviz.plotting import STYLE, new_figure
 
 # Okabe & Ito: safe for the colour-blind.

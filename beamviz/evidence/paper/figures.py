@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Picture
 
 from beamviz.beam import PARAMETERS, Beam
+from beamviz.evidence.paper.tables import TOLERANCE
 from beamviz.files import csv_text
 from beamviz.frequency_loci import Event, Loci, loci
-from beamviz.paper.tables import TOLERANCE
 from beamviz.plotting import COLOURS, FAINT, INK, OMEGAS, RING, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 from beamviz.plotting.loci import LINE, Chart

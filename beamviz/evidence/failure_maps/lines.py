@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from beamviz.beam import Beam
-from beamviz.failure_maps.kinds import Kind
+from beamviz.evidence.failure_maps.kinds import Kind
 from beamviz.solver import Answer, Solution, solve, solve_many
 
 STRIDE = 4  # columns: 9 of 22,000 cells differ from maps in which every cell is solved

@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 
 from beamviz import Beam, solve
 from beamviz.cli import main
-from beamviz.paper import MODELS, compute, figures, tables
-from beamviz.paper.figures import FIGURES, LociFigure, printed_numbers
-from beamviz.paper.tables import TABLES
+from beamviz.evidence.paper import MODELS, compute, figures, tables
+from beamviz.evidence.paper.figures import FIGURES, LociFigure, printed_numbers
+from beamviz.evidence.paper.tables import TABLES
 from beamviz.solver.fem import elements
 
 # figure, printed number, the models within a unit of its last digit.

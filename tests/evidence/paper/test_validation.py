@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from helpers import load_script
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PAGE = ROOT / "assets" / "validation.md"
 validation = load_script("validation")
 CLAIMS = [claim for source in validation.SOURCES for claim in source.claims]

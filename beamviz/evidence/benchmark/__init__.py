@@ -17,10 +17,10 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from beamviz.benchmark import motion, work_precision
-from beamviz.benchmark.external import PEERS
-from beamviz.benchmark.motion_chart import draw_curves, draw_map
-from beamviz.benchmark.work_precision import METHODS, SCENES, Row, Solver, time_to_error
+from beamviz.evidence.benchmark import motion, work_precision
+from beamviz.evidence.benchmark.external import PEERS
+from beamviz.evidence.benchmark.motion_chart import draw_curves, draw_map
+from beamviz.evidence.benchmark.work_precision import METHODS, SCENES, Row, Solver, time_to_error
 from beamviz.files import json_text, make_folder, write_files
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer

@@ -20,8 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.benchmark.exudyn_motion import exudyn_tip, missing
-from beamviz.benchmark.work_precision import processor_time
 from beamviz.dynamics import motion
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.drives import Ramp
@@ -33,6 +31,8 @@ from beamviz.dynamics.run import equation_of, run, start_solution
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.dynamics.start import equilibrium, held
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
+from beamviz.evidence.benchmark.exudyn_motion import exudyn_tip, missing
+from beamviz.evidence.benchmark.work_precision import processor_time
 
 EXPLICIT = "explicit"  # the classical Runge-Kutta method, which is no row of the product
 CUBIC = "cubic elements, generalised-alpha"

@@ -31,8 +31,8 @@ from typing import Any
 import numpy as np
 
 from beamviz.beam import Beam
-from beamviz.benchmark.work_precision import ELEMENTS, Solver
 from beamviz.errors import NotConverged
+from beamviz.evidence.benchmark.work_precision import ELEMENTS, Solver
 
 
 def check_not_inverted(program: str, x: list[float]) -> None:

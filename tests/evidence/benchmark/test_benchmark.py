@@ -10,13 +10,28 @@ import numpy as np
 import pytest
 from helpers import contents, load_script
 
-from beamviz import NoEquilibrium, NotConverged, benchmark, solve
-from beamviz.benchmark import METHODS, PEERS, SCENES, Row, motion, time_to_error, work_precision
-from beamviz.benchmark.work_precision import Effort, dominated, limits, measure, relative_error
+from beamviz import NoEquilibrium, NotConverged, solve
 from beamviz.errors import BeamvizError
+from beamviz.evidence import benchmark
+from beamviz.evidence.benchmark import (
+    METHODS,
+    PEERS,
+    SCENES,
+    Row,
+    motion,
+    time_to_error,
+    work_precision,
+)
+from beamviz.evidence.benchmark.work_precision import (
+    Effort,
+    dominated,
+    limits,
+    measure,
+    relative_error,
+)
 from beamviz.solver import METHODS as METHOD_NAMES
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 MODES = work_precision.MODES
 SCRIPT = load_script("limits")
 MODELS = {name: theory.start for name, theory in SCRIPT.THEORIES.items()}

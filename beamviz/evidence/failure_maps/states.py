@@ -10,9 +10,16 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import InvalidInput, NoEquilibrium
-from beamviz.failure_maps.kinds import BENT, NO_STATE, NOT_CONVERGED, SEVERAL, STRAIGHT, Kind
-from beamviz.failure_maps.lines import Cell, Line, answer, is_unstable, onset, subdivided
-from beamviz.failure_maps.methods import METHODS, Method
+from beamviz.evidence.failure_maps.kinds import (
+    BENT,
+    NO_STATE,
+    NOT_CONVERGED,
+    SEVERAL,
+    STRAIGHT,
+    Kind,
+)
+from beamviz.evidence.failure_maps.lines import Cell, Line, answer, is_unstable, onset, subdivided
+from beamviz.evidence.failure_maps.methods import METHODS, Method
 from beamviz.solver import Answer, Solution
 from beamviz.solver.bent import other_stable_states
 

@@ -132,7 +132,7 @@ class Row(NamedTuple):
 
 def limits() -> dict[str, Theories]:
     """omega^2 of every scene in every model to twenty digits, or why there are none."""
-    found = json.loads(package_text("benchmark/limits.json"))["limits"]
+    found = json.loads(package_text("evidence/benchmark/limits.json"))["limits"]
     for theories in found.values():
         theories |= {k: np.array(v, float) for k, v in theories.items() if isinstance(v, list)}
     return found

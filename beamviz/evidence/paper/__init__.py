@@ -12,11 +12,11 @@ import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import InvalidInput
+from beamviz.evidence.paper import figures, tables
+from beamviz.evidence.paper.figures import FIGURES, LociFigure, PrintedNumber, ShapeFigure
+from beamviz.evidence.paper.tables import TABLES, TOLERANCE, frequencies_by_label
 from beamviz.files import Files, csv_text, make_folder, markdown_table, write_files
 from beamviz.frequency_loci import loci
-from beamviz.paper import figures, tables
-from beamviz.paper.figures import FIGURES, LociFigure, PrintedNumber, ShapeFigure
-from beamviz.paper.tables import TABLES, TOLERANCE, frequencies_by_label
 from beamviz.plotting import OMEGAS
 from beamviz.solver import solve
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, Beam
 from beamviz.errors import NoEquilibrium
-from beamviz.failure_maps.kinds import (
+from beamviz.evidence.failure_maps.kinds import (
     FALSELY_UNSTABLE,
     INACCURATE,
     NO_EQUILIBRIUM,
@@ -23,8 +23,8 @@ from beamviz.failure_maps.kinds import (
     ROUNDING,
     TRULY_UNSTABLE,
 )
-from beamviz.failure_maps.lines import Cell, Line, answer, is_unstable, onset, subdivided
-from beamviz.failure_maps.methods import METHODS, MODELS, REFERENCE, Method
+from beamviz.evidence.failure_maps.lines import Cell, Line, answer, is_unstable, onset, subdivided
+from beamviz.evidence.failure_maps.methods import METHODS, MODELS, REFERENCE, Method
 from beamviz.solver import Answer, Solution
 
 MODES = 5  # compared

@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam, Parameter
-from beamviz.failure_maps import failures, kinds, states
-from beamviz.failure_maps.kinds import Kind
-from beamviz.failure_maps.lines import Line
-from beamviz.failure_maps.methods import METHODS, Method
+from beamviz.evidence.failure_maps import failures, kinds, states
+from beamviz.evidence.failure_maps.kinds import Kind
+from beamviz.evidence.failure_maps.lines import Line
+from beamviz.evidence.failure_maps.methods import METHODS, Method
 
 SLOWEST, FASTEST = 0.5, 200.0  # gamma
 
