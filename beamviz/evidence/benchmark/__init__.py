@@ -20,7 +20,13 @@ from matplotlib.figure import Figure
 from beamviz.evidence.benchmark import motion, work_precision
 from beamviz.evidence.benchmark.external import PEERS
 from beamviz.evidence.benchmark.motion_chart import draw_curves, draw_map
-from beamviz.evidence.benchmark.work_precision import METHODS, SCENES, Row, Solver, time_to_error
+from beamviz.evidence.benchmark.work_precision import (
+    METHODS,
+    SCENES,
+    Solver,
+    SolveRow,
+    time_to_error,
+)
 from beamviz.files import json_text, make_folder, write_files
 from beamviz.plotting import INK, STYLE, new_figure, picture_files
 from beamviz.plotting.labels import LabelPlacer
@@ -99,7 +105,7 @@ def print_progress(line: str) -> None:
 
 
 def motion_files(
-    rows: list[motion.Row], cells: list[motion.Trial], about: dict[str, Any]
+    rows: list[motion.Row], cells: list[motion.MapCell], about: dict[str, Any]
 ) -> dict[str, bytes]:
     """The contents of the files of the motions in time, by name."""
     data = {
@@ -107,16 +113,16 @@ def motion_files(
         "time against error": [row._asdict() for row in rows],
         "map": [cell._asdict() for cell in cells],
     }
-    found = picture_files(draw_curves(rows), "motion-time-error")
-    found |= picture_files(draw_map(cells), "motion-failures")
-    return found | {"motion.json": (json_text(data, indent=1) + "\n").encode()}
+    pictures = picture_files(draw_curves(rows), "motion-time-error")
+    pictures |= picture_files(draw_map(cells), "motion-failures")
+    return pictures | {"motion.json": (json_text(data, indent=1) + "\n").encode()}
 
 
 def environment(solvers: tuple[Solver, ...], quick: bool, release: str) -> dict[str, Any]:
     """The machine, the date and the versions of a measurement."""
     versions = {"beamviz": release, "python": platform.python_version()}
     versions |= {name: version(name) for name in ("numpy", "scipy")}
-    versions |= {one.name.partition(",")[0]: one.version() for one in solvers if not one.missing}
+    versions |= {s.name.partition(",")[0]: s.version() for s in solvers if not s.missing}
     return {
         "date": date.today().isoformat(),
         "machine": {"processor": processor(), "cores": os.cpu_count()},
@@ -135,7 +141,7 @@ def processor() -> str:
     return platform.processor() or platform.machine()
 
 
-def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
+def files(rows: list[SolveRow], about: dict[str, Any]) -> dict[str, bytes]:
     """The contents of the files by name."""
     models = work_precision.model_errors()
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
@@ -146,7 +152,7 @@ def files(rows: list[Row], about: dict[str, Any]) -> dict[str, bytes]:
     return picture_files(draw(rows, models, caption), NAME) | {f"{NAME}.json": text.encode()}
 
 
-def summary(rows: list[Row]) -> Iterator[str]:
+def summary(rows: list[SolveRow]) -> Iterator[str]:
     """Times at equal error relative to auto's, and whether auto is on the Pareto front."""
     head = "".join(f"{scene:>18}" for scene in SCENES)
     for target in TARGETS:
@@ -158,7 +164,7 @@ def summary(rows: list[Row]) -> Iterator[str]:
     yield from front_report(rows, "auto")
 
 
-def front_report(rows: list[Row], name: str) -> Iterator[str]:
+def front_report(rows: list[SolveRow], name: str) -> Iterator[str]:
     """Whether a solver is on the Pareto front of time and distance from the paper's model."""
     pairs = work_precision.dominated(rows, name)
     if not pairs:
@@ -170,10 +176,10 @@ def front_report(rows: list[Row], name: str) -> Iterator[str]:
         )
 
 
-def _ratio(rows: list[Row], scene: str, name: str, target: float) -> str:
+def _ratio(rows: list[SolveRow], scene: str, name: str, target: float) -> str:
     """A time relative to auto's, or why there is none."""
     here = [row for row in rows if row.scene == scene]
-    ours, theirs = (time_to_error(here, one, target) for one in ("auto", name))
+    ours, theirs = (time_to_error(here, solver, target) for solver in ("auto", name))
     if ours and theirs:
         return f"{theirs / ours:.2g}" if theirs < 10 * ours else f"{theirs / ours:.0f}"
     reasons = [row.reason for row in here if row.name == name]
@@ -181,7 +187,7 @@ def _ratio(rows: list[Row], scene: str, name: str, target: float) -> str:
 
 
 @rc_context({**STYLE, "axes.axisbelow": True, "grid.color": "#E6E6E6", "grid.linewidth": 0.6})
-def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
+def draw(rows: list[SolveRow], models: dict[str, dict[str, float | str]], caption: str) -> Figure:
     """The chart; the caption below it names the machine and the versions."""
     figure = new_figure(WIDTH, HEIGHT)
     figure.subplots_adjust(0.085, 0.1, 0.985, 0.925, wspace=0.16, hspace=0.43)
@@ -203,7 +209,7 @@ def draw(rows: list[Row], models: dict[str, dict[str, float | str]], caption: st
     return figure
 
 
-def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
+def _frame(axes: Axes, scene: str, rows: list[SolveRow]) -> None:
     """Axes of one scene; above them its name, its numbers and the solvers without an answer."""
     failures = "; ".join(_failures(rows))
     lines = textwrap.wrap(f"× {failures}", 74) if failures else []
@@ -220,7 +226,7 @@ def _frame(axes: Axes, scene: str, rows: list[Row]) -> None:
     axes.grid()
 
 
-def _lines(axes: Axes, rows: list[Row]) -> None:
+def _lines(axes: Axes, rows: list[SolveRow]) -> None:
     """The lines of one scene, named at their last points; auto first, which gets the best place."""
     ends = []
     for name in dict.fromkeys(row.name for row in rows):
@@ -238,17 +244,17 @@ def _lines(axes: Axes, rows: list[Row]) -> None:
         placer.annotate(name, x, min(y, 1.0), bbox=LABEL_BOX, **font)
 
 
-def _failures(rows: list[Row]) -> list[str]:
+def _failures(rows: list[SolveRow]) -> list[str]:
     """Solvers without an answer, by reason; with the resolutions where only some have none."""
-    found: dict[str, list[str]] = {}
+    solvers: dict[str, list[str]] = {}  # by reason
     for name in dict.fromkeys(row.name for row in rows):
         failed = [row for row in rows if row.name == name and row.reason]
         for short in dict.fromkeys(_short(row.reason) for row in failed):
             where = [row for row in failed if _short(row.reason) == short]
             every = len(where) == sum(row.name == name for row in rows)
             sizes = ", ".join(f"{row.resolution:g}" for row in where if row.resolution)
-            found.setdefault(short, []).append(name if every else f"{name} ({sizes})")
-    return [f"{', '.join(names)}: {short}" for short, names in found.items()]
+            solvers.setdefault(short, []).append(name if every else f"{name} ({sizes})")
+    return [f"{', '.join(names)}: {short}" for short, names in solvers.items()]
 
 
 def _short(reason: str) -> str:

@@ -214,11 +214,11 @@ def calculix(beam: Beam, elements: int, modes: int) -> np.ndarray:
             done = run_program("beam", **options, timeout=TIMEOUT)
         except subprocess.TimeoutExpired:
             raise NotConverged(f"CalculiX took more than {TIMEOUT:g} s") from None
-        found = EIGENVALUE.findall((Path(folder) / "beam.dat").read_text())
-    if len(found) < modes:
+        values = EIGENVALUE.findall((Path(folder) / "beam.dat").read_text())
+    if len(values) < modes:
         errors = re.findall(r"\*ERROR[^\n]*", done.stdout) or ["no frequencies"]
         raise NotConverged(f"CalculiX: {errors[0].strip()}")
-    return np.sort(np.array([float(value) for value in found]))[:modes]
+    return np.sort(np.array([float(value) for value in values]))[:modes]
 
 
 def calculix_input(beam: Beam, elements: int, modes: int) -> Iterator[str]:
@@ -285,10 +285,10 @@ def run_program(argument: str, **options: Any) -> subprocess.CompletedProcess[st
 EXUDYN = (partial(version, "exudyn"), "pip install exudyn")
 OPENSEES = (partial(version, "openseespy"), "pip install openseespy")
 CALCULIX = (calculix_version, "apt-get install calculix-ccx")
-OWN, PAPER = partial(exudyn, "own"), partial(exudyn, "paper")
+EXUDYN_ENERGY, PAPER_ENERGY = partial(exudyn, "own"), partial(exudyn, "paper")
 PEERS = (
-    Solver("Exudyn", "biot", "elements", ELEMENTS, OWN, *EXUDYN),
-    Solver("Exudyn, paper's energy", "green", "elements", ELEMENTS, PAPER, *EXUDYN),
+    Solver("Exudyn", "biot", "elements", ELEMENTS, EXUDYN_ENERGY, *EXUDYN),
+    Solver("Exudyn, paper's energy", "green", "elements", ELEMENTS, PAPER_ENERGY, *EXUDYN),
     Solver("OpenSees", "biot", "elements", (*ELEMENTS[1:], 320, 640), opensees, *OPENSEES),
     Solver("CalculiX", "solid", "elements", ELEMENTS[1:5], calculix, *CALCULIX),
 )

@@ -46,42 +46,40 @@ ENERGY_GROWS, INACCURATE = 0.02, 1e-3  # of the energy released; of the tip [L]
 REPEATS, LEAST = 2, 0.3  # of each motion, and the time [s] for which it is repeated
 
 
-class Scene(NamedTuple):
-    """A motion. instants: the number of intervals between the times at which tips are compared."""
+class ComparedMotion(NamedTuple):
+    """A motion that every integrator computes."""
 
     beam: Beam
-    until: float
-    options: dict[str, Any]
-    instants: int
+    until: float  # [T*]
+    options: dict[str, Any]  # of `motion`
+    intervals: int  # between the times at which tips are compared
 
     @property
     def times(self) -> NDArray:
-        return np.linspace(0.0, self.until, self.instants + 1)
+        return np.linspace(0.0, self.until, self.intervals + 1)
 
 
 SCENES = {
-    "Kane's manoeuvre": Scene(
-        Beam(mu=447.2136), 21.6, {"speed": Ramp(5.554921, 16.20185)}, instants=180
+    "Kane's manoeuvre": ComparedMotion(
+        Beam(mu=447.2136), 21.6, {"speed": Ramp(5.554921, 16.20185)}, intervals=180
     ),
-    "a plucked beam": Scene(Beam(gamma=3), 4.0, {"release": 0.5}, instants=200),
+    "a plucked beam": ComparedMotion(Beam(gamma=3), 4.0, {"release": 0.5}, intervals=200),
 }
 
 
-class Effort(NamedTuple):
-    """tolerances: of `auto`. high, low: numbers of steps of integrators of high order, and of order
-    2. elements: numbers of cubic elements, with the last of these. peer: numbers of
-    elements and of steps of the peer. mus, steps: of the map."""
+class MotionEffort(NamedTuple):
+    """The resolutions at which motions are computed."""
 
-    tolerances: tuple[float, ...]
-    high: tuple[int, ...]
-    low: tuple[int, ...]
-    elements: tuple[int, ...]
-    peer: tuple[tuple[int, ...], tuple[int, ...]]
-    mus: tuple[float, ...]
-    steps: tuple[float, ...]
+    tolerances: tuple[float, ...]  # of `auto`
+    high: tuple[int, ...]  # numbers of steps of integrators of an order above 2
+    low: tuple[int, ...]  # numbers of steps of integrators of order 2
+    elements: tuple[int, ...]  # numbers of cubic elements, with the last number of `low`
+    peer: tuple[tuple[int, ...], tuple[int, ...]]  # of Exudyn: elements, steps in an interval
+    mus: tuple[float, ...]  # of the map
+    steps: tuple[float, ...]  # of the map [T*]
 
 
-FULL = Effort(
+FULL = MotionEffort(
     tolerances=(1e-2, 1e-3, 1e-4),
     high=(15, 30, 60, 120),
     low=(180, 360, 720, 1440),
@@ -90,7 +88,7 @@ FULL = Effort(
     mus=(20.0, 70.0, 250.0, 1000.0),
     steps=tuple(np.geomspace(0.005, 0.5, 7).tolist()),
 )
-QUICK = Effort(
+QUICK = MotionEffort(
     tolerances=(1e-2, 1e-4),
     high=(30, 60),
     low=(180, 720),
@@ -102,48 +100,46 @@ QUICK = Effort(
 
 
 class Row(NamedTuple):
-    """One motion: processor time [s] and the largest error of the tip [L], or, where these are nan,
-    the reason."""
+    """A motion by one solver at one resolution."""
 
-    scene: str
-    name: str
+    scene: str  # a key of SCENES
+    name: str  # of the solver
     resolution: str
-    seconds: float = math.nan
-    error: float = math.nan
-    reason: str = ""
+    seconds: float = math.nan  # processor time
+    error: float = math.nan  # of the tip, the largest [L]
+    reason: str = ""  # why time and error are nan
 
 
-class Trial(NamedTuple):
-    """A cell of the map: its outcome, the largest error of the tip [L] and processor time [s], nan
-    where there is none."""
+class MapCell(NamedTuple):
+    """An integrator at one slenderness and step, and what it comes to."""
 
     integrator: str
     mu: float
-    step: float
+    step: float  # [T*]
     outcome: str
-    error: float
-    seconds: float
+    error: float  # of the tip, the largest [L]; nan where the motion is not completed
+    seconds: float  # processor time; nan likewise
 
 
 # Time against error
 
 
-def measure(effort: Effort, peers: bool, report: Callable[[str], Any] = print) -> list[Row]:
+def measure(effort: MotionEffort, peers: bool, report: Callable[[str], Any] = print) -> list[Row]:
     """Rows of all scenes."""
     rows = []
     for name, scene in SCENES.items():
         report(f"{name}: reference")
         reference = reference_tip(scene, {})
-        own = reference_tip(scene, EXUDYN_MODEL) if peers and not missing() else None
+        of_exudyn = reference_tip(scene, EXUDYN_MODEL) if peers and not missing() else None
         for solver, resolution, tip in works(scene, effort, peers):
-            truth = own if solver == EXUDYN and own is not None else reference
+            truth = of_exudyn if solver == EXUDYN and of_exudyn is not None else reference
             report(f"{name}: {solver}, {resolution}")
             rows.append(row_of(Row(name, solver, resolution), tip, truth))
     return rows
 
 
 def works(
-    scene: Scene, effort: Effort, peers: bool
+    scene: ComparedMotion, effort: MotionEffort, peers: bool
 ) -> Iterator[tuple[str, str, Callable[[], NDArray]]]:
     """Solver, resolution and the work that gives the tip (n, 2)."""
     for tolerance in effort.tolerances:
@@ -160,7 +156,7 @@ def works(
         yield CUBIC, f"{count} elements, {effort.low[-1]} steps", work
     if peers:
         for elements, times in product(*effort.peer):
-            count = times * scene.instants
+            count = times * scene.intervals
             work = partial(peer_tip, scene, elements, count)
             yield EXUDYN, f"{elements} elements, {count} steps", work
 
@@ -182,23 +178,23 @@ def row_of(row: Row, work: Callable[[], NDArray], reference: NDArray) -> Row:
     return row._replace(seconds=min(seconds), error=error)
 
 
-def reference_tip(scene: Scene, model: dict[str, str]) -> NDArray:
+def reference_tip(scene: ComparedMotion, model: dict[str, str]) -> NDArray:
     mesh = elements_between((0.0, 1.0), (FINE_ORDER,))
     return run_tip(scene, mesh, model, scene.until / REFERENCE_STEPS)
 
 
-def auto_tip(scene: Scene, tolerance: float) -> NDArray:
-    points = scene.instants + 1
+def auto_tip(scene: ComparedMotion, tolerance: float) -> NDArray:
+    points = scene.intervals + 1
     moved = motion(scene.beam, scene.until, tolerance=tolerance, points=points, **scene.options)
     return moved.tip
 
 
-def run_tip(scene: Scene, mesh: Elements, options: dict[str, Any], step: float) -> NDArray:
+def run_tip(scene: ComparedMotion, mesh: Elements, options: dict[str, Any], step: float) -> NDArray:
     case = Case(beam=scene.beam, until=scene.until, step=step, **scene.options, **options)
     return run(case, start_solution(case), mesh, Control(1e-6, case.until, step)).tip(scene.times)
 
 
-def peer_tip(scene: Scene, elements: int, steps: int) -> NDArray:
+def peer_tip(scene: ComparedMotion, elements: int, steps: int) -> NDArray:
     drive = scene.options.get("speed")
     release = scene.options.get("release", 0.0)
     return exudyn_tip(scene.beam, scene.times, drive, release, elements, steps)
@@ -248,8 +244,8 @@ def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
     solution, mesh = start_solution(case), elements_between((0.0, 1.0), (MAP_ORDER,))
     if integrator == EXPLICIT:
         return explicit(case, equation_of(case, mesh, False))
-    found = run(case, solution, mesh, Control(case.tolerance, case.until, case.step))
-    return found.tip(MAP_TIMES), found.energy(MAP_TIMES)
+    moved = run(case, solution, mesh, Control(case.tolerance, case.until, case.step))
+    return moved.tip(MAP_TIMES), moved.energy(MAP_TIMES)
 
 
 def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
@@ -281,9 +277,10 @@ def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
     return np.stack((tip.real, tip.imag), axis=1), energy
 
 
-def trial(integrator: str, mu: float, step: float, reference: NDArray) -> Trial:
-    """Integrates, and tells the kind of failure."""
-    result = partial(Trial, integrator, mu, step)
+def map_cell(integrator: str, mu: float, step: float, reference: NDArray) -> MapCell:
+    """The cell of an integrator: it computes the motion, and its tip is compared with a reference
+    (n, 2) at the times of the map."""
+    result = partial(MapCell, integrator, mu, step)
     start = processor_time()
     try:
         with np.errstate(all="ignore"):
@@ -309,12 +306,12 @@ def trials(
     mus: Iterable[float],
     steps: Iterable[float],
     report: Callable[[str], Any] = print,
-) -> list[Trial]:
+) -> list[MapCell]:
     """Every integrator with every slenderness and step."""
-    steps, found = tuple(steps), []
+    steps, cells = tuple(steps), list[MapCell]()
     for mu in mus:
         reference, _ = integrate(map_case(mu, "radau", FINEST), "radau")
         for name in names:
             report(f"map: {name}, mu = {mu:g}")
-            found += [trial(name, mu, step, reference) for step in steps]
-    return found
+            cells += [map_cell(name, mu, step, reference) for step in steps]
+    return cells

@@ -6,7 +6,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from beamviz.evidence.benchmark.motion import CUBIC, EXPLICIT, EXUDYN, NAMES, SCENES, Row, Trial
+from beamviz.evidence.benchmark.motion import CUBIC, EXPLICIT, EXUDYN, NAMES, SCENES, MapCell, Row
 from beamviz.plotting import STYLE, new_figure
 
 # Okabe & Ito: safe for the colour-blind.
@@ -59,20 +59,20 @@ def front(rows: list[Row]) -> list[tuple[float, float]]:
     return [(error, seconds) for seconds, error in best]
 
 
-def draw_map(rows: list[Trial]) -> Figure:
+def draw_map(cells: list[MapCell]) -> Figure:
     """Where each integrator fails, and how: a frame for each, step against slenderness."""
     kinds = list(COLOURS)
     with rc_context(STYLE):
         figure = new_figure(9.0, 4.6, layout="constrained")
         frames = figure.subplots(2, 3, sharex=True, sharey=True).ravel()
         for axes, name in zip(frames, NAMES, strict=False):
-            own = [row for row in rows if row.integrator == name]
-            mus, steps = (sorted({getattr(row, key) for row in own}) for key in ("mu", "step"))
-            cells = np.zeros((len(mus), len(steps)))
-            for row in own:
-                cells[mus.index(row.mu), steps.index(row.step)] = kinds.index(row.outcome)
+            shown = [cell for cell in cells if cell.integrator == name]
+            mus, steps = (sorted({getattr(cell, key) for cell in shown}) for key in ("mu", "step"))
+            numbers = np.zeros((len(mus), len(steps)))
+            for cell in shown:
+                numbers[mus.index(cell.mu), steps.index(cell.step)] = kinds.index(cell.outcome)
             colours = ListedColormap([*COLOURS.values()])
-            axes.pcolormesh(cells, cmap=colours, vmin=-0.5, vmax=len(kinds) - 0.5, ec="white")
+            axes.pcolormesh(numbers, cmap=colours, vmin=-0.5, vmax=len(kinds) - 0.5, ec="white")
             title = "classical Runge-Kutta" if name == EXPLICIT else name
             axes.set_title(title, loc="left", size=9, weight="bold")
             axes.set_xticks(np.arange(len(steps)) + 0.5, [f"{step:.2g}" for step in steps], size=6)

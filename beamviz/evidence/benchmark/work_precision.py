@@ -48,34 +48,28 @@ CONVERGED = 1e-13  # an error that no finer resolution need improve
 Theories = dict[str, np.ndarray | str]  # theory -> omega^2 (modes,) or why there is none
 
 
-class Effort(NamedTuple):
-    """How long to measure: `seconds` of repeats for each row, at most `budget` seconds for one
-    call, and only every `stride`-th resolution, the finest included."""
+class SolveEffort(NamedTuple):
+    """How long to measure."""
 
-    seconds: float
-    budget: float
-    stride: int = 1
+    seconds: float  # of repeats for each row
+    budget: float  # [s] of a call, after which a solver is not asked for finer resolutions
+    stride: int = 1  # only every stride-th resolution is measured, the finest included
 
 
-FULL, QUICK = Effort(0.2, 4.0), Effort(0.03, 0.5, 2)
+FULL, QUICK = SolveEffort(0.2, 4.0), SolveEffort(0.03, 0.5, 2)
 
 
 class Solver(NamedTuple):
-    """A method of beamviz or another program, at several resolutions.
-
-    `theory` is the model to whose frequencies it converges, a key of limits.json; `option`
-    says what its resolutions are; `omega_squared` maps beam, resolution and number of modes to
-    omega^2 (modes,). For another program, `version` raises PackageNotFoundError where it is not
-    installed, and `install` is the command that installs it.
-    """
+    """A method of beamviz or another program, at several resolutions."""
 
     name: str
-    theory: str
-    option: str
+    theory: str  # the model to whose frequencies it converges, a key of limits.json
+    option: str  # what its resolutions are
     resolutions: tuple[float, ...]
+    # omega^2 (modes,) of a beam, by a resolution and the number of modes.
     omega_squared: Callable[[Beam, Any, int], np.ndarray]
-    version: Callable[[], str] = str
-    install: str = ""
+    version: Callable[[], str] = str  # raises PackageNotFoundError where it is not installed
+    install: str = ""  # the command that installs it
 
     @property
     def missing(self) -> str:
@@ -116,26 +110,26 @@ def _solve(method: str, option: str, beam: Beam, resolution: Any, modes: int) ->
 METHODS = tuple(map(solver_of, METHOD_TABLE))
 
 
-class Row(NamedTuple):
-    """One solve: time [s], error and distance from the paper's model, or, where nan, the reason."""
+class SolveRow(NamedTuple):
+    """A beam by one solver at one resolution."""
 
-    scene: str
-    name: str
+    scene: str  # a key of SCENES
+    name: str  # of the solver
     theory: str
     option: str
-    resolution: float | None = None
-    seconds: float = math.nan
-    error: float = math.nan
-    from_paper: float = math.nan
-    reason: str = ""
+    resolution: float | None = None  # None where it was asked for none
+    seconds: float = math.nan  # processor time
+    error: float = math.nan  # relative, of the five frequencies the largest
+    from_paper: float = math.nan  # the same from the limits of the paper's model
+    reason: str = ""  # why the three are nan
 
 
 def limits() -> dict[str, Theories]:
     """omega^2 of every scene in every model to twenty digits, or why there are none."""
-    found = json.loads(package_text("evidence/benchmark/limits.json"))["limits"]
-    for theories in found.values():
+    stored = json.loads(package_text("evidence/benchmark/limits.json"))["limits"]
+    for theories in stored.values():
         theories |= {k: np.array(v, float) for k, v in theories.items() if isinstance(v, list)}
-    return found
+    return stored
 
 
 def relative_error(omega_squared: np.ndarray, limit: np.ndarray) -> float:
@@ -144,10 +138,10 @@ def relative_error(omega_squared: np.ndarray, limit: np.ndarray) -> float:
     return float(max(difference and (abs(omega_squared / limit - 1) / 2).max(), FLOOR))
 
 
-def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
+def measure(solvers: Sequence[Solver], effort: SolveEffort) -> list[SolveRow]:
     """A row for every scene, solver and resolution."""
     known = limits()
-    rows: list[Row] = []
+    rows: list[SolveRow] = []
     for scene in SCENES:
         for solver in solvers:
             print(f"{scene}: {solver.name}", file=sys.stderr)
@@ -155,11 +149,13 @@ def measure(solvers: Sequence[Solver], effort: Effort) -> list[Row]:
     return rows
 
 
-def _rows_of(scene: str, solver: Solver, theories: Theories, effort: Effort) -> Iterator[Row]:
+def _rows_of(
+    scene: str, solver: Solver, theories: Theories, effort: SolveEffort
+) -> Iterator[SolveRow]:
     """The rows of one solver in one scene, coarse to fine; the budget ends them. The first call
     warms up and gives the errors, the fastest of the others the time."""
     limit, paper = theories[solver.theory], np.asarray(theories[REFERENCE])
-    blank = Row(scene, solver.name, solver.theory, solver.option)
+    blank = SolveRow(scene, solver.name, solver.theory, solver.option)
     if isinstance(limit, str) or solver.missing:
         yield blank._replace(reason=solver.missing or str(limit))
         return
@@ -172,14 +168,15 @@ def _rows_of(scene: str, solver: Solver, theories: Theories, effort: Effort) -> 
         work = partial(solver.omega_squared, SCENES[scene], resolution, MODES)
         start = processor_time()
         try:
-            found = work()
+            omega_squared = work()
         except BeamvizError as failure:
             spent = processor_time() - start
             yield row._replace(reason=str(failure))
             continue
         spent = least_time(work, seconds=effort.seconds)
-        error, distance = relative_error(found, limit), relative_error(found, paper)
-        yield row._replace(seconds=spent, error=error, from_paper=distance)
+        error = relative_error(omega_squared, limit)
+        from_paper = relative_error(omega_squared, paper)
+        yield row._replace(seconds=spent, error=error, from_paper=from_paper)
         if error < CONVERGED:
             break
 
@@ -213,7 +210,7 @@ def model_errors() -> dict[str, dict[str, float | str]]:
     return errors
 
 
-def dominated(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
+def dominated(rows: list[SolveRow], name: str) -> list[tuple[SolveRow, SolveRow]]:
     """Each row of a solver with one of another solver that is faster and at least as close to the
     paper's model; none where the solver is on the Pareto front."""
     return [
@@ -224,7 +221,7 @@ def dominated(rows: list[Row], name: str) -> list[tuple[Row, Row]]:
     ]
 
 
-def time_to_error(rows: list[Row], name: str, target: float) -> float | None:
+def time_to_error(rows: list[SolveRow], name: str, target: float) -> float | None:
     """The least time of a row of a solver with at most this error, none interpolated."""
     times = (row.seconds for row in rows if row.name == name and row.error <= target)
     return min(times, default=None)

@@ -17,13 +17,13 @@ from beamviz.evidence.benchmark import (
     METHODS,
     PEERS,
     SCENES,
-    Row,
+    SolveRow,
     motion,
     time_to_error,
     work_precision,
 )
 from beamviz.evidence.benchmark.work_precision import (
-    Effort,
+    SolveEffort,
     dominated,
     limits,
     measure,
@@ -35,8 +35,8 @@ ROOT = Path(__file__).parents[3]
 MODES = work_precision.MODES
 SCRIPT = load_script("limits")
 MODELS = {name: theory.start for name, theory in SCRIPT.THEORIES.items()}
-LITTLE = Effort(0.0, 1.0)
-LITTLE_MOTION = motion.Effort(
+LITTLE = SolveEffort(0.0, 1.0)
+LITTLE_MOTION = motion.MotionEffort(
     tolerances=(1e-2,),
     high=(20,),
     low=(180,),
@@ -77,8 +77,8 @@ def test_errors_are_relative_and_count_growth_rates():
     assert relative_error(np.ones(2), np.ones(2)) == work_precision.FLOOR
 
 
-def row(name: str, seconds: float = np.nan, error: float = np.nan, reason: str = "") -> Row:
-    return Row("slow", name, "green", "terms", 1.0, seconds, error, error, reason)
+def row(name: str, seconds: float = np.nan, error: float = np.nan, reason: str = "") -> SolveRow:
+    return SolveRow("slow", name, "green", "terms", 1.0, seconds, error, error, reason)
 
 
 def test_a_row_is_dominated_by_one_that_is_faster_and_as_close_to_the_model():
@@ -108,7 +108,7 @@ def test_rows_that_fail_stay_with_their_reason():
     assert [r.reason for r in failed] == ["terms = 1: no", "terms = 2: no"]
     assert (found.reason, found.error, found.seconds > 0) == ("", work_precision.FLOOR, True)
     inexact = fake(lambda beam, resolution, modes: 1.01 * limits()["slow"]["green"])
-    first, *spent = measure([inexact], Effort(0.0, 0.0))[:3]
+    first, *spent = measure([inexact], SolveEffort(0.0, 0.0))[:3]
     assert first.seconds > 0
     assert all("out of budget" in r.reason for r in spent)
     missing = measure([MISSING], LITTLE)
@@ -141,14 +141,14 @@ def test_methods_converge_to_the_limits_of_their_model(solver):
 
 
 @pytest.fixture(scope="module")
-def committed() -> tuple[list[Row], dict]:
+def committed() -> tuple[list[SolveRow], dict]:
     """The measurement in assets/."""
     data = json.loads((ROOT / "assets" / "benchmark.json").read_text())
     known = ({k: v for k, v in values.items() if v is not None} for values in data["rows"])
-    return [Row(**values) for values in known], data
+    return [SolveRow(**values) for values in known], data
 
 
-def ratios(rows: list[Row], name: str, target: float) -> list[float]:
+def ratios(rows: list[SolveRow], name: str, target: float) -> list[float]:
     """Time to an error as a multiple of auto's, in the scenes where both reach it."""
     scenes = [[r for r in rows if r.scene == scene] for scene in SCENES]
     times = [[time_to_error(here, one, target) for one in ("auto", name)] for here in scenes]

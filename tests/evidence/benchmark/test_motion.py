@@ -14,11 +14,11 @@ from beamviz.evidence.benchmark.motion import (
     Row,
     integrate,
     map_case,
+    map_cell,
     peer_tip,
     reference_tip,
     row_of,
     time_to_error,
-    trial,
 )
 
 
@@ -26,10 +26,10 @@ def test_outcomes():
     """The explicit method is unstable above 2.8 over the highest frequency, thousands over T* at
     mu = 70; the trapezoidal rule is less accurate than Radau's with four times its step."""
     reference, _ = integrate(map_case(70.0, "radau", FINEST), "radau")
-    assert trial("explicit", 70.0, 0.02, reference).outcome == "unstable"
-    assert trial("trapezoidal", 1000.0, 2.0, reference).outcome == "does not converge"
-    coarse, fine = (trial("radau", 70.0, step, reference) for step in (0.2, 0.04))
-    low = trial("trapezoidal", 70.0, 0.01, reference)
+    assert map_cell("explicit", 70.0, 0.02, reference).outcome == "unstable"
+    assert map_cell("trapezoidal", 1000.0, 2.0, reference).outcome == "does not converge"
+    coarse, fine = (map_cell("radau", 70.0, step, reference) for step in (0.2, 0.04))
+    low = map_cell("trapezoidal", 70.0, 0.01, reference)
     assert fine.error < coarse.error
     assert fine.error < low.error
     assert np.isfinite(fine.seconds)
@@ -45,7 +45,7 @@ def test_exudyn_moves_alike(scene, error):
     mesh changes it."""
     motion = SCENES[scene]
     reference = reference_tip(motion, EXUDYN_MODEL)
-    tip = peer_tip(motion, 4, 2 * motion.instants)
+    tip = peer_tip(motion, 4, 2 * motion.intervals)
     assert np.linalg.norm(tip - reference, axis=1).max() < error
 
 
@@ -62,7 +62,7 @@ def test_rows(monkeypatch):
     """A failure has its reason, and the least time of those within an error counts."""
     monkeypatch.setattr(benchmark_motion, "LEAST", 0.0)
     scene = SCENES["Kane's manoeuvre"]
-    tip = np.zeros((scene.instants + 1, 2))
+    tip = np.zeros((scene.intervals + 1, 2))
     blank = Row("Kane's manoeuvre", "auto", "tolerance 0.001")
     row = row_of(blank, lambda: tip, tip + 1e-4)
     assert row.error == pytest.approx(np.sqrt(2) * 1e-4)
