@@ -52,18 +52,18 @@ class ComparedMotion(NamedTuple):
     beam: Beam
     until: float  # [T*]
     options: dict[str, Any]  # of `motion`
-    intervals: int  # between the times at which tips are compared
+    instants: int  # number of intervals between the times at which tips are compared
 
     @property
     def times(self) -> NDArray:
-        return np.linspace(0.0, self.until, self.intervals + 1)
+        return np.linspace(0.0, self.until, self.instants + 1)
 
 
 SCENES = {
     "Kane's manoeuvre": ComparedMotion(
-        Beam(mu=447.2136), 21.6, {"speed": Ramp(5.554921, 16.20185)}, intervals=180
+        Beam(mu=447.2136), 21.6, {"speed": Ramp(5.554921, 16.20185)}, instants=180
     ),
-    "a plucked beam": ComparedMotion(Beam(gamma=3), 4.0, {"release": 0.5}, intervals=200),
+    "a plucked beam": ComparedMotion(Beam(gamma=3), 4.0, {"release": 0.5}, instants=200),
 }
 
 
@@ -156,7 +156,7 @@ def works(
         yield CUBIC, f"{count} elements, {effort.low[-1]} steps", work
     if peers:
         for elements, times in product(*effort.peer):
-            count = times * scene.intervals
+            count = times * scene.instants
             work = partial(peer_tip, scene, elements, count)
             yield EXUDYN, f"{elements} elements, {count} steps", work
 
@@ -184,7 +184,7 @@ def reference_tip(scene: ComparedMotion, model: dict[str, str]) -> NDArray:
 
 
 def auto_tip(scene: ComparedMotion, tolerance: float) -> NDArray:
-    points = scene.intervals + 1
+    points = scene.instants + 1
     moved = motion(scene.beam, scene.until, tolerance=tolerance, points=points, **scene.options)
     return moved.tip
 

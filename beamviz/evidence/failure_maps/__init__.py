@@ -19,7 +19,7 @@ def stability(out: Path, quick: bool) -> str:
     make_folder(out)
     with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
         maps = compute_maps(quick, pool)
-        text, data = page(maps), json_text([as_data(found) for found in maps], indent=None)
+        text, data = page(maps), json_text([as_data(plane_map) for plane_map in maps], indent=None)
         files = {"stability.md": text.encode(), "stability.json": f"{data}\n".encode()}
         for pictures in pool.map(sheet, maps):
             files |= pictures

@@ -23,8 +23,15 @@ from beamviz.evidence.failure_maps.kinds import (
     ROUNDING,
     TRULY_UNSTABLE,
 )
-from beamviz.evidence.failure_maps.lines import Cell, Line, answer, is_unstable, onset, subdivided
-from beamviz.evidence.failure_maps.methods import METHODS, MODELS, REFERENCE, Method
+from beamviz.evidence.failure_maps.lines import (
+    Cell,
+    MethodLine,
+    answer_of,
+    is_unstable,
+    onset,
+    subdivided,
+)
+from beamviz.evidence.failure_maps.methods import METHODS, MODELS, REFERENCE, ComparedMethod
 from beamviz.solver import Answer, Solution
 
 MODES = 5  # compared
@@ -45,11 +52,11 @@ class Models:
 
     def __getitem__(self, name: str) -> Answer:
         if name not in self.answers:
-            self.answers[name] = answer(self.beam, **CONVERGED, **MODELS[name])
+            self.answers[name] = answer_of(self.beam, **CONVERGED, **MODELS[name])
         return self.answers[name]
 
 
-def lines(beam: Beam, gammas: np.ndarray) -> list[Line]:
+def method_lines(beam: Beam, gammas: np.ndarray) -> list[MethodLine]:
     """The line of each method: its verdicts on the beam at ascending speeds."""
     accepted = gammas[gammas <= MAX_GAMMA_OVER_MU * beam.mu].tolist()
     outside = [Cell(OUTSIDE, solved=False)] * (len(gammas) - len(accepted))
@@ -57,16 +64,16 @@ def lines(beam: Beam, gammas: np.ndarray) -> list[Line]:
     cells = [line_cells(method, models) for method in METHODS]
     onsets = {name: first_onset(name, models) for name in MODELS}
     buckling = onsets[REFERENCE]
-    found = []
+    lines = []
     for method, verdicts in zip(METHODS, cells, strict=True):
         limit = float(np.fmin.reduce([cell.limit for cell in verdicts]))
         loss = onsets[method.model]
         loss = np.nan if loss >= TRUE_LOSS * buckling else loss
-        found.append(Line(verdicts + outside, limit, buckling, loss))
-    return found
+        lines.append(MethodLine(verdicts + outside, limit, buckling, loss))
+    return lines
 
 
-def line_cells(method: Method, models: Sequence[Models]) -> list[Cell]:
+def line_cells(method: ComparedMethod, models: Sequence[Models]) -> list[Cell]:
     """The verdicts on one method for beams, of which only some are solved."""
     return subdivided(len(models), lambda k: verdict(method, models[k]))
 
@@ -75,23 +82,23 @@ def first_onset(name: str, models: Sequence[Models]) -> float:
     """The speed at which a beam becomes unstable in a model, among those at which it was solved;
     nan if it is stable at all of them."""
     stable = 0.0
-    for beam, found in ((each.beam, each.answers.get(name)) for each in models):
-        if found and is_unstable(found):
+    for beam, answer in ((each.beam, each.answers.get(name)) for each in models):
+        if answer and is_unstable(answer):
             return onset(beam, stable, beam.gamma, **MODELS[name])
-        if isinstance(found, Solution):
+        if isinstance(answer, Solution):
             stable = beam.gamma
     return np.nan
 
 
-def verdict(method: Method, models: Models) -> Cell:
+def verdict(method: ComparedMethod, models: Models) -> Cell:
     """The verdict on one method for the beam of the models."""
-    beam, own, reference = models.beam, models[method.model], models[REFERENCE]
-    found = judge(answer(beam, modes=MODES, **method.options), own, reference)
-    if method.with_more_terms and found.kind in (INACCURATE, NOT_CONVERGED):
-        more = answer(beam, modes=MODES, **method.with_more_terms)
-        if not improved(found, judge(more, own, reference)):
-            return found._replace(kind=ROUNDING)
-    return found
+    beam, converged, reference = models.beam, models[method.model], models[REFERENCE]
+    cell = judge(answer_of(beam, modes=MODES, **method.options), converged, reference)
+    if method.with_more_terms and cell.kind in (INACCURATE, NOT_CONVERGED):
+        more = answer_of(beam, modes=MODES, **method.with_more_terms)
+        if not improved(cell, judge(more, converged, reference)):
+            return cell._replace(kind=ROUNDING)
+    return cell
 
 
 def improved(before: Cell, after: Cell) -> bool:
@@ -103,14 +110,15 @@ def improved(before: Cell, after: Cell) -> bool:
     return not after.discretisation > HELPFUL * before.discretisation
 
 
-def judge(found: Answer, own: Answer, reference: Answer) -> Cell:
-    """The verdict on an answer, from the converged ones of its own model and of the reference."""
-    if isinstance(found, NoEquilibrium) and isinstance(own, NoEquilibrium):
-        return Cell(NO_EQUILIBRIUM, message=str(found), limit=found.limit)
-    if not isinstance(found, Solution):
-        return Cell(NOT_CONVERGED, message=str(found))
-    errors = distance(found, own, found.labels), distance(own, reference, found.labels)
-    if not found.equilibrium.stable and isinstance(reference, Solution):
+def judge(answer: Answer, converged: Answer, reference: Answer) -> Cell:
+    """The verdict on an answer, from the converged ones of its model and of the reference."""
+    if isinstance(answer, NoEquilibrium) and isinstance(converged, NoEquilibrium):
+        return Cell(NO_EQUILIBRIUM, message=str(answer), limit=answer.limit)
+    if not isinstance(answer, Solution):
+        return Cell(NOT_CONVERGED, message=str(answer))
+    labels = answer.labels
+    errors = distance(answer, converged, labels), distance(converged, reference, labels)
+    if not answer.equilibrium.stable and isinstance(reference, Solution):
         return Cell(FALSELY_UNSTABLE if reference.equilibrium.stable else TRULY_UNSTABLE, *errors)
     inaccurate, unfaithful = errors[0] / ACCURATE, errors[1] / FAITHFUL
     if max(inaccurate, unfaithful) <= 1:
@@ -118,12 +126,12 @@ def judge(found: Answer, own: Answer, reference: Answer) -> Cell:
     return Cell(INACCURATE if inaccurate > unfaithful else OTHER_MODEL, *errors)
 
 
-def distance(one: Answer, other: Answer, labels: tuple[str, ...]) -> float:
+def distance(answer: Answer, other: Answer, labels: tuple[str, ...]) -> float:
     """The largest relative difference in frequency (or rate of growth) of the modes with these
     labels; infinite where only one has the mode, or only one is stable."""
-    if not (isinstance(one, Solution) and isinstance(other, Solution)):
+    if not (isinstance(answer, Solution) and isinstance(other, Solution)):
         return np.inf
-    squares = [dict(zip(each.labels, each.omega_squared, strict=True)) for each in (one, other)]
+    squares = [dict(zip(each.labels, each.omega_squared, strict=True)) for each in (answer, other)]
     first, second = (np.array([each.get(label, np.nan) for label in labels]) for each in squares)
     if not np.all(first * second > 0):
         return np.inf

@@ -16,27 +16,24 @@ PRECISION = 1e-8  # relative, of a speed at which a beam becomes unstable
 
 
 class Cell(NamedTuple):
-    """A cell of a map: its kind, the two errors behind it (nan where there are none), the message
-    of an error, and the gamma beyond which no equilibrium is reported. Not solved: it lies between
-    two cells of its kind."""
+    """A cell of a map."""
 
     kind: Kind
-    discretisation: float = np.nan
-    model: float = np.nan
-    message: str = ""
-    limit: float = np.nan
-    solved: bool = True
+    discretisation: float = np.nan  # error, relative; nan where there are no frequencies
+    model: float = np.nan  # error, relative; nan likewise
+    message: str = ""  # of the error that was raised
+    limit: float = np.nan  # gamma beyond which no equilibrium is reported
+    solved: bool = True  # False: not computed, but between two cells of its kind
 
 
-class Line(NamedTuple):
-    """One method along the speed: its cells, and speeds, nan where there is none. refusal: its
-    message, instead, where the method cannot be asked."""
+class MethodLine(NamedTuple):
+    """One method along the speed. A speed is nan where there is none."""
 
     cells: Sequence[Cell]
-    limit: float = np.nan  # beyond which there is no equilibrium, or no stable state
-    buckling: float = np.nan  # from which the reference, or its own straight state, is unstable
+    limit: float = np.nan  # speed beyond which there is no equilibrium, or no stable state
+    buckling: float = np.nan  # from which the reference, or its straight state, is unstable
     loss: float = np.nan  # from which only the method's model is unstable
-    refusal: str = ""
+    refusal: str = ""  # the message of a method that does not treat the beam; it has no cells
 
 
 def subdivided(count: int, cell: Callable[[int], Cell]) -> list[Cell]:
@@ -62,14 +59,14 @@ def subdivided(count: int, cell: Callable[[int], Cell]) -> list[Cell]:
     return [cells[place] for place in range(count)]
 
 
-def answer(beam: Beam, **options: Any) -> Answer:
+def answer_of(beam: Beam, **options: Any) -> Answer:
     """A solution, or the error in its place."""
     return solve_many([beam], **options)[0]
 
 
-def is_unstable(found: Answer) -> bool:
-    """Whether an answer is an equilibrium that a disturbance leaves."""
-    return isinstance(found, Solution) and found.equilibrium.status == "unstable"
+def is_unstable(answer: Answer) -> bool:
+    """Whether an answer is an equilibrium with divergence: a growing mode without a frequency."""
+    return isinstance(answer, Solution) and answer.equilibrium.status == "unstable"
 
 
 def onset(beam: Beam, stable: float, unstable: float, **options: Any) -> float:

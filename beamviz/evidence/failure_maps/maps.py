@@ -12,22 +12,20 @@ import numpy as np
 from beamviz.beam import PARAMETERS, Beam, Parameter
 from beamviz.evidence.failure_maps import failures, kinds, states
 from beamviz.evidence.failure_maps.kinds import Kind
-from beamviz.evidence.failure_maps.lines import Line
-from beamviz.evidence.failure_maps.methods import METHODS, Method
+from beamviz.evidence.failure_maps.lines import MethodLine
+from beamviz.evidence.failure_maps.methods import METHODS, ComparedMethod
 
 SLOWEST, FASTEST = 0.5, 200.0  # gamma
 
 
 class Subject(NamedTuple):
-    """The question of a map: what computes the lines of all methods at one value, with options of
-    `solve` besides those of each method; the kinds of cells, and those that need no command; cells
-    along the speed and across, in full and of a quick map; and the texts of its picture."""
+    """The question of a map, and the texts of its picture."""
 
-    lines: Callable[[Beam, np.ndarray], list[Line]]
-    options: dict[str, Any]
+    lines: Callable[[Beam, np.ndarray], list[MethodLine]]  # of all methods at one value
+    options: dict[str, Any]  # of `solve`, besides those of each method
     kinds: tuple[Kind, ...]
-    correct: tuple[Kind, ...]
-    size: tuple[int, int]
+    correct: tuple[Kind, ...]  # the kinds of cells whose command is not listed
+    size: tuple[int, int]  # cells along the speed and across
     quick_size: tuple[int, int]
     heading: str
     subtitle: str
@@ -36,7 +34,7 @@ class Subject(NamedTuple):
 
 
 FAILURES = Subject(
-    failures.lines,
+    failures.method_lines,
     {},
     (
         kinds.RIGHT,
@@ -59,7 +57,7 @@ FAILURES = Subject(
     "where the beam buckles",
 )
 STATES = Subject(
-    states.lines,
+    states.method_lines,
     states.OPTIONS,
     (kinds.STRAIGHT, kinds.BENT, kinds.SEVERAL, kinds.NO_STATE, kinds.NOT_CONVERGED),
     (),
@@ -73,17 +71,16 @@ STATES = Subject(
 
 
 class Plane(NamedTuple):
-    """The name of a map, its question, the number that varies beside the speed and its range, the
-    beam of the other numbers, and their description."""
+    """The plane of a map: the speed and another number of a beam."""
 
     name: str
     subject: Subject
-    over: str
+    over: str  # the other number, from `start` to `stop`
     start: float
     stop: float
     logarithmic: bool
-    beam: Beam
-    held: str
+    beam: Beam  # with the numbers that do not vary
+    held: str  # these numbers in words
 
     def at(self, gamma: float, value: float) -> Beam:
         """The beam at a place of the plane."""
@@ -107,8 +104,17 @@ PLANES = (
 class MethodMap(NamedTuple):
     """A method over a plane, line by line."""
 
-    method: Method
-    lines: Sequence[Line]
+    method: ComparedMethod
+    lines: Sequence[MethodLine]
+
+    @property
+    def name(self) -> str:
+        return self.method.name
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """Options of `solve`."""
+        return self.method.options
 
     @property
     def kinds(self) -> np.ndarray:
@@ -122,7 +128,7 @@ class MethodMap(NamedTuple):
         return np.array([[cell.solved for cell in line.cells] for line in self.lines])
 
     def speeds(self, name: str) -> np.ndarray:
-        """Speeds (rows,) by their name in `Line`."""
+        """Speeds (rows,) by their name in `MethodLine`."""
         return np.array([getattr(line, name) for line in self.lines])
 
     @property
@@ -170,7 +176,7 @@ def grid(plane: Plane, quick: bool) -> tuple[np.ndarray, np.ndarray]:
     return gammas, middles(plane.start, plane.stop, rows, plane.logarithmic)
 
 
-def by_method(rows: Sequence[Future[list[Line]]]) -> list[MethodMap]:
+def by_method(rows: Sequence[Future[list[MethodLine]]]) -> list[MethodMap]:
     """The map of each method, from the computed lines of all of them at each value."""
     lines = zip(*(row.result() for row in rows), strict=True)
     return [*map(MethodMap, METHODS, lines)]

@@ -13,24 +13,23 @@ MODELS: dict[str, dict[str, Any]] = {strain: {"strain": strain} for strain in CH
 MODELS |= {RIGID: {"method": "foac"}, UNSTIFFENED: {"method": "zoac"}}
 
 
-class Method(NamedTuple):
-    """A method with its options of `solve`, its model, and the options for twice as many terms
-    where its unknowns are terms of a series."""
+class ComparedMethod(NamedTuple):
+    """A method of the comparison."""
 
     name: str
-    options: dict[str, Any]
-    model: str
-    with_more_terms: dict[str, Any]
+    options: dict[str, Any]  # of `solve`
+    model: str  # a key of MODELS
+    with_more_terms: dict[str, Any]  # the options for twice as many terms; {} without a series
 
 
-def method(name: str, **options: Any) -> Method:
+def method(name: str, **options: Any) -> ComparedMethod:
     """A method at the resolution that `solve` uses by default, which its options name."""
     problem = parse_keywords(**options)
     options |= {key: problem.resolution for key in ("elements", "terms") if has(problem, key)}
     more = options | {"terms": 2 * options["terms"]} if "terms" in options else {}
     if not problem.stiffens:
-        return Method(name, options, UNSTIFFENED, more)
-    return Method(name, options, RIGID if problem.rigid_tension else problem.strain, more)
+        return ComparedMethod(name, options, UNSTIFFENED, more)
+    return ComparedMethod(name, options, RIGID if problem.rigid_tension else problem.strain, more)
 
 
 def has(problem: Any, option: str) -> bool:

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.evidence.failure_maps import kinds
 from beamviz.evidence.failure_maps.kinds import Kind
-from beamviz.evidence.failure_maps.lines import answer
+from beamviz.evidence.failure_maps.lines import answer_of
 from beamviz.evidence.failure_maps.maps import FASTEST, SLOWEST, Map, MethodMap, Plane, edges
 from beamviz.files import Files
 from beamviz.plotting import CENTRED, INK, STRIPES, STYLE, new_figure, picture_files
@@ -35,26 +35,26 @@ ABOVE: dict[str, Any] = {"textcoords": "offset points", "ha": "right", "va": "to
 
 
 @rc_context(STYLE)
-def sheet(found: Map) -> Files:
+def sheet(plane_map: Map) -> Files:
     """The sheet of one map as PNG and SVG, by file name: a panel for each method that does not
     refuse, one for the legend, and one for the others."""
-    shown = [one for one in found.methods if not one.refusal]
-    refusing = [one.method.name for one in found.methods if one.refusal]
+    shown = [method_map for method_map in plane_map.methods if not method_map.refusal]
+    refusing = [method_map.name for method_map in plane_map.methods if method_map.refusal]
     rows = -(-(len(shown) + 1 + bool(refusing)) // COLUMNS)
     height = HEAD + rows * ROW + FOOT
     figure = new_figure(WIDTH, height)
     figure.subplots_adjust(0.07, FOOT / height, 0.985, 1 - HEAD / height, 0.08, 0.2)
     panels = figure.subplots(rows, COLUMNS, sharex=True, sharey=True).ravel()
-    draw_heading(figure, found.plane, height)
-    draw_labels(panels, found.plane, len(shown))
-    for axes, one in zip(panels, shown, strict=False):
-        draw_panel(axes, found, one)
-    draw_legend(panels[len(shown)], found, shown)
+    draw_heading(figure, plane_map.plane, height)
+    draw_labels(panels, plane_map.plane, len(shown))
+    for axes, method_map in zip(panels, shown, strict=False):
+        draw_panel(axes, plane_map, method_map)
+    draw_legend(panels[len(shown)], plane_map, shown)
     if refusing:
         text = "\n".join(["These methods have no bent states:", "", *refusing])
         axes = panels[len(shown) + 1]
         axes.text(0.0, 0.94, text, transform=axes.transAxes, va="top", size=7.2)
-    return picture_files(figure, f"stability-{found.plane.name}")
+    return picture_files(figure, f"stability-{plane_map.plane.name}")
 
 
 def draw_heading(figure: Figure, plane: Plane, height: float) -> None:
@@ -77,11 +77,11 @@ def draw_labels(panels: np.ndarray, plane: Plane, count: int) -> None:
         axes.set_xlabel(PARAMETERS["gamma"].axis_label)
 
 
-def draw_legend(axes: Axes, found: Map, shown: list[MethodMap]) -> None:
+def draw_legend(axes: Axes, plane_map: Map, shown: list[MethodMap]) -> None:
     """Explain colours and both kinds of line in the place of a panel."""
-    subject = found.plane.subject
+    subject = plane_map.plane.subject
     handles: list[Any] = []
-    present = {name for one in shown for name in one.kinds.flat}
+    present = {name for method_map in shown for name in method_map.kinds.flat}
     for kind in subject.kinds:
         text = kind.meaning + ("" if kind.name in present else " (nowhere here)")
         look: dict[str, Any] = {"fc": kind.face, "hatch": kind.hatch, "ec": STRIPES, "lw": 0.6}
@@ -94,18 +94,18 @@ def draw_legend(axes: Axes, found: Map, shown: list[MethodMap]) -> None:
     axes.legend(handles=handles, frameon=False, fontsize=7.2, **place)
 
 
-def draw_panel(axes: Axes, found: Map, one: MethodMap) -> None:
+def draw_panel(axes: Axes, plane_map: Map, method_map: MethodMap) -> None:
     """One method: its cells, and the boundaries that were located between them."""
-    options, plane = one.method.options, found.plane
-    draw_cells(axes, plane, one.kinds)
-    boundaries = [one.speeds("limit")]
-    if np.mean(one.kinds == kinds.FALSELY_UNSTABLE.name) > SMALLEST_LOSS:
-        boundaries.append(one.speeds("loss"))
-    for gammas, ls in (*product(boundaries, "-"), (one.speeds("buckling"), BUCKLING)):
-        axes.plot(gammas, found.values, color="white", lw=2.8, zorder=2)
-        axes.plot(gammas, found.values, color=INK, lw=1.2, ls=ls, zorder=3)
+    options, plane = method_map.options, plane_map.plane
+    draw_cells(axes, plane, method_map.kinds)
+    boundaries = [method_map.speeds("limit")]
+    if np.mean(method_map.kinds == kinds.FALSELY_UNSTABLE.name) > SMALLEST_LOSS:
+        boundaries.append(method_map.speeds("loss"))
+    for gammas, ls in (*product(boundaries, "-"), (method_map.speeds("buckling"), BUCKLING)):
+        axes.plot(gammas, plane_map.values, color="white", lw=2.8, zorder=2)
+        axes.plot(gammas, plane_map.values, color=INK, lw=1.2, ls=ls, zorder=3)
     resolution = "".join(f"{options[k]} {k}" for k in ("elements", "terms") if k in options)
-    axes.set_title(one.method.name, loc="left", size=10, pad=3, weight="bold")
+    axes.set_title(method_map.name, loc="left", size=10, pad=3, weight="bold")
     axes.set_title(resolution, loc="right", size=8.5, pad=3, color="#555555")
     for gammas in boundaries:
         label_constant(axes, gammas)
@@ -157,7 +157,7 @@ def label_constant(axes: Axes, gammas: np.ndarray) -> None:
 
 def mark_ansys(axes: Axes) -> None:
     """Mark the paper's ANSYS runs: beyond the limit of a beam with logarithmic strain."""
-    error: Any = answer(Beam(gamma=ANSYS[-1], delta=ANSYS_DELTA), strain="hencky")
+    error: Any = answer_of(Beam(gamma=ANSYS[-1], delta=ANSYS_DELTA), strain="hencky")
     axes.plot(
         ANSYS, [ANSYS_DELTA] * 2, ls="", marker="o", ms=4, mfc="white", mec=INK, mew=0.8, zorder=5
     )

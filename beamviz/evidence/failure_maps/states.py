@@ -1,4 +1,4 @@
-"""The map of stable states: which has an inward beam, as each method finds them?
+"""The map of the stable states of an inward beam, as each method computes them.
 
 A beam has more than one stable state where a search from other guesses finds a second one that is
 resolved and no mirror image.
@@ -18,8 +18,15 @@ from beamviz.evidence.failure_maps.kinds import (
     STRAIGHT,
     Kind,
 )
-from beamviz.evidence.failure_maps.lines import Cell, Line, answer, is_unstable, onset, subdivided
-from beamviz.evidence.failure_maps.methods import METHODS, Method
+from beamviz.evidence.failure_maps.lines import (
+    Cell,
+    MethodLine,
+    answer_of,
+    is_unstable,
+    onset,
+    subdivided,
+)
+from beamviz.evidence.failure_maps.methods import METHODS, ComparedMethod
 from beamviz.solver import Answer, Solution
 from beamviz.solver.bent import other_stable_states
 
@@ -27,12 +34,12 @@ OPTIONS = {"state": "stable"}
 ACCURACY = {"modes": 1, "tolerance": 1e-3}  # of a frequency, which the map does not show
 
 
-def lines(beam: Beam, gammas: np.ndarray) -> list[Line]:
+def method_lines(beam: Beam, gammas: np.ndarray) -> list[MethodLine]:
     """The line of each method: the stable states of the beam at ascending speeds."""
-    return [line(beam, gammas.tolist(), method) for method in METHODS]
+    return [method_line(beam, gammas.tolist(), method) for method in METHODS]
 
 
-def line(beam: Beam, gammas: Sequence[float], method: Method) -> Line:
+def method_line(beam: Beam, gammas: Sequence[float], method: ComparedMethod) -> MethodLine:
     """The line of one method; its refusal where it has no bent states."""
     limit = np.inf  # of the stable states, as far as it is known
 
@@ -40,38 +47,38 @@ def line(beam: Beam, gammas: Sequence[float], method: Method) -> Line:
         nonlocal limit
         if gammas[k] > limit:
             return Cell(NO_STATE, limit=limit, solved=False)
-        found = answer(beam.replace(gamma=gammas[k]), **ACCURACY, **OPTIONS, **method.options)
-        if not isinstance(found, NoEquilibrium):
-            return Cell(state(found))
-        limit = float(np.fmin(found.limit, gammas[k]))
+        answer = answer_of(beam.replace(gamma=gammas[k]), **ACCURACY, **OPTIONS, **method.options)
+        if not isinstance(answer, NoEquilibrium):
+            return Cell(kind_of(answer))
+        limit = float(np.fmin(answer.limit, gammas[k]))
         return Cell(NO_STATE, limit=limit)
 
     try:
         cells = subdivided(len(gammas), cell)
     except InvalidInput as error:
-        return Line([], refusal=str(error))
+        return MethodLine([], refusal=str(error))
     buckling = end_of_straight_state(beam, gammas, cells, method)
-    return Line(cells, limit if np.isfinite(limit) else np.nan, buckling)
+    return MethodLine(cells, limit if np.isfinite(limit) else np.nan, buckling)
 
 
 def end_of_straight_state(
-    beam: Beam, gammas: Sequence[float], cells: Sequence[Cell], method: Method
+    beam: Beam, gammas: Sequence[float], cells: Sequence[Cell], method: ComparedMethod
 ) -> float:
     """The speed beyond the last straight cell at which the straight state becomes unstable; nan
     where that is stable, or has no equilibrium, in the next cell too."""
     count = max((k for k, cell in enumerate(cells, 1) if cell.kind == STRAIGHT), default=0)
     low, *beyond = [0.0, *gammas][count:]
-    if beyond and is_unstable(answer(beam.replace(gamma=beyond[0]), modes=1, **method.options)):
+    if beyond and is_unstable(answer_of(beam.replace(gamma=beyond[0]), modes=1, **method.options)):
         return onset(beam, low, beyond[0], **method.options)
     return np.nan
 
 
-def state(found: Answer) -> Kind:
+def kind_of(answer: Answer) -> Kind:
     """The kind of a cell, from the answer for its beam."""
-    if isinstance(found, NoEquilibrium):
+    if isinstance(answer, NoEquilibrium):
         return NO_STATE
-    if not isinstance(found, Solution):
+    if not isinstance(answer, Solution):
         return NOT_CONVERGED
-    if found.equilibrium.shape == "straight":
+    if answer.equilibrium.shape == "straight":
         return STRAIGHT
-    return SEVERAL if other_stable_states(found) else BENT
+    return SEVERAL if other_stable_states(answer) else BENT

@@ -45,7 +45,7 @@ def test_exudyn_moves_alike(scene, error):
     mesh changes it."""
     motion = SCENES[scene]
     reference = reference_tip(motion, EXUDYN_MODEL)
-    tip = peer_tip(motion, 4, 2 * motion.intervals)
+    tip = peer_tip(motion, 4, 2 * motion.instants)
     assert np.linalg.norm(tip - reference, axis=1).max() < error
 
 
@@ -62,7 +62,7 @@ def test_rows(monkeypatch):
     """A failure has its reason, and the least time of those within an error counts."""
     monkeypatch.setattr(benchmark_motion, "LEAST", 0.0)
     scene = SCENES["Kane's manoeuvre"]
-    tip = np.zeros((scene.intervals + 1, 2))
+    tip = np.zeros((scene.instants + 1, 2))
     blank = Row("Kane's manoeuvre", "auto", "tolerance 0.001")
     row = row_of(blank, lambda: tip, tip + 1e-4)
     assert row.error == pytest.approx(np.sqrt(2) * 1e-4)

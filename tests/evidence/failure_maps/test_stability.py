@@ -74,7 +74,7 @@ def test_methods_falsely_lose_their_stability():
 @pytest.mark.parametrize(("delta", "hencky"), [(0.0, 45.420), (1.0, 31.4887)])
 def test_limit_curves(delta, hencky):
     """biot ends at mu pi / 2 whatever delta, hencky at a fold or where its force law ends."""
-    found = failures.lines(Beam(delta=delta), np.array([20.0, 120.0]))
+    found = failures.method_lines(Beam(delta=delta), np.array([20.0, 120.0]))
     rows = dict(zip(BY_NAME, found, strict=True))
     losing = {"linear", "foac", "zoac", "assumed-modes", "power-series"}
     assert rows["auto, biot strain"].limit == pytest.approx(70 * np.pi / 2, rel=1e-6)
@@ -142,9 +142,10 @@ def test_maps_agree_with_maps_in_which_every_cell_is_solved(monkeypatch):
     gammas = maps.middles(maps.SLOWEST, maps.FASTEST, 14, True)
 
     def computed():
-        bending = [BY_NAME[name] for name in ("auto", "auto, hencky strain")]
-        yield from failures.lines(Beam(alpha=3, beta=0.5, delta=1), gammas)
-        yield from (states.line(Beam(delta=-1), gammas.tolist(), method) for method in bending)
+        inward, bending = Beam(delta=-1), ("auto", "auto, hencky strain")
+        yield from failures.method_lines(Beam(alpha=3, beta=0.5, delta=1), gammas)
+        for name in bending:
+            yield states.method_line(inward, gammas.tolist(), BY_NAME[name])
 
     subdivided_lines = list(computed())
     monkeypatch.setattr(lines, "STRIDE", 1)
@@ -217,9 +218,9 @@ def test_more_than_one_stable_state():
     beam = Beam(4.656, 1, 5.341, -0.09663, 194.4)
     options = {"modes": 1, "state": "stable", "strain": "biot", "curvature": "material"}
     for spin_up, kind in ((0.05, kinds.SEVERAL), (0.2, kinds.BENT)):
-        assert states.state(solve(beam.replace(spin_up=spin_up), **options)) == kind
-    assert states.state(LOST) == kinds.NOT_CONVERGED
-    assert states.state(GONE) == kinds.NO_STATE
+        assert states.kind_of(solve(beam.replace(spin_up=spin_up), **options)) == kind
+    assert states.kind_of(LOST) == kinds.NOT_CONVERGED
+    assert states.kind_of(GONE) == kinds.NO_STATE
 
 
 @pytest.mark.slow
