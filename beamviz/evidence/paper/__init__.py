@@ -95,8 +95,8 @@ def files(name: str) -> Files:
         rows = tables.compute(table)
         texts = {"csv": tables.to_csv(table, rows), "md": tables.to_markdown(table, rows)}
     else:
-        found = findings()
-        texts = {"csv": to_csv(found), "md": to_markdown(found)}
+        numbers = findings()
+        texts = {"csv": to_csv(numbers), "md": to_markdown(numbers)}
     return {f"{name}.{extension}": text.encode() for extension, text in texts.items()}
 
 
@@ -149,8 +149,8 @@ class Finding(NamedTuple):
             return SAME_AT_REST
         if self.number.kind == "constant":
             (mode,), converged = self.number.modes, self.values["spatial"]
-            found = f"20 elements give it, the converged value is {converged:.6f}; "
-            return (found if self.fits == "20 elements" else "") + changed_by_a_mass(mode)
+            remark = f"20 elements give it, the converged value is {converged:.6f}; "
+            return (remark if self.fits == "20 elements" else "") + changed_by_a_mass(mode)
         material, spatial = map(self.error, ("material", "spatial"))
         remark = f"off by {material:.2g} (material) and {spatial:.2g} (spatial)"
         if abs(self.values["material"] - self.values["spatial"]) <= TOLERANCE * 10:
@@ -167,8 +167,10 @@ class Finding(NamedTuple):
 def findings() -> list[Finding]:
     """All numbers that the text prints, computed."""
     models = MODELS.items()
-    values = ({name: compute(one, **given) for name, given in models} for one in figures.PRINTED)
-    return [*map(Finding, figures.PRINTED, values)]
+    return [
+        Finding(number, {name: compute(number, **options) for name, options in models})
+        for number in figures.PRINTED
+    ]
 
 
 def quantity(number: PrintedNumber) -> str:
@@ -185,8 +187,8 @@ def compute(number: PrintedNumber, **options: Any) -> float:
     """The value of a printed number with options of `solve`."""
     figure, at = FIGURES[number.figure], float(number.printed)
     if isinstance(figure, LociFigure) and number.kind == "crossing":
-        found = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
-        return figures.nearest_event(found, number.branches, at).at
+        computed = loci(figure.beam, figure.over, at * NEIGHBOURHOOD, figure.modes, **options)
+        return figures.nearest_event(computed, number.branches, at).at
     if isinstance(figure, ShapeFigure) and number.kind == "place":
         beam = figure.beam.replace(alpha=figure.alphas[0])
         return solve(beam, len(figure.modes), **options).labels.index("S1") + 1.0
@@ -201,25 +203,25 @@ def changed_by_a_mass(mode: int) -> str:
     nodes = [float(node.printed) for node in figures.NODES if node.modes == (mode,)]
     beams = [Beam(alpha, node) for node, alpha in product(nodes, MASS_RATIOS.tolist())]
     solve_beam = partial(frequencies_by_label, modes=mode + 1, tolerance=TOLERANCE)
-    own = [solve_beam(beam)[f"B{mode}"] for beam in beams]
+    frequencies = [solve_beam(beam)[f"B{mode}"] for beam in beams]
     return (
         f"a mass of α up to {MASS_RATIOS[-1]:g} at the printed node changes it by about"
-        f" {np.ptp(own) / own[0]:.0e} of itself"
+        f" {np.ptp(frequencies) / frequencies[0]:.0e} of itself"
     )
 
 
-def to_csv(found: Sequence[Finding]) -> str:
+def to_csv(numbers: Sequence[Finding]) -> str:
     """One line for each number."""
     heading = ["figure", "quantity", "paper", *MODELS, "fits", "remark"]
-    return csv_text(heading, (row.cells(".10g") for row in found))
+    return csv_text(heading, (number.cells(".10g") for number in numbers))
 
 
-def to_markdown(found: Sequence[Finding]) -> str:
+def to_markdown(numbers: Sequence[Finding]) -> str:
     """The numbers as a page."""
     heading = ["figure", "quantity", "paper", "material", "spatial"]
     heading += ["material, 20 elements", "spatial, 20 elements", "fits", "remark"]
-    body = [[row.number.figure.removeprefix("fig"), *row.cells()[1:]] for row in found]
-    fits = [row.fits for row in found if row.number.kind == "crossing"]
+    body = [[each.number.figure.removeprefix("fig"), *each.cells()[1:]] for each in numbers]
+    fits = [each.fits for each in numbers if each.number.kind == "crossing"]
     counts = {name: fits.count(name) + fits.count("both") for name in ("material", "spatial")}
     verdict = VERDICT.format(crossings=len(fits), **counts)
     table = markdown_table(heading, body)

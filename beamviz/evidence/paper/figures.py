@@ -21,18 +21,20 @@ from beamviz.plotting.labels import LabelPlacer, draw_legend, label_line_ends
 from beamviz.plotting.loci import LINE, Chart
 from beamviz.solver import solve
 
-OWN_RANGE = "The text does not give the range of the axis; it is ours."
+RANGE_NOT_GIVEN = "The text does not give the range of the axis; it is ours."
 
 
 class PrintedNumber(NamedTuple):
-    """A number that the text prints for a figure. kind: "crossing", the parameter where two loci
-    cross; "node", of a mode of the beam at rest without a mass; "constant", the frequency of a mode
-    that a mass at its node does not change; or "place", the number of the stretching mode by
-    frequency. modes: the modes that it belongs to, numbered by frequency from 1."""
+    """A number that the text prints for a figure.
 
-    figure: str
+    Its kind is "crossing": the parameter where two loci cross; "node": of a mode of the beam at
+    rest without a mass; "constant": the frequency of a mode that a mass at its node does not
+    change; or "place": the number of the stretching mode by frequency.
+    """
+
+    figure: str  # a key of FIGURES
     kind: str
-    modes: tuple[int, ...]
+    modes: tuple[int, ...]  # that it belongs to, numbered by frequency from 1
     printed: str
     located: str = ""  # independently of this project: by the material and the spatial measure
     explanation: str = ""  # of a printed value that neither curvature measure gives
@@ -51,7 +53,7 @@ class LociFigure(NamedTuple):
     over: str
     stop: float
     modes: int = 5
-    notes: str = OWN_RANGE
+    notes: str = RANGE_NOT_GIVEN
 
     @property
     def parameters(self) -> str:
@@ -90,7 +92,7 @@ class ShapeFigure(NamedTuple):
 
 Figure = LociFigure | ShapeFigure
 
-OWN_MASSES = "The text does not give the mass ratios drawn; they are ours."
+MASSES_NOT_GIVEN = "The text does not give the mass ratios drawn; they are ours."
 NO_MASS = "The nodes in the text are those of the beam without a mass, which is drawn."
 HELD_ROOT = "likely from a root that holds the length of r' too: 1.584 with 20 elements"
 
@@ -105,8 +107,8 @@ FIGURES: dict[str, Figure] = {
         LociFigure("fig9", Beam(gamma=5), "alpha", 2),
         LociFigure("fig10", Beam(gamma=10), "alpha", 2),
         LociFigure("fig11", Beam(alpha=0.5, gamma=5), "beta", 1, notes=""),
-        ShapeFigure("fig12", Beam(), (1,), (0, 0.5, 1, 2), notes=OWN_MASSES),
-        ShapeFigure("fig13", Beam(), (2,), (0, 0.5, 1, 2), notes=OWN_MASSES),
+        ShapeFigure("fig12", Beam(), (1,), (0, 0.5, 1, 2), notes=MASSES_NOT_GIVEN),
+        ShapeFigure("fig13", Beam(), (2,), (0, 0.5, 1, 2), notes=MASSES_NOT_GIVEN),
         ShapeFigure("fig14", Beam(), (1, 2, 3, 4, 5), (1,)),
         ShapeFigure("fig15", Beam(), (1, 2, 3, 4, 5), (2,)),
         LociFigure("fig16", Beam(alpha=0.5), "beta", 1, 3, notes=""),
@@ -141,7 +143,7 @@ NODES = [number for number in PRINTED if number.kind == "node"]
 
 def printed_numbers(figure: Figure, kind: str) -> list[PrintedNumber]:
     """The numbers of a kind that the text prints for a figure."""
-    return [one for one in PRINTED if (one.figure, one.kind) == (figure.name, kind)]
+    return [number for number in PRINTED if (number.figure, number.kind) == (figure.name, kind)]
 
 
 POINTS = 201
@@ -153,7 +155,7 @@ DOT: dict[str, Any] = {"marker": "o", "ls": "", "ms": 3.2, "color": INK}
 TICK: dict[str, Any] = {"marker": "|", "ls": "", "ms": 13, "mew": 1.2, "color": INK}
 
 
-Found = dict[str, Loci]  # by curvature measure
+ByMeasure = dict[str, Loci]  # by SPATIAL and MATERIAL
 
 
 class Crossing(NamedTuple):
@@ -180,15 +182,16 @@ class Curve(NamedTuple):
 def figure_files(figure: Figure) -> dict[str, bytes]:
     """The contents of a figure's PNG, SVG and CSV files, by file name."""
     if isinstance(figure, LociFigure):
-        found = compute_loci(figure)
-        picture, text = draw_loci(figure, found, crossings(figure, found)), loci_csv(found)
+        computed = compute_loci(figure)
+        picture = draw_loci(figure, computed, crossings(figure, computed))
+        text = loci_csv(computed)
     else:
         curves = compute_curves(figure)
         picture, text = draw_shapes(figure, curves), curves_csv(curves)
     return picture_files(picture, figure.name) | {f"{figure.name}.csv": text.encode()}
 
 
-def compute_loci(figure: LociFigure) -> Found:
+def compute_loci(figure: LociFigure) -> ByMeasure:
     """The loci of a figure by curvature measure; at rest the measures are the same."""
     values = np.linspace(0, figure.stop, POINTS)
     names = (SPATIAL, MATERIAL) if figure.over == "gamma" or figure.beam.gamma else (SPATIAL,)
@@ -196,11 +199,11 @@ def compute_loci(figure: LociFigure) -> Found:
     return {name: solve_loci(curvature=name) for name in names}
 
 
-def crossings(figure: LociFigure, by_curvature: Found) -> list[Crossing]:
+def crossings(figure: LociFigure, by_curvature: ByMeasure) -> list[Crossing]:
     """Every crossing of a figure, with the printed ones assigned to the nearest."""
     spatial, numbers = by_curvature[SPATIAL], printed_numbers(figure, "crossing")
     material = by_curvature.get(MATERIAL, spatial)
-    printed = {nearest_event(spatial, one.branches, float(one.printed)): one for one in numbers}
+    printed = {nearest_event(spatial, n.branches, float(n.printed)): n for n in numbers}
     return [
         Crossing(event, nearest_event(material, set(event.branches), event.at), printed.get(event))
         for event in spatial.events
@@ -212,23 +215,24 @@ def compute_curves(figure: ShapeFigure) -> list[Curve]:
     x = np.linspace(0, 1, POINTS)
     curves = []
     for alpha in figure.alphas:
-        found = solve(figure.beam.replace(alpha=alpha), max(figure.modes), tolerance=TOLERANCE)
-        modes = zip(found.labels, found.families, found.frequencies, found.nodes, strict=True)
+        beam = figure.beam.replace(alpha=alpha)
+        solved = solve(beam, max(figure.modes), tolerance=TOLERANCE)
+        modes = zip(solved.labels, solved.families, solved.frequencies, solved.nodes, strict=True)
         for k, (label, family, frequency, nodes) in enumerate(modes):
             if k + 1 in figure.modes:
-                shape = found.shape(k, x)[:, int(family == "bending")]
+                shape = solved.shape(k, x)[:, int(family == "bending")]
                 y = np.sign(shape[1]) * shape + 0.0
                 curves.append(Curve(alpha, k + 1, label, family, frequency, nodes, x, y))
     return curves
 
 
-def loci_csv(by_curvature: Found) -> str:
+def loci_csv(by_curvature: ByMeasure) -> str:
     """One line for each value and curvature measure, one column for each branch."""
     first = by_curvature[SPATIAL]
     rows = (
-        [f"{value:.10g}", name, *(f"{branch.frequency[k]:.10g}" for branch in found.branches)]
-        for name, found in by_curvature.items()
-        for k, value in enumerate(found.values)
+        [f"{value:.10g}", name, *(f"{branch.frequency[k]:.10g}" for branch in computed.branches)]
+        for name, computed in by_curvature.items()
+        for k, value in enumerate(computed.values)
     )
     return csv_text([first.over, "curvature", *(branch.label for branch in first.branches)], rows)
 
@@ -241,7 +245,7 @@ def curves_csv(curves: Sequence[Curve]) -> str:
 
 
 @rc_context(STYLE)
-def draw_loci(figure: LociFigure, by_curvature: Found, marked: Sequence[Crossing]) -> Picture:
+def draw_loci(figure: LociFigure, by_curvature: ByMeasure, marked: Sequence[Crossing]) -> Picture:
     """Frequencies with their crossings, and the numbers printed in the paper."""
     picture = _titled_picture(figure, HEIGHT, 0.52, 0.92)
     axes = picture.subplots()
@@ -300,9 +304,9 @@ def _mark_constants(axes: Axes, placer: LabelPlacer, figure: LociFigure) -> None
             placer.annotate(text, at, omega)
 
 
-def _draw_legend(picture: Picture, by_curvature: Found, marked: Sequence[Crossing]) -> None:
+def _draw_legend(picture: Picture, by_curvature: ByMeasure, marked: Sequence[Crossing]) -> None:
     """Colours, lines and markers, those drawn only."""
-    branches = [branch for found in by_curvature.values() for branch in found.branches]
+    branches = [branch for computed in by_curvature.values() for branch in computed.branches]
     families = {name for branch in branches for name in branch.family}
     lines = {name: {"color": c, **LINE} for name, c in COLOURS.items() if name in families}
     if MATERIAL in by_curvature:
@@ -325,18 +329,20 @@ def draw_shapes(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     stretching = [number.modes for number in printed_numbers(figure, "place")]
     for axes, mode in zip(frames, figure.modes, strict=True):
         axes.axhline(0, color=FAINT, lw=0.8, zorder=0)
-        own = [curve for curve in curves if curve.mode == mode]
-        for curve, opacity in zip(own, np.linspace(1, 0.4, len(own))[::-1], strict=True):
+        by_mass = [curve for curve in curves if curve.mode == mode]
+        opacities = np.linspace(1, 0.4, len(by_mass))[::-1]
+        for curve, opacity in zip(by_mass, opacities, strict=True):
             axes.plot(curve.x, curve.y, color=COLOURS[curve.family], alpha=opacity, lw=1.6)
             axes.plot(curve.nodes, 0 * curve.nodes, **RING, clip_on=False, zorder=5)
         axes.set_xlim(0, 1)
-        if len(own) > 1:
-            ends = [(c.y[-1], f"α = {c.alpha:g}", COLOURS[c.family], "bold") for c in own]
+        if len(by_mass) > 1:
+            ends = [(c.y[-1], f"α = {c.alpha:g}", COLOURS[c.family], "bold") for c in by_mass]
             label_line_ends(axes, ends)
             continue
-        text = f"mode {mode}: {own[0].label}, {own[0].family}\nω = {own[0].frequency:.4f}"
+        (curve,) = by_mass
+        text = f"mode {mode}: {curve.label}, {curve.family}\nω = {curve.frequency:.4f}"
         text += "\nstretching in the paper" if (mode,) in stretching else ""
-        colour, place = COLOURS[own[0].family], axes.transAxes
+        colour, place = COLOURS[curve.family], axes.transAxes
         axes.text(1.03, 0.5, text, color=colour, va="center", transform=place)
     placer = LabelPlacer(frames[0])
     for node in printed_numbers(figure, "node"):
@@ -347,9 +353,9 @@ def draw_shapes(figure: ShapeFigure, curves: Sequence[Curve]) -> Picture:
     return picture
 
 
-def nearest_event(found: Loci, branches: set[str], at: float) -> Event:
+def nearest_event(computed: Loci, branches: set[str], at: float) -> Event:
     """The event of two branches nearest to a value of the parameter."""
-    events = (event for event in found.events if set(event.branches) == branches)
+    events = (event for event in computed.events if set(event.branches) == branches)
     return min(events, key=lambda event: abs(event.at - at))
 
 

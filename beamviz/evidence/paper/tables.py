@@ -23,41 +23,41 @@ MODES = (0, 1)  # the bending modes in a table
 CONVERGED = "converged"  # the reference column
 
 
-class Column(NamedTuple):
-    """Options of `solve` for one column, and why it deviates from the converged one."""
+class ModelColumn(NamedTuple):
+    """A column of a table: the frequencies of one model."""
 
     title: str
-    options: dict[str, Any]
-    cause: str = ""
+    options: dict[str, Any]  # of `solve`
+    cause: str = ""  # why it deviates from the converged column
 
 
 COLUMNS = {
-    "ancf": Column(
+    "ancf": ModelColumn(
         "ANCF, 20 elements",
         {"method": "ancf", "elements": 20},
         "The tension N makes bending layers of width √(EI/N) at clamp and mass, which uniform"
         " cubic elements resolve the worse the thinner they are; at δ = 0, ω₁² is the small rest"
         " of two terms near γ², which magnifies what is missed.",
     ),
-    CONVERGED: Column("converged", {"tolerance": TOLERANCE}),
-    "material": Column(
+    CONVERGED: ModelColumn("converged", {"tolerance": TOLERANCE}),
+    "material": ModelColumn(
         "converged, material",
         {"tolerance": TOLERANCE, "curvature": "material"},
         "A stretch f leaves EI/f² of the bending stiffness here and EI/f⁴ with eq. 16.",
     ),
-    "foac": Column(
+    "foac": ModelColumn(
         "FOAC",
         {"tolerance": TOLERANCE, "method": "foac"},
         "The beam keeps its reference length: the stretch f, which lengthens the arm of the load"
         " and leaves N/f of the tension's stiffness and EI/f⁴ of bending's, is not in it.",
     ),
-    "linear": Column(
+    "linear": ModelColumn(
         "linear, 20 elements",
         {"method": "linear", "elements": 20},
         "Prestressed linear finite elements converge to FOAC: the same cause, and the error of"
         " 20 elements.",
     ),
-    "hencky": Column(
+    "hencky": ModelColumn(
         "hencky",
         {"tolerance": TOLERANCE, "strain": "hencky"},
         "Logarithmic strain softens under tension where the paper's green strain hardens, until"
@@ -66,13 +66,13 @@ COLUMNS = {
 }
 
 
-class Row(NamedTuple):
-    """The two lowest bending frequencies of one beam by column, or the limit of gamma instead."""
+class TableRow(NamedTuple):
+    """A row of a table: one beam in each model."""
 
     delta: float
     gamma: float
-    frequencies: dict[str, tuple[float, float]]
-    limits: dict[str, float]
+    frequencies: dict[str, tuple[float, float]]  # by column: the two lowest of bending
+    limits: dict[str, float]  # by column without an equilibrium: the gamma at which that ends
 
     def deviation(self, column: str, mode: int, reference: str = CONVERGED) -> float:
         """Relative deviation of a column from another; nan where it has no frequencies."""
@@ -84,7 +84,7 @@ class Row(NamedTuple):
 # Checks of the statements that the text makes about its tables.
 
 
-def largest_difference(rows: list[Row], pairs: tuple[tuple[str, str], ...]) -> str:
+def largest_difference(rows: list[TableRow], pairs: tuple[tuple[str, str], ...]) -> str:
     """The largest difference between the columns of each pair."""
     differences = (
         f"{COLUMNS[column].title} against {COLUMNS[reference].title}: "
@@ -94,7 +94,7 @@ def largest_difference(rows: list[Row], pairs: tuple[tuple[str, str], ...]) -> s
     return f"Largest differences: {'. '.join(differences)}."
 
 
-def rising(rows: list[Row]) -> str:
+def rising(rows: list[TableRow]) -> str:
     """Whether the frequencies of the paper's elements rise with the speed at each hub radius."""
     exceptions = [
         f"{OMEGAS[mode]} at δ = {after.delta:g}, γ = {before.gamma:g} .. {after.gamma:g}"
@@ -104,7 +104,7 @@ def rising(rows: list[Row]) -> str:
     return _verdict(COLUMNS["ancf"].title, exceptions)
 
 
-def diverging(rows: list[Row]) -> str:
+def diverging(rows: list[TableRow]) -> str:
     """Whether FOAC deviates more from the paper's elements with the speed, at each hub radius."""
     exceptions = []
     for before, after, mode in _successive(rows):
@@ -115,7 +115,7 @@ def diverging(rows: list[Row]) -> str:
     return _verdict(f"{COLUMNS['foac'].title} against {COLUMNS['ancf'].title}", exceptions)
 
 
-def existence(rows: list[Row]) -> str:
+def existence(rows: list[TableRow]) -> str:
     """Where a beam of hencky strain has no equilibrium."""
     ended = [row for row in rows if "hencky" in row.limits]
     speeds = " and ".join(f"{row.gamma:g}" for row in ended)
@@ -133,7 +133,7 @@ def percent(deviation: float) -> str:
     return f"{number}\N{NO-BREAK SPACE}%"
 
 
-def _largest(rows: list[Row], column: str, mode: int, reference: str = CONVERGED) -> str:
+def _largest(rows: list[TableRow], column: str, mode: int, reference: str = CONVERGED) -> str:
     """The largest deviation of a column, with its δ and γ."""
     solved = [row for row in rows if column in row.frequencies]
     row = max(solved, key=lambda row: abs(row.deviation(column, mode, reference)))
@@ -141,7 +141,7 @@ def _largest(rows: list[Row], column: str, mode: int, reference: str = CONVERGED
     return f"{largest} at δ = {row.delta:g}, γ = {row.gamma:g}"
 
 
-def _successive(rows: list[Row]) -> list[tuple[Row, Row, int]]:
+def _successive(rows: list[TableRow]) -> list[tuple[TableRow, TableRow, int]]:
     """Successive rows of one hub radius, and each mode."""
     return [(a, b, mode) for a, b in pairwise(rows) if a.delta == b.delta for mode in MODES]
 
@@ -151,7 +151,7 @@ def _verdict(subject: str, exceptions: list[str]) -> str:
     return f"True of {subject}, {rest}"
 
 
-Check = Callable[[list[Row]], str]
+Check = Callable[[list[TableRow]], str]
 
 
 class Table(NamedTuple):
@@ -246,38 +246,38 @@ TABLES = {
 }
 
 
-def compute(table: Table) -> list[Row]:
+def compute(table: Table) -> list[TableRow]:
     """All rows of a table."""
     rows = []
     for delta, gamma in product(table.deltas, table.gammas):
-        rows.append(row := Row(delta, gamma, {}, {}))
+        rows.append(row := TableRow(delta, gamma, {}, {}))
         beam = table.beam.replace(delta=delta, gamma=gamma)
         for name in table.columns:
             try:
-                found = frequencies_by_label(beam, SOLVED_MODES, **COLUMNS[name].options)
+                frequencies = frequencies_by_label(beam, SOLVED_MODES, **COLUMNS[name].options)
             except NoEquilibrium as error:
                 row.limits[name] = error.limit
             else:
-                row.frequencies[name] = found["B1"], found["B2"]
+                row.frequencies[name] = frequencies["B1"], frequencies["B2"]
     return rows
 
 
-def to_csv(table: Table, rows: list[Row]) -> str:
+def to_csv(table: Table, rows: list[TableRow]) -> str:
     """One line for each frequency: the columns, then their relative deviations from the
     converged ones; a column without equilibrium is empty and its limit is in the last column."""
     others = [name for name in table.columns if name != CONVERGED]
     heading = ["delta", "gamma", "mode", *table.columns, *(f"{name}_deviation" for name in others)]
     lines = []
     for row, mode in product(rows, MODES):
-        found = row.frequencies
-        cells = [f"{found[name][mode]:.10g}" if name in found else "" for name in table.columns]
-        cells += [f"{row.deviation(name, mode):.3e}" if name in found else "" for name in others]
+        values = row.frequencies
+        cells = [f"{values[name][mode]:.10g}" if name in values else "" for name in table.columns]
+        cells += [f"{row.deviation(name, mode):.3e}" if name in values else "" for name in others]
         limits = " ".join(f"{name} {limit:.6f}" for name, limit in row.limits.items())
         lines.append([f"{row.delta:g}", f"{row.gamma:g}", mode + 1, *cells, limits])
     return csv_text([*heading, "largest_gamma"], lines)
 
 
-def to_markdown(table: Table, rows: list[Row]) -> str:
+def to_markdown(table: Table, rows: list[TableRow]) -> str:
     """The page of a table: frequencies, deviations with their causes, statements of the text."""
     columns = table.columns
     heading = ["δ", "γ", *(COLUMNS[name].title for name in columns)]
@@ -311,7 +311,7 @@ def to_markdown(table: Table, rows: list[Row]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _cell(row: Row, name: str, mode: int) -> str:
+def _cell(row: TableRow, name: str, mode: int) -> str:
     if name in row.limits:
         return f"no equilibrium beyond γ = {row.limits[name]:.4f}"
     value = f"{row.frequencies[name][mode]:.4f}"

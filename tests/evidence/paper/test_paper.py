@@ -109,7 +109,7 @@ def test_pages_of_the_tables():
 def test_a_frequency_that_falls_is_an_exception():
     """Named by the hub radius and the speeds."""
     lowest = {1: 1.0, 2: 0.5, 3: 0.6}
-    rows = [tables.Row(0, g, {"ancf": (first, 1.0 + g)}, {}) for g, first in lowest.items()]
+    rows = [tables.TableRow(0, g, {"ancf": (first, 1.0 + g)}, {}) for g, first in lowest.items()]
     rise = "True of ANCF, 20 elements, except for ω₁ at δ = 0, γ = 1 .. 2."
     assert tables.rising(rows) == rise
 
