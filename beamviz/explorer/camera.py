@@ -49,7 +49,7 @@ def viewpoint(
     farther = stepped(distance, STEP, up=True)
     target = farther * np.round(np.divide(fit.look_at, distance), TARGET_DIGITS)
     position = target + farther * np.subtract(fit.position, fit.look_at) / distance
-    return Camera(*(tuple(np.round(one, 9).tolist()) for one in (position, target)))
+    return Camera(*(tuple(np.round(point, 9).tolist()) for point in (position, target)))
 
 
 def stepped(value: float, step: float, *, up: bool = False) -> float:

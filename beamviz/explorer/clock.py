@@ -119,4 +119,4 @@ def suitable_rate(rates: Sequence[float] | np.ndarray, gamma: float, units: Unit
     unit = units.time if units else 1.0
     best = unit * playback_rate(np.asarray(rates, float), gamma)
     power = 10.0 ** math.floor(math.log10(best))
-    return power * min(ROUND, key=lambda one: abs(math.log(one * power / best))) / unit
+    return power * min(ROUND, key=lambda digit: abs(math.log(digit * power / best))) / unit

@@ -67,11 +67,11 @@ class ChartRequest:
     def chart(self) -> "Chart":
         """The chart. Raises the errors of `loci`."""
         values = np.linspace(self.start, self.stop, CHART_POINTS)
-        found = loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options)
-        x = np.union1d(values, [event.at for event in found.events])
-        pairs = [event for event in found.events if not event.per_rev]
-        names = {event: names_of_event(found, event) for event in pairs}
-        return Chart(self, x, lines_of(found, x), found.events, found.limits, names)
+        computed = loci(self.beam, self.over, values, per_rev=self.per_rev, **self.options)
+        x = np.union1d(values, [event.at for event in computed.events])
+        pairs = [event for event in computed.events if not event.per_rev]
+        names = {event: names_of_event(computed, event) for event in pairs}
+        return Chart(self, x, lines_of(computed, x), computed.events, computed.limits, names)
 
 
 class Line(NamedTuple):
@@ -131,7 +131,7 @@ class Chart:
         """The key of the event or resonance at a value of the axis, "" where there is none."""
         near = AT * (self.request.stop - self.request.start)
         places = self.events | self.resonances_at(PER_REV)
-        distance = {key: abs(one.at - value) for key, one in places.items()}
+        distance = {key: abs(event.at - value) for key, event in places.items()}
         nearest = min(distance, key=distance.__getitem__, default="")
         return nearest if nearest and distance[nearest] <= near else ""
 
@@ -143,11 +143,11 @@ class Chart:
 
     def names_of(self, event: Event) -> list[str]:
         """The names of the modes of an event or a resonance there, stretching modes first."""
-        found = self.names.get(event)
-        if found is None:
+        names = self.names.get(event)
+        if names is None:
             k = self.index_of(event)
-            found = tuple(line.name_at(k) for line in self.lines if line.label in event.branches)
-        return sorted(set(found), key=lambda name: (name[0] != "S", name))
+            names = tuple(line.name_at(k) for line in self.lines if line.label in event.branches)
+        return sorted(set(names), key=lambda name: (name[0] != "S", name))
 
     def index_of(self, event: Event) -> int:
         """The index in x of the value nearest to an event."""
@@ -161,33 +161,33 @@ class Chart:
     def top(self) -> float:
         """End of the frequency axis: a round number in display units, just above all loci."""
         factor = self.request.measures[1].factor
-        found = np.concatenate([line.frequency for line in self.lines])
-        largest = 1.03 * factor * np.max(found, initial=0.0, where=np.isfinite(found)) or 1.0
+        omegas = np.concatenate([line.frequency for line in self.lines])
+        largest = 1.03 * factor * np.max(omegas, initial=0.0, where=np.isfinite(omegas)) or 1.0
         power = 10.0 ** math.floor(math.log10(largest))
         return power * next(step for step in ROUND if step * power >= largest) / factor
 
 
-def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
+def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = None) -> list[Line]:
     """The loci, of all or some branches, interpolated at x (n,). With Coriolis forces the names at
     a value take a solve: a run with the same name at both ends is taken to have one name."""
-    lines, takes_solve = [], found.problem.gyroscopic
-    before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
-    nearest = abs(x[:, None] - found.values).argmin(axis=1)
-    names = cache(lambda k: names_of_branches(found, float(found.values[k])))
+    lines, takes_solve = [], computed.problem.gyroscopic
+    before = np.maximum(np.searchsorted(computed.values, x, "right") - 1, 0).tolist()
+    nearest = abs(x[:, None] - computed.values).argmin(axis=1)
+    names = cache(lambda k: names_of_branches(computed, float(computed.values[k])))
 
     def name_at(label: str, i: int) -> str:
         return names(before[i]).get(label, label)
 
-    for branch in branches or found.branches:
-        y, name = np.interp(x, found.values, branch.frequency), partial(name_at, branch.label)
+    for branch in branches or computed.branches:
+        y, name = np.interp(x, computed.values, branch.frequency), partial(name_at, branch.label)
         family = [branch.family[k] if math.isfinite(y[i]) else None for i, k in enumerate(before)]
-        kinds = [(one, None if takes_solve else name(i)) for i, one in enumerate(family)]
+        kinds = [(kind, None if takes_solve else name(i)) for i, kind in enumerate(family)]
         cuts = [k for k in range(1, len(x)) if kinds[k] != kinds[k - 1]]
         runs = []
         for start, stop in pairwise([0, *cuts, len(x)]):
-            if own := family[start]:
+            if kind := family[start]:
                 parts = one_name(name, start, stop)
-                runs += [(first, min(end, len(x) - 1), own, name(first)) for first, end in parts]
+                runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
         lines.append(Line(branch.label, y, branch.mode_index[nearest], runs))
     return lines
 
@@ -202,11 +202,11 @@ def one_name(name: Callable[[int], str], start: int, stop: int) -> list[tuple[in
 
 def numbered(named: Iterable[tuple[str, Any]]) -> dict[str, Any]:
     """Records with names by their names and a count from 1."""
-    counts, found = Counter[str](), {}
+    counts, records = Counter[str](), {}
     for name, record in named:
         counts[name] += 1
-        found[f"{name} {counts[name]}"] = record
-    return found
+        records[f"{name} {counts[name]}"] = record
+    return records
 
 
 # Data for the page
@@ -231,8 +231,8 @@ def axes_data(request: ChartRequest, message: str, second: Chart | None) -> Data
     along, across = request.measures
     lines = []
     if second:
-        own = {"second": True, "at": page.sent(along.factor * second.x)}
-        lines = [line | own for line in lines_data(second.lines, across.factor)]
+        second_line = {"second": True, "at": page.sent(along.factor * second.x)}
+        lines = [line | second_line for line in lines_data(second.lines, across.factor)]
     return {
         "name": f"Frequencies over {along.label}",
         "message": message,
@@ -260,8 +260,8 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         "at": page.sent(along.factor * chart.x),
         "lines": lines,
         "gaps": [
-            [*(float(along.factor * x) for x in (one.start, one.stop)), FAILURES[one.kind]]
-            for one in chart.limits
+            [*(float(along.factor * x) for x in (limit.start, limit.stop)), FAILURES[limit.kind]]
+            for limit in chart.limits
         ],
         "marks": own_marks,
         "keys": page.keys(lines, own_marks),
@@ -272,11 +272,11 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     """Crossings, veerings and resonances as buttons."""
     axes = along, across = chart.request.measures
     places = {**chart.events, **chart.resonances_at(multiples)}
-    found = []
-    for key, one in places.items():
-        force = f" with {one.per_rev} per revolution" if one.per_rev else ""
-        name = f"{one.kind} of {' and '.join(chart.names_of(one))}{force}"
-        text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
+    data = []
+    for key, event in places.items():
+        force = f" with {event.per_rev} per revolution" if event.per_rev else ""
+        name = f"{event.kind} of {' and '.join(chart.names_of(event))}{force}"
+        text = f"{name}: {along.text(event.at, 4)}, {across.text(event.frequency, 4)}"
         action = {"action": "go_to_event", "value": key}
-        found.append(page.mark(key, one.kind, axes, (one.at, one.frequency), text, **action))
-    return found
+        data.append(page.mark(key, event.kind, axes, (event.at, event.frequency), text, **action))
+    return data

@@ -57,17 +57,17 @@ class MotionRequest(NamedTuple):
     @property
     def obstacle(self) -> "Obstacle | None":
         """What a motion has not; None if it can be computed."""
-        options, own, units = dict(self.options), self.experiment, self.beam.units
+        options, experiment, units = dict(self.options), self.experiment, self.beam.units
         if not self.beam.is_uniform:
             return Obstacle(
                 "A motion in time is computed for a uniform clamped beam with at most one mass.",
                 page.button("Make it uniform, as at the root", data_do="blade.uniform"),
             )
-        if own.body != "stays" and own.body_at > own.until:
+        if experiment.body != "stays" and experiment.body_at > experiment.until:
             return Obstacle(
-                f"The mass is {own.body} at {time_text(own.body_at, units)}, after the end of the"
-                f" motion at {time_text(own.until, units)}: make the motion longer, or choose an"
-                " earlier time.",
+                f"The mass is {experiment.body} at {time_text(experiment.body_at, units)}, after"
+                f" the end of the motion at {time_text(experiment.until, units)}: make the motion"
+                " longer, or choose an earlier time.",
                 of_beam=False,
             )
         if options["plane"] != "chordwise":
@@ -94,22 +94,23 @@ class MotionRequest(NamedTuple):
         """The motion. Raises the errors of `motion`, and Cancelled."""
         if obstacle := self.obstacle:
             raise InvalidInput(obstacle.reason)
-        beam, own = self.beam, self.experiment
-        options = {name: one for name, one in self.options if name in MODEL}
+        beam, experiment = self.beam, self.experiment
+        options = {name: value for name, value in self.options if name in MODEL}
         given: dict[str, Any] = {
-            **own.arguments,
-            "speed": own.speed(beam.gamma),
+            **experiment.arguments,
+            "speed": experiment.speed(beam.gamma),
             "tolerance": TOLERANCE,
-            "points": min(math.ceil(POINTS * own.until) + 1, MOST_POINTS),
+            "points": min(math.ceil(POINTS * experiment.until) + 1, MOST_POINTS),
         }
-        found = motion(beam, **given, **options, progress=Progress(own.until))
+        result = motion(beam, **given, **options, progress=Progress(experiment.until))
         second: LinearMotion | str = ""
-        if own.unstiffened:
+        if experiment.unstiffened:
             try:
-                second = motion_without_stiffening(beam, **given, progress=Progress(own.until))
+                progress = Progress(experiment.until)
+                second = motion_without_stiffening(beam, **given, progress=progress)
             except BeamvizError as error:
                 second = error_text(error, beam)
-        return Computed(self, found, second)
+        return Computed(self, result, second)
 
 
 class Progress:
@@ -132,20 +133,20 @@ class Computed:
     for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
     of each; film: what the scene plays."""
 
-    def __init__(self, request: MotionRequest, found: Motion, second: LinearMotion | str):
-        self.request, self.motion, self.second = request, found, second
+    def __init__(self, request: MotionRequest, result: Motion, second: LinearMotion | str):
+        self.request, self.motion, self.second = request, result, second
         self.beam, self.experiment = request.beam, request.experiment
-        shapes = MotionShapes(found)
+        shapes = MotionShapes(result)
         other = None if isinstance(second, str) else MotionShapes(second)
         units = self.beam.units
-        rate = suitable_rate(dominant_frequency(found), float(abs(found.gamma).max()), units)
-        rate = max(rate, float(found.t[-1]) / LONGEST)
-        self.film = Film(drawn_beam(found), shapes, other, rate, found.has_mass)
-        self.since = self.experiment.event if self.experiment.event < 0.7 * found.t[-1] else 0.0
-        self.spectrum = found.spectrum(self.since)
-        options = {name: one for name, one in request.options if name in MODEL}
+        rate = suitable_rate(dominant_frequency(result), float(abs(result.gamma).max()), units)
+        rate = max(rate, float(result.t[-1]) / LONGEST)
+        self.film = Film(drawn_beam(result), shapes, other, rate, result.has_mass)
+        self.since = self.experiment.event if self.experiment.event < 0.7 * result.t[-1] else 0.0
+        self.spectrum = result.spectrum(self.since)
+        options = {name: value for name, value in request.options if name in MODEL}
         try:
-            last = self.experiment.last_beam(self.beam, float(found.gamma[-1]))
+            last = self.experiment.last_beam(self.beam, float(result.gamma[-1]))
             modes = solve(last, modes=LINES, coriolis=True, **options)
             known = np.isfinite(modes.frequencies)
             self.modes = [

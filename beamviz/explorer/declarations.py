@@ -75,7 +75,7 @@ class Choice(Generic[T]):
 
     def picked(self, value: object, present: T) -> T:
         """The one of `values` that a control sent, as itself or as text; `present` for another."""
-        return {str(one): one for one in self.values}.get(str(value), present)
+        return {str(known): known for known in self.values}.get(str(value), present)
 
     @property
     def sent(self) -> type:
@@ -129,8 +129,8 @@ def features() -> Iterator[type[Declared]]:
 
 def tabs() -> dict[str, Tab]:
     """The tabs of all features by key, in their order."""
-    found = (kind.tab for kind in features() if kind.tab)
-    return {tab.key: tab for tab in sorted(found, key=lambda tab: tab.place)}
+    declared = (kind.tab for kind in features() if kind.tab)
+    return {tab.key: tab for tab in sorted(declared, key=lambda tab: tab.place)}
 
 
 def tab_named(key: str) -> str:

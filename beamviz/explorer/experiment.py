@@ -86,8 +86,8 @@ class Experiment:
     unstiffened: bool = False
 
     def __post_init__(self) -> None:
-        for name, own in RANGES.items():
-            object.__setattr__(self, name, check_float(name, getattr(self, name), *own.limits))
+        for name, allowed in RANGES.items():
+            object.__setattr__(self, name, check_float(name, getattr(self, name), *allowed.limits))
         for name, choices in ALTERNATIVES.items():
             check_choice(name, getattr(self, name), choices)
         check_bool("unstiffened", self.unstiffened)
@@ -103,8 +103,8 @@ class Experiment:
     def text(self) -> str:
         """What is not as usual, as an inline table of TOML."""
         usual = asdict(PULLED)
-        own = {name: one for name, one in asdict(self).items() if one != usual[name]}
-        return inline_toml(own)
+        changes = {name: value for name, value in asdict(self).items() if value != usual[name]}
+        return inline_toml(changes)
 
     def changed(self, name: str, value: Any) -> Self:
         """With one value as a browser sent it: numbers are clamped, an invalid one is ignored."""

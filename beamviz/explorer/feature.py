@@ -89,11 +89,11 @@ def progress(jobs: Collection[JobStatus]) -> str:
 def cancelled(jobs: Iterable[JobStatus]) -> str:
     """What is said (HTML) of those jobs that were cancelled: their names, and a button that
     computes the visitor's own again; "" for none."""
-    found = [job for job in jobs if job.cancelled]
-    if not found:
+    stopped = [job for job in jobs if job.cancelled]
+    if not stopped:
         return ""
-    text = f"cancelled: {', '.join(job.name for job in found)}"
-    return text + ("" if all(job.led for job in found) else RETRY)
+    text = f"cancelled: {', '.join(job.name for job in stopped)}"
+    return text + ("" if all(job.led for job in stopped) else RETRY)
 
 
 def waiting(id: str, tab: Tab) -> Part:

@@ -93,7 +93,7 @@ class Snapshot(Inputs):
     def of(cls, inputs: Inputs, picture: Picture) -> Self:
         """The snapshot of a visitor's inputs, of which the scene shows a picture."""
         return cls(
-            **{one.name: getattr(inputs, one.name) for one in fields(Inputs)}, picture=picture
+            **{field.name: getattr(inputs, field.name) for field in fields(Inputs)}, picture=picture
         )
 
     def lateness(self, *names: str) -> str:

@@ -353,16 +353,16 @@ class State:
         """The state without lessons: that before them while one is open."""
         return self.before_lesson or self
 
-    def restored(self, found: Self) -> Self:
+    def restored(self, step: Self) -> Self:
         """An earlier or later state, in which what is no choice about the scene is as it is now,
         and nothing is under way."""
         lasting = {name: getattr(self.view, name) for name in LASTING}
-        own = {name: getattr(self, name) for name, one in SHARED.items() if one.undo == "keeps"}
-        ended = {name: one.usual for name, one in SHARED.items() if one.undo == "ends"}
-        chosen = {one: value for one, value in found.chosen.items() if one.undo == "changes"}
-        chosen |= {one: value for one, value in self.chosen.items() if one.undo == "keeps"}
-        view = replace(found.view, **lasting)
-        return replace(found, view=view, chosen=chosen, **own, **ended)
+        kept = {key: getattr(self, key) for key, choice in SHARED.items() if choice.undo == "keeps"}
+        ended = {key: choice.usual for key, choice in SHARED.items() if choice.undo == "ends"}
+        chosen = {key: value for key, value in step.chosen.items() if key.undo == "changes"}
+        chosen |= {key: value for key, value in self.chosen.items() if key.undo == "keeps"}
+        view = replace(step.view, **lasting)
+        return replace(step, view=view, chosen=chosen, **kept, **ended)
 
     def __getitem__(self, choice: Choice[T]) -> T:
         """The value of a choice, of the state or of a feature."""
@@ -380,12 +380,12 @@ class State:
                 return state
             (other,) = {*AXES} - {choice.name}
             return replace(state, **{other: getattr(self, choice.name)})
-        chosen = {one: own for one, own in self.chosen.items() if one is not choice}
+        chosen = {other: kept for other, kept in self.chosen.items() if other is not choice}
         return replace(self, chosen=chosen if value == choice.usual else chosen | {choice: value})
 
     def ended(self, name: str) -> Self:
         """Without the choices of features that last until this value changes."""
-        chosen = {one: value for one, value in self.chosen.items() if name not in one.until}
+        chosen = {key: value for key, value in self.chosen.items() if name not in key.until}
         return replace(self, chosen=chosen)
 
     @property
@@ -412,25 +412,25 @@ class State:
     def changed(self, name: str, value: Any) -> Self:
         """With the value of that name as a browser sent it. The beam is fitted into the page again
         where it would leave the picture; a switched term keeps the case before for comparison."""
-        own = self.with_viewpoint(None) if name in REFITTED else self
+        fitted = self.with_viewpoint(None) if name in REFITTED else self
         if name in VIEW_KEYS:
-            view = own.view.changed(name, value)
+            view = fitted.view.changed(name, value)
             if name == "all_modes" and view.all_modes:  # from outside, captions would cover beams
                 view = replace(view, rotating_frame=True)
-            return replace(own, view=view)
+            return replace(fitted, view=view)
         if name == "per_rev":
             with contextlib.suppress(InvalidInput):
-                return replace(own, per_rev=check_per_rev(value))
-            return own
+                return replace(fitted, per_rev=check_per_rev(value))
+            return fitted
         if name in SHARED:
             choice = SHARED[name]
-            state = own.with_choice(choice, choice.picked(value, own[choice])).ended(name)
+            state = fitted.with_choice(choice, choice.picked(value, fitted[choice])).ended(name)
             if name == "comparison":
                 return replace(state, kept_by_edit=False)
             return state.without_run_up() if name == "force_per_rev" else state
         if (case := self.case.changed(name, value)) is self.case:
             return self
-        kept = own.keep_for_comparison() if name in TERMS else own
+        kept = fitted.keep_for_comparison() if name in TERMS else fitted
         state = replace(kept, case=case, run_speed=None)
         return (state if name == "gamma" else state.without_run_up()).with_mass_kept()
 
@@ -485,11 +485,11 @@ class State:
         if "case" in differing:
             differing |= different(self.case.values, other.case.values)
         of_features = {
-            one.name
-            for one in {*self.chosen, *other.chosen}
-            if one.undo == "changes" and self[one] != other[one]
+            choice.name
+            for choice in {*self.chosen, *other.chosen}
+            if choice.undo == "changes" and self[choice] != other[choice]
         }
-        unchanged = {name for name, one in SHARED.items() if one.undo != "changes"}
+        unchanged = {name for name, choice in SHARED.items() if choice.undo != "changes"}
         return differing - {"case", "view", "chosen", *LASTING} - unchanged | of_features
 
     def keep(self) -> Self:
@@ -514,7 +514,9 @@ class State:
 
 def different(some: Mapping[str, Any], others: Mapping[str, Any]) -> set[str]:
     """The names of `some` values that differ from those of the same names."""
-    return {name for name, one in some.items() if one is not others[name] and one != others[name]}
+    return {
+        name for name, value in some.items() if value is not others[name] and value != others[name]
+    }
 
 
 SHARED = choices_of(State)  # that are fields of the state, by name

@@ -259,7 +259,7 @@ class SceneView:
         own, as one that would cover another is moved down; the warning is above the scene."""
         views = [self.others.get(True), self.scene, self.others.get(False)]
         texts = [caption for view in views if view for caption in view.captions]
-        return [one for one in texts if one is not self.beam.warning]
+        return [caption for caption in texts if caption is not self.beam.warning]
 
 
 def fitted_clock(clock: Clock, picture: Picture) -> Clock:
