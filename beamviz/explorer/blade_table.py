@@ -24,12 +24,12 @@ Rows = tuple[Cells, ...]
 
 
 class Column(NamedTuple):
-    """A column of a table. key: of the values of SI; positive: whether it must be above 0."""
+    """A column of a table."""
 
-    key: str
+    key: str  # of the SI values
     label: str
     unit: str
-    positive: bool = True
+    positive: bool = True  # its values must be above 0
     optional: bool = False
 
     @property
@@ -52,20 +52,19 @@ MASSES = (
 
 
 class Draft(NamedTuple):
-    """The tables as text, with a cell for each column; root: "" clamped, "0" hinged, or the
-    stiffness of its spring [N m/rad]."""
+    """The tables as text, with a cell for each column."""
 
     stations: Rows
     masses: Rows = ()
-    root: str = ""
+    root: str = ""  # "": clamped, "0": hinged, or the stiffness of a spring [N m/rad]
 
 
 class Wrong(NamedTuple):
-    """What is wrong with a table: in which one, its row and column, -1 for all of it."""
+    """What is wrong with a table."""
 
     table: str
-    row: int
-    column: int
+    row: int  # -1: the whole table
+    column: int  # -1: the whole table
     reason: str
 
 

@@ -35,15 +35,14 @@ AXES = {name: PARAMETERS[name].short_label for name in ("gamma", "alpha", "beta"
 
 @dataclass(frozen=True)
 class ChartRequest:
-    """The loci to compute. beam: its number `over` is the start of the range; options: keywords of
-    `solve`; per_rev: the largest multiple of the speed for resonances."""
+    """The loci to compute."""
 
-    beam: Beam
+    beam: Beam  # its number `over` is `start`
     over: str
     start: float
     stop: float
-    options: dict[str, Any]
-    per_rev: int = 0
+    options: dict[str, Any]  # keywords of `solve`
+    per_rev: int = 0  # the largest multiple of the speed for resonances
 
     @classmethod
     def around(cls, case: Case, over: str, per_rev: int = 0) -> Self:
@@ -75,17 +74,13 @@ class ChartRequest:
 
 
 class Line(NamedTuple):
-    """A branch of loci as a line, at values x (n,) of the axis.
-
-    frequency: (n,) in units of 1/T*, nan where it has none. mode: (n,) index at the nearest value
-    solved for, -1 where the branch is not among the modes. runs: of one family and name of the
-    mode, as index of the first point and of the last, family and name; consecutive runs share a
-    point, so that lines have no gaps.
-    """
+    """A branch of loci as a line, at values x (n,) of the axis."""
 
     label: str
-    frequency: np.ndarray
-    mode: np.ndarray
+    frequency: np.ndarray  # (n,) in units of 1/T*, nan where it has none
+    mode: np.ndarray  # (n,) index at the nearest value solved; -1 where it is not among the modes
+    # First point, last point, family and name of the mode of each part in which these two are the
+    # same; consecutive parts share a point, so that lines have no gaps.
     runs: list[tuple[int, int, str, str]]
 
     def name_at(self, k: int) -> str:
@@ -96,18 +91,14 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """Loci as lines, without the solutions: those of a blade take megabytes.
-
-    x: values of the axis (n,), of the loci and of the events. located: events and resonances.
-    names: those of the modes of each event, but of resonances, whose names are those of the lines.
-    """
+    """Loci as lines, without the solutions: those of a blade take megabytes."""
 
     request: ChartRequest
-    x: np.ndarray
+    x: np.ndarray  # values of the axis (n,): of the loci and of the events
     lines: list[Line]
-    located: tuple[Event, ...]
+    located: tuple[Event, ...]  # events and resonances
     limits: tuple[Limit, ...]
-    names: dict[Event, tuple[str, ...]]
+    names: dict[Event, tuple[str, ...]]  # of the modes of each event that is no resonance
 
     @cached_property
     def events(self) -> dict[str, Event]:

@@ -33,12 +33,11 @@ MODEL = ("strain", "curvature", "state")  # options of `solve` that a motion has
 
 
 class Obstacle(NamedTuple):
-    """Why a motion cannot be computed, and a button (HTML) that removes the reason, if any.
-    of_beam: the same is true of every experiment with this beam and model."""
+    """Why a motion cannot be computed."""
 
     reason: str
-    remedy: str = ""
-    of_beam: bool = True
+    remedy: str = ""  # a button (HTML) that removes the reason, if any
+    of_beam: bool = True  # no experiment with this beam and model can be computed
 
 
 class MotionRequest(NamedTuple):
@@ -50,13 +49,13 @@ class MotionRequest(NamedTuple):
 
     @classmethod
     def of(cls, case: Case, experiment: Experiment) -> Self:
-        """That of a case. Raises InvalidInput for a number out of range."""
+        """The request for a case. Raises InvalidInput for a number out of range."""
         names = (*MODEL, "plane", "stiffening", "softening")
         return cls(case.beam, tuple((name, case.options[name]) for name in names), experiment)
 
     @property
     def obstacle(self) -> "Obstacle | None":
-        """What a motion has not; None if it can be computed."""
+        """The first reason why this motion cannot be computed; None if it can."""
         options, experiment, units = dict(self.options), self.experiment, self.beam.units
         if not self.beam.is_uniform:
             return Obstacle(
@@ -102,20 +101,20 @@ class MotionRequest(NamedTuple):
             "tolerance": TOLERANCE,
             "points": min(math.ceil(POINTS * experiment.until) + 1, MOST_POINTS),
         }
-        result = motion(beam, **given, **options, progress=Progress(experiment.until))
+        result = motion(beam, **given, **options, progress=MotionProgress(experiment.until))
         second: LinearMotion | str = ""
         if experiment.unstiffened:
             try:
-                progress = Progress(experiment.until)
+                progress = MotionProgress(experiment.until)
                 second = motion_without_stiffening(beam, **given, progress=progress)
             except BeamvizError as error:
                 second = error_text(error, beam)
         return Computed(self, result, second)
 
 
-class Progress:
-    """Tells how far a motion is, which is computed several times, with finer steps: the part done
-    grows with each of them."""
+class MotionProgress:
+    """Reports the progress of a motion to its job. It is computed an unknown number of times, with
+    ever finer steps; the fraction done after n of them is taken to be 1 - 1 / 2^n."""
 
     def __init__(self, until: float):
         self.until, self.runs, self.last = until, 0, 0.0
@@ -128,10 +127,12 @@ class Progress:
 
 
 class Computed:
-    """A computed motion, its spectrum and the frequencies of the modes at its end, ready to be
-    shown. second: that without stiffening, or the reason why there is none, "" where none is asked
-    for; since: from when on [T*] the spectrum is taken; modes: label, family and frequency [1/T*]
-    of each; film: what the scene plays."""
+    """A computed motion, its spectrum and the frequencies of the modes at its end.
+
+    second: the motion without stiffening, or the reason why there is none, "" where none is asked
+    for; since: the time [T*] from which on the spectrum is taken; modes: label, family and
+    frequency [1/T*] of each; film: what the scene plays.
+    """
 
     def __init__(self, request: MotionRequest, result: Motion, second: LinearMotion | str):
         self.request, self.motion, self.second = request, result, second
@@ -191,19 +192,18 @@ def is_before(inputs: Inputs) -> bool:
 
 
 class PullRequest(NamedTuple):
-    """A beam that is held, and where. number: of the hold, as what was shown of an earlier one is
-    not shown again."""
+    """A beam that the visitor pulls, and how."""
 
     beam: Beam
-    options: tuple[tuple[str, Any], ...]
-    at: float
-    deflection: float
-    number: int
+    options: tuple[tuple[str, Any], ...]  # of `pulled`
+    at: float  # the point x that is pulled
+    deflection: float  # of the point [L]
+    number: int  # of the pull: an answer to an earlier one is not shown again
 
     @classmethod
     def of(cls, state: State) -> Self:
-        """That of a state in which the beam is held. Raises InvalidInput for a number out of
-        range."""
+        """The request for a state in which the beam is pulled. Raises InvalidInput for a number out
+        of range."""
         hold = state.hold
         assert hold
         options = tuple((name, state.case.options[name]) for name in MODEL)
@@ -245,6 +245,6 @@ def film_of(
 
 
 def played_reads(inputs: Inputs, film: Film, moment: float) -> tuple[Any, ...]:
-    """What the picture of a motion at a moment [T*] depends on, besides that without it."""
+    """What the picture of a motion at a moment [T*] depends on, besides the picture without it."""
     diverged = film.diverged is not None and moment >= film.diverged
     return inputs.state.view, inputs.scale, film.has_body(moment), diverged

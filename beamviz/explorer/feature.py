@@ -20,14 +20,12 @@ from beamviz.explorer.visitor import Visitor
 
 
 class Part(NamedTuple):
-    """A part of the page. reads: returns its readings, what the part depends on, of a snapshot;
-    shows: returns the contents of the page for the readings, and depends on nothing else; ids: of
-    its elements, and the keys of its controls. `shows` is called again when one of the readings is
-    another object, or, of the types PLAIN, has another value."""
+    """A part of the page: a function of its readings of a snapshot. The function is called again
+    when one of the readings is another object, or, of the types PLAIN, has another value."""
 
-    reads: Callable[[Snapshot], tuple[Any, ...]]
-    shows: Callable[..., Content]
-    ids: Collection[str]
+    reads: Callable[[Snapshot], tuple[Any, ...]]  # the readings: all that the part depends on
+    shows: Callable[..., Content]  # the contents of the page for the readings
+    ids: Collection[str]  # of its elements, and the keys of its controls
 
     def content(self, *reading: Any) -> Content:
         """The contents of the page for what was read. They name all elements of the part, also
