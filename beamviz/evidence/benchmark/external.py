@@ -26,7 +26,7 @@ from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from itertools import pairwise, product
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -53,15 +53,13 @@ HERMITE = np.array(  # mass of a cubic element, value and slope of each end, tim
 
 def exudyn(energy: str, beam: Beam, elements: int, modes: int) -> np.ndarray:
     """omega^2 (modes,) of Exudyn with its "own" energy or the "paper"'s. Raises NotConverged."""
-    module: Any = import_module("exudyn")
-    module.config.printToConsole = False  # else it prints errors on stdout
-    settings = module.SimulationSettings()
-    settings.staticSolver.verboseMode = 0
-    settings.solution.file.write = False
-    settings.linearSolver.solverType = module.LinearSolverType.EigenSparse
+    module = exudyn_module()
+    settings = quiet_settings(module)
+    laws = paper_laws(beam.mu) if energy == "paper" else {}
     for steps in LOAD_STEPS:
         settings.staticSolver.numberOfLoadSteps = steps
-        system, nodes = exudyn_model(energy, beam, elements)
+        system, nodes, _ = exudyn_model(beam, elements, beam.gamma, **laws)
+        system.Assemble()
         try:
             system.SolveStatic(settings, updateInitialValues=True)
             break
@@ -77,25 +75,53 @@ def exudyn(energy: str, beam: Beam, elements: int, modes: int) -> np.ndarray:
     return np.sort(eigenvalues(system, settings, **options)[0])[:modes]
 
 
-def exudyn_model(energy: str, beam: Beam, elements: int) -> tuple[Any, list[Any]]:
-    """The beam as an assembled Exudyn system, and its nodes."""
+def exudyn_module() -> Any:
+    module: Any = import_module("exudyn")
+    module.config.printToConsole = False  # else it prints errors on stdout
+    return module
+
+
+def quiet_settings(module: Any) -> Any:
+    """Settings with which Exudyn neither prints nor writes files."""
+    settings = module.SimulationSettings()
+    settings.staticSolver.verboseMode = 0
+    settings.timeIntegration.verboseMode = 0
+    settings.solution.file.write = False
+    settings.linearSolver.solverType = module.LinearSolverType.EigenSparse
+    return settings
+
+
+class ExudynModel(NamedTuple):
+    """A clamped beam in Exudyn, not assembled."""
+
+    system: Any
+    nodes: list[Any]  # (elements + 1,)
+    # For each element the number of an object with its concentrated mass, which takes the forces of
+    # the rotating frame, its mass matrix M (8, 8), and its position q (8,) at rest, from the axis.
+    bodies: list[tuple[Any, np.ndarray, np.ndarray]]
+
+
+def exudyn_model(beam: Beam, elements: int, gamma: float = 0.0, **laws: Any) -> ExudynModel:
+    """gamma: of the centrifugal force; laws: user functions of a section, see `paper_laws`, by
+    default those of Exudyn's energy."""
     items: Any = import_module("exudyn.utilities")
-    system = import_module("exudyn").SystemContainer().AddSystem()
-    laws = paper_laws(beam.mu) if energy == "paper" else {}
+    system = exudyn_module().SystemContainer().AddSystem()
     section = {"massPerLength": 1, "bendingStiffness": 1, "axialStiffness": beam.mu**2}
     h = 1 / elements
     places = [[n * h, 0, 1, 0] for n in range(elements + 1)]
     nodes = [system.AddNode(items.NodePoint2DSlope1(referenceCoordinates=at)) for at in places]
+    bodies = []
     for e, (distributed, point) in enumerate(element_masses(beam, elements)):
         ends = [nodes[e], nodes[e + 1]]
         system.AddObject(items.Cable2D(nodeNumbers=ends, length=h, **section, **laws))
-        K = beam.gamma**2 * (distributed + point)
+        M = distributed + point
         q = np.array([e * h + beam.delta, 0, 1, 0, (e + 1) * h + beam.delta, 0, 1, 0])
+        K = gamma**2 * M
         terms = {"massMatrix": point, "stiffnessMatrix": -K, "forceVector": K @ q}
-        system.AddObject(items.ObjectGenericODE2(nodeNumbers=ends, **terms))
+        number = system.AddObject(items.ObjectGenericODE2(nodeNumbers=ends, **terms))
+        bodies.append((number, M, q))
     clamp(system, items, nodes[0])
-    system.Assemble()
-    return system, nodes
+    return ExudynModel(system, nodes, bodies)
 
 
 def clamp(system: Any, items: Any, node: Any) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
-from beamviz.evidence.benchmark.external import clamp, element_masses
+from beamviz.evidence.benchmark.external import exudyn_model, exudyn_module, quiet_settings
 
 SPECTRAL_RADIUS = 0.9
 LOAD_STEPS = 5
@@ -42,23 +42,10 @@ def exudyn_tip(
     intervals. Raises NotConverged."""
     if missing():
         raise NotConverged(f"Exudyn is {missing()}")
-    module: Any = import_module("exudyn")
-    items: Any = import_module("exudyn.utilities")
-    module.config.printToConsole = False
-    system = module.SystemContainer().AddSystem()
-    h = 1 / elements
-    places = [[n * h, 0, 1, 0] for n in range(elements + 1)]
-    nodes = [system.AddNode(items.NodePoint2DSlope1(referenceCoordinates=at)) for at in places]
-    section = {"massPerLength": 1, "bendingStiffness": 1, "axialStiffness": beam.mu**2}
-    bodies = []
-    for e, (distributed, point) in enumerate(element_masses(beam, elements)):
-        ends = [nodes[e], nodes[e + 1]]
-        system.AddObject(items.Cable2D(nodeNumbers=ends, length=h, **section))
-        q = np.array([e * h + beam.delta, 0, 1, 0, (e + 1) * h + beam.delta, 0, 1, 0])
-        number = system.AddObject(items.ObjectGenericODE2(nodeNumbers=ends, massMatrix=point))
-        M = distributed + point
-        bodies.append((number, M, M @ np.kron(np.eye(4), TURN), q))
-    clamp(system, items, nodes[0])
+    module, items = exudyn_module(), import_module("exudyn.utilities")
+    system, nodes, bodies = exudyn_model(beam, elements)
+    turn = np.kron(np.eye(4), TURN)
+    terms = [(number, M, M @ turn, q) for number, M, q in bodies]
     tip = system.AddMarker(items.MarkerNodePosition(nodeNumber=nodes[-1]))
     load = system.AddLoad(items.Force(markerNumber=tip, loadVector=[0, release, 0]))
     position = module.OutputVariableType.Position
@@ -67,7 +54,7 @@ def exudyn_tip(
     )
 
     def set_speed(gamma: float, rate: float) -> None:
-        for number, M, G, q in bodies:
+        for number, M, G, q in terms:
             K = rate * G - gamma**2 * M
             system.SetObjectParameter(number, "stiffnessMatrix", K)
             system.SetObjectParameter(number, "dampingMatrix", 2 * gamma * G)
@@ -87,7 +74,7 @@ def exudyn_tip(
     system.Assemble()
     try:
         if drive is None:
-            settings = common_settings(module)
+            settings = quiet_settings(module)
             settings.staticSolver.numberOfLoadSteps = LOAD_STEPS
             system.SolveStatic(settings, updateInitialValues=True)
             system.SetLoadParameter(load, "loadVector", [0, 0, 0])
@@ -101,17 +88,8 @@ def exudyn_tip(
     return stored[:, 1:3]
 
 
-def common_settings(module: Any) -> Any:
-    settings = module.SimulationSettings()
-    settings.staticSolver.verboseMode = 0
-    settings.timeIntegration.verboseMode = 0
-    settings.solution.file.write = False
-    settings.linearSolver.solverType = module.LinearSolverType.EigenSparse
-    return settings
-
-
 def dynamic_settings(module: Any, until: float, steps: int, intervals: int) -> Any:
-    settings = common_settings(module)
+    settings = quiet_settings(module)
     time = settings.timeIntegration
     time.endTime, time.numberOfSteps = until, steps
     time.adaptiveStep = False
