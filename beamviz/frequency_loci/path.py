@@ -2,9 +2,10 @@
 
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -118,20 +119,37 @@ class Path:
         modes; those not solved before are solved in one batch."""
         new = sorted(set(values.tolist()) - self.outcomes.keys())
         if new:
-            self.outcomes.update(zip(new, self._solve(new), strict=True))
+            for value, outcome in zip(new, self._solve(new), strict=True):
+                self.outcomes.setdefault(value, outcome)  # in a search it is solved already
         return [self.outcomes[value] for value in values.tolist()]
 
     def _solve(self, values: list[float]) -> list[Outcome]:
-        """The outcomes at ascending values. Over the speed no equilibrium exists beyond a limit,
-        which the error at the highest speed names: speeds beyond it need no solve."""
+        """The outcomes at ascending values. No equilibrium exists beyond the first value without
+        one where the load on the beam grows with the parameter: values beyond it need no solve,
+        and have the error of the last."""
         beams = [self.at(value) for value in values]
-        if self.over != "gamma" or len(beams) == 1:
+        if not self.loads_more or len(beams) == 1:
             return self._solve_beams(beams)
-        (fastest,) = self._solve_beams(beams[-1:])
-        count = 1  # of beams with the outcome of the fastest
-        if isinstance(fastest, NoEquilibrium):
-            count = sum(value > fastest.limit for value in values)
-        return self._solve_beams(beams[: len(beams) - count]) + [fastest] * count
+        (last,) = self._solve_beams(beams[-1:])
+        count = len(beams) - 1  # of beams that may have another outcome than the last
+        if isinstance(last, NoEquilibrium):
+            count = bisect_left(values[:-1], True, key=partial(self._is_beyond, last))
+        return self._solve_beams(beams[:count]) + [last] * (len(beams) - count)
+
+    @cached_property
+    def loads_more(self) -> bool:
+        """Whether the load grows with the parameter: the centrifugal force with the speed, and with
+        the mass where it pulls the beam outward."""
+        return self.over == "gamma" or (
+            self.over == "alpha" and self.is_straight and self.beam.delta >= 0
+        )
+
+    def _is_beyond(self, error: NoEquilibrium, value: float) -> bool:
+        """Whether no equilibrium exists at a value, where `error` is that at a greater one; of
+        speeds it names the limit."""
+        if self.over == "gamma":
+            return value > error.limit
+        return isinstance(self.solve(np.array([value]))[0], NoEquilibrium)
 
     def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
         return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
