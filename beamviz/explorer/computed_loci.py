@@ -144,7 +144,7 @@ class Chart:
         return nearest if nearest and distance[nearest] <= near else ""
 
     def modes_of(self, event: Event) -> tuple[int, ...]:
-        """The modes (from 0) of an event that can be shown, also those above the modes asked for."""
+        """The modes (from 0) of an event, also those above the modes asked for."""
         return tuple(sorted({mode for mode in event.modes if mode < MAX_MODES}))
 
     def names_of(self, event: Event) -> list[str]:

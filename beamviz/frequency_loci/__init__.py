@@ -125,7 +125,8 @@ def loci(
     numbers; events between the first and the last do not depend on how many there are. modes: 1 to
     20. per_rev: over gamma, multiples of the speed, 1 .. per_rev, whose resonances are among the
     events; a mode that vibrates with a multiple of the speed all along a range, as a hinged beam
-    does flapwise, has one from `at` to `until`. options: as for solve(). Ranges without a stable equilibrium are reported in `limits`.
+    does flapwise, has one from `at` to `until`. options: as for solve(). Ranges without a stable
+    equilibrium are reported in `limits`.
     Raises InvalidInput; and NoEquilibrium or NotConverged where no value has a solution.
     """
     began = time.perf_counter()

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from helpers import slow, sorted_frequencies
+from matplotlib.figure import Figure
 from oracle.bent import bent_truth
 from scipy.optimize import brentq
 
@@ -265,6 +266,16 @@ def test_a_limit_point_of_the_spin_up(folding):
     assert squares[1] / squares[2] == pytest.approx(2, rel=0.02)
     tips = [solution.equilibrium.tip[1] for solution in folding["B1"].solutions]
     assert [tip > 0 for tip in tips] == [value < event.at for value in folding.values]
+
+
+def test_loci_are_interrupted_at_a_limit_point(folding):
+    """Beyond it they are those of another state. The lowest one falls to zero before it."""
+    (event,) = [event for event in folding.events if event.kind == "limit point"]
+    axes = folding.plot(Figure().subplots())
+    points = np.concatenate([line.get_xydata() for line in axes.lines if len(line.get_xdata()) > 1])
+    heights = points[points[:, 0] == event.at, 1]
+    assert np.isnan(heights).sum() >= len(folding.branches)
+    assert {*heights[np.isfinite(heights)].tolist()} == {0}
 
 
 @pytest.mark.parametrize(
