@@ -118,23 +118,29 @@ class Path:
         """The Solution, or NoEquilibrium or NotConverged, at each of the values (n,), with extra
         modes; those not solved before are solved in one batch."""
         new = sorted(set(values.tolist()) - self.outcomes.keys())
+        if self.loads_more and len(new) > 1:
+            new = self._left_below_limit(new)
         if new:
-            for value, outcome in zip(new, self._solve(new), strict=True):
-                self.outcomes.setdefault(value, outcome)  # in a search it is solved already
+            self._solve(new)
         return [self.outcomes[value] for value in values.tolist()]
 
-    def _solve(self, values: list[float]) -> list[Outcome]:
-        """The outcomes at ascending values. No equilibrium exists beyond the first value without
-        one where the load on the beam grows with the parameter: values beyond it need no solve,
-        and have the error of the last."""
+    def _solve(self, values: list[float]) -> None:
+        """Solve at values in one batch."""
         beams = [self.at(value) for value in values]
-        if not self.loads_more or len(beams) == 1:
-            return self._solve_beams(beams)
-        (last,) = self._solve_beams(beams[-1:])
-        count = len(beams) - 1  # of beams that may have another outcome than the last
-        if isinstance(last, NoEquilibrium):
-            count = bisect_left(values[:-1], True, key=partial(self._is_beyond, last))
-        return self._solve_beams(beams[:count]) + [last] * (len(beams) - count)
+        outcomes = solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
+        self.outcomes.update(zip(values, outcomes, strict=True))
+
+    def _left_below_limit(self, values: list[float]) -> list[float]:
+        """Of ascending values those left to solve once the last is solved. Where it has no
+        equilibrium, neither has any value beyond the first without one, and its error is theirs."""
+        last = values[-1]
+        self._solve([last])
+        error = self.outcomes[last]
+        if isinstance(error, NoEquilibrium):
+            first = bisect_left(values, True, key=partial(self._is_beyond, error))
+            for value in values[first:]:
+                self.outcomes.setdefault(value, error)
+        return [value for value in values if value not in self.outcomes]
 
     @cached_property
     def loads_more(self) -> bool:
@@ -150,9 +156,6 @@ class Path:
         if self.over == "gamma":
             return value > error.limit
         return isinstance(self.solve(np.array([value]))[0], NoEquilibrium)
-
-    def _solve_beams(self, beams: list[Beam]) -> list[Outcome]:
-        return solve_many(beams, extra_modes=self.extra_modes, **self.problem.options)
 
     def buckles_between(self, low: float, high: float) -> bool:
         """Whether the state is straight at one of two values and bent at the other."""
