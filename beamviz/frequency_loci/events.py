@@ -34,7 +34,7 @@ class Event:
     kind: str  # a key of EVENT_KINDS
     branches: tuple[str, ...]
     at: float  # of a range: its first value
-    frequencies: tuple[float, ...]  # of each branch at this value; nan where that is not known
+    frequencies: tuple[float | None, ...]  # of each branch at this value; None where not known
     modes: tuple[int, ...]  # indices of these modes by frequency, from 0
     until: float | None = None  # of a range: its last value
     gap: float = 0.0  # of a veering: the least
@@ -46,7 +46,7 @@ class Event:
     @property
     def frequency(self) -> float:
         """The mean of the frequencies that are known."""
-        known = [frequency for frequency in self.frequencies if not math.isnan(frequency)]
+        known = [frequency for frequency in self.frequencies if frequency is not None]
         return math.fsum(known) / len(known)
 
     @property
@@ -315,7 +315,7 @@ def limit_points(tracked: Tracked) -> Iterator[Event]:
     """Where a deflected state ends; the branches end too, or continue on another state."""
     for at, before, after, ended in equilibria.limit_points(tracked.path, tracked.grid):
         states = before, after
-        frequencies = tuple(0.0 if state is ended else math.nan for state in states)
+        frequencies = tuple(0.0 if state is ended else None for state in states)
         labels = before.labels[0], after.labels[0]
         yield Event("limit point", labels, at, frequencies, (0, 0))
 
@@ -324,7 +324,7 @@ def second_states(tracked: Tracked) -> Iterator[Event]:
     """From where on another stable deflected state exists; its lowest branch is "B1 (state 2)"."""
     for at, first, second, _ in equilibria.second_states(tracked.path, tracked.grid):
         labels = first.labels[0], f"{second.labels[0]} (state 2)"
-        yield Event("second state", labels, at, (math.nan, float(second.frequencies[0])), (0, 0))
+        yield Event("second state", labels, at, (None, float(second.frequencies[0])), (0, 0))
 
 
 EVENT_KINDS = {

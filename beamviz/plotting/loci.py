@@ -230,12 +230,12 @@ class Chart:
 def _through(event: Event, label: str) -> list[float]:
     """The frequencies of a branch at an event, in the order of the line that is drawn through them;
     none where they are not known, nan where the line is interrupted."""
-    known = zip(event.branches, event.frequencies, strict=True)
-    own = [frequency if name == label else math.nan for name, frequency in known]
+    pairs = zip(event.branches, event.frequencies, strict=True)
+    own = [math.nan if name != label or y is None else y for name, y in pairs]
     if event.jumps:
         before, after = own
         return [before, math.nan, after]
-    return [frequency for frequency in own if math.isfinite(frequency)]
+    return [y for y in own if math.isfinite(y)]
 
 
 def _mark(event: Event) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 buckling, limit points, second stable states."""
 
 import json
+import pickle
 import re
 from collections.abc import Callable
 
@@ -346,5 +347,6 @@ def test_a_second_stable_state(folding):
     events = {event.kind: event for event in folding.events}
     assert events["limit point"].at == pytest.approx(end, abs=1e-7)
     assert events["second state"].branches == ("B1", "B1 (state 2)")
+    assert pickle.loads(pickle.dumps(folding.events)) == folding.events
     assert other_stable_states(solve(FOLDING.replace(spin_up=0.2), **PRECISE)) == []
     assert other_stable_states(solve(Beam(delta=-1, gamma=4), state="stable")) == []
