@@ -78,15 +78,13 @@ class ChartRequest:
 class Line(NamedTuple):
     """A branch of loci as a line, at values x (n,) of the axis.
 
-    frequency: (n,) in units of 1/T*, nan where it has none. mode: (n,) index at the nearest value
-    solved for, -1 where the branch is not among the modes. runs: of one family and name of the
+    frequency: (n,) in units of 1/T*, nan where it has none. runs: of one family and name of the
     mode, as index of the first point and of the last, family and name; consecutive runs share a
     point, so that lines have no gaps.
     """
 
     label: str
     frequency: np.ndarray
-    mode: np.ndarray
     runs: list[tuple[int, int, str, str]]
 
     def name_at(self, k: int) -> str:
@@ -178,7 +176,6 @@ def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = Non
     a value take a solve: a run with the same name at both ends is taken to have one name."""
     lines, takes_solve = [], found.problem.gyroscopic
     before = np.maximum(np.searchsorted(found.values, x, "right") - 1, 0).tolist()
-    nearest = abs(x[:, None] - found.values).argmin(axis=1)
     names = cache(lambda k: names_of_branches(found, float(found.values[k])))
 
     def name_at(label: str, i: int) -> str:
@@ -194,7 +191,7 @@ def lines_of(found: Loci, x: np.ndarray, branches: Sequence[Branch] | None = Non
             if own := family[start]:
                 parts = one_name(name, start, stop)
                 runs += [(first, min(end, len(x) - 1), own, name(first)) for first, end in parts]
-        lines.append(Line(branch.label, y, branch.mode_index[nearest], runs))
+        lines.append(Line(branch.label, y, runs))
     return lines
 
 
