@@ -20,6 +20,7 @@ from beamviz.frequency_loci import Branch, Event, Loci, loci
 from beamviz.frequency_loci.identity import names_of_branches, names_of_event
 from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
+from beamviz.solver.problem import MAX_MODES
 
 AT = 1e-7  # of the range: distance of a beam that is at an event
 ROUND = (1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
@@ -78,7 +79,6 @@ class Line(NamedTuple):
 
     label: str
     frequency: np.ndarray  # (n,) in units of 1/T*, nan where it has none
-    mode: np.ndarray  # (n,) index at the nearest value solved; -1 where it is not among the modes
     # First point, last point, family and name of the mode of each part in which these two are the
     # same; consecutive parts share a point, so that lines have no gaps.
     runs: list[tuple[int, int, str, str]]
@@ -114,9 +114,16 @@ class Chart:
         return {key: event for key, event in self.events.items() if event.kind in kinds}
 
     def resonances_at(self, multiples: Sequence[int]) -> dict[str, Event]:
-        """Resonances with these multiples of the speed by key: multiple, branch and a count."""
-        shown = (event for event in self.located if event.per_rev in multiples)
+        """Resonances at a speed, with these multiples of it, by key: multiple, branch and a
+        count."""
+        events = (event for event in self.located if event.until is None)
+        shown = (event for event in events if event.per_rev in multiples)
         return numbered((f"{event.per_rev} {event.branches[0]}", event) for event in shown)
+
+    def resonances_along(self, multiples: Sequence[int]) -> list[Event]:
+        """Resonances of loci that lie on the line of one of these multiples of the speed."""
+        events = (event for event in self.located if event.until is not None)
+        return [event for event in events if event.per_rev in multiples]
 
     def event_at(self, value: float) -> str:
         """The key of the event or resonance at a value of the axis, "" where there is none."""
@@ -127,10 +134,8 @@ class Chart:
         return nearest if nearest and distance[nearest] <= near else ""
 
     def modes_of(self, event: Event) -> tuple[int, ...]:
-        """The modes (from 0) of an event."""
-        k = self.index_of(event)
-        modes = {line.label: int(line.mode[k]) for line in self.lines}
-        return tuple(modes[label] for label in event.branches if modes.get(label, -1) >= 0)
+        """The modes (from 0) of an event, also those above the modes asked for."""
+        return tuple(sorted({mode for mode in event.modes if mode < MAX_MODES}))
 
     def names_of(self, event: Event) -> list[str]:
         """The names of the modes of an event or a resonance there, stretching modes first."""
@@ -163,7 +168,6 @@ def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = 
     a value take a solve: a run with the same name at both ends is taken to have one name."""
     lines, takes_solve = [], computed.problem.gyroscopic
     before = np.maximum(np.searchsorted(computed.values, x, "right") - 1, 0).tolist()
-    nearest = abs(x[:, None] - computed.values).argmin(axis=1)
     names = cache(lambda k: names_of_branches(computed, float(computed.values[k])))
 
     def name_at(label: str, i: int) -> str:
@@ -179,7 +183,7 @@ def lines_of(computed: Loci, x: np.ndarray, branches: Sequence[Branch] | None = 
             if kind := family[start]:
                 parts = one_name(name, start, stop)
                 runs += [(first, min(end, len(x) - 1), kind, name(first)) for first, end in parts]
-        lines.append(Line(branch.label, y, branch.mode_index[nearest], runs))
+        lines.append(Line(branch.label, y, runs))
     return lines
 
 
@@ -245,18 +249,30 @@ def chart_data(chart: Chart, multiples: Sequence[int] = (), second: Chart | None
         per_rev = {"slope": float(across.factor / along.factor), "multiples": list(multiples)}
         data |= {"name": "Campbell diagram", "perRev": per_rev if multiples else None}
     lines = data["lines"] + lines_data(chart.lines, across.factor)
-    own_marks = marks(chart, multiples)
+    bands, own_marks = bands_data(chart, multiples), marks(chart, multiples)
+    band_keys = [{"style": "line band", "text": "resonance along a per-rev line"}] if bands else []
     return data | {
         "y": page.frequency_axis(across, (0.0, chart.top)),
         "at": page.sent(along.factor * chart.x),
-        "lines": lines,
+        "lines": [*bands, *lines],
         "gaps": [
             [*(float(along.factor * x) for x in (limit.start, limit.stop)), FAILURES[limit.kind]]
             for limit in chart.limits
         ],
         "marks": own_marks,
-        "keys": page.keys(lines, own_marks),
+        "keys": [*page.keys(lines, own_marks), *band_keys],
     }
+
+
+def bands_data(chart: Chart, multiples: Sequence[int]) -> list[Data]:
+    """The resonances along lines of multiples of the speed as wide lines behind the loci."""
+    along, across = chart.request.measures
+    bands = []
+    for one in chart.resonances_along(multiples):
+        x = np.array([one.at, one.until])
+        ends = {"at": page.sent(along.factor * x), "y": page.sent(across.factor * one.per_rev * x)}
+        bands.append({"label": "", **ends, "runs": [[0, 1, "band", ""]]})
+    return bands
 
 
 def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
