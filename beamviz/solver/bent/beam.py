@@ -176,13 +176,13 @@ class BentBeam:
     @property
     def highest(self) -> list[NDArray]:
         """Numbers of the unknowns of the highest functions of each element, of both kinds."""
-        return [np.append(columns, self.r + columns) for columns in self.trial.highest]
+        return [np.append(along, self.r + across) for along, across in self.trial.highest]
 
     def values(self, c: NDArray) -> NDArray:
         """Changes of q (n + turning, ...) of unknowns c (size, ...)."""
         of_f, of_kappa = c[: self.r], c[self.r : 2 * self.r]
-        parts = [block.stretch @ of_f[block.functions] for block in self.blocks]
-        parts += [block.bending @ of_kappa[block.functions] for block in self.blocks]
+        parts = [block.stretch @ of_f[block.along] for block in self.blocks]
+        parts += [block.bending @ of_kappa[block.across] for block in self.blocks]
         return np.concatenate((*parts, self.root_scale * c[2 * self.r :]))
 
     def on_unknowns(self, residual: NDArray) -> NDArray:
@@ -197,7 +197,7 @@ class BentBeam:
         """Matrix (size, size) in the unknowns of a quadratic form whose density is given by its
         coefficients (n,) of f^2, of f kappa and of kappa^2, with that of the angle at the root."""
         K = np.zeros((self.size, self.size))
-        for rows, own, Bf, Bk in self.blocks:
+        for rows, own, _, Bf, Bk in self.blocks:
             turning = slice(self.r + own.start, self.r + own.stop)
             K[own, own] = (Bf.T * ff[rows]) @ Bf
             K[turning, turning] = (Bk.T * kk[rows]) @ Bk
@@ -426,7 +426,7 @@ class BentState:
         # The axial and the shear force turn with the beam.
         r, angle = bent.r, bent.angle
         turned = np.concatenate(
-            [(Bf.T * across[points]) @ angle[points] for points, _, Bf, _ in bent.blocks]
+            [(Bf.T * across[points]) @ angle[points] for points, _, _, Bf, _ in bent.blocks]
         )
         K[:r, r:] -= turned
         K[r:, :r] -= turned.T
@@ -522,7 +522,7 @@ class BentState:
         n, f = len(self.f), self.f[:, None]
         displaced = np.zeros((2, len(bent.mass), bent.size))
         gradient = displaced[:, :n]  # which the integrals replace: large blades have large matrices
-        for points, own, Bf, _ in bent.blocks:
+        for points, own, _, Bf, _ in bent.blocks:
             gradient[:, points, own] = self.direction[:, points, None] * Bf
         np.multiply(-f * s, bent.angle, out=gradient[0, :, bent.r :])
         np.multiply(f * c, bent.angle, out=gradient[1, :, bent.r :])
