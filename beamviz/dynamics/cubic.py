@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.dynamics.coordinates import Derivatives
 from beamviz.dynamics.elements import Elements
 from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.fem.elements import (
+from beamviz.mechanics.cubic_elements import (
     axial_hessian,
     bending,
     bending_hessian,

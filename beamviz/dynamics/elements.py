@@ -8,7 +8,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from beamviz.solver.fem.elements import gauss
+from beamviz.mechanics.cubic_elements import gauss
 from beamviz.solver.solution import read_only
 
 EXTRA_POINTS = 3  # Gauss points of an element: its order and these (the energy is no polynomial)

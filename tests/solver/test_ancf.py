@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beamviz.beam import Beam
-from beamviz.solver.fem.elements import PlanarBeam, element_coordinates, gauss, hermite
+from beamviz.mechanics.cubic_elements import PlanarBeam, element_coordinates, gauss, hermite
 from beamviz.solver.problem import Problem
 
 NODES = np.array([0, 0.12, 0.35, 0.6, 1])

@@ -16,7 +16,7 @@ from beamviz.errors import NotConverged
 from beamviz.solver.bent.beam import corotational_components
 from beamviz.solver.bent.modes import unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
-from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
+from beamviz.mechanics.cubic_elements import TURN, PlanarBeam, element_coordinates, interpolate
 from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem

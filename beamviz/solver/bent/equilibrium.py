@@ -142,29 +142,28 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
     folded = folded_state(beam)
     f = folded.f if folded else np.ones(n)
     if beam.beam.root < SOFT_ROOT:  # turned over at the root
-        yield beam.unknowns(f, np.zeros(n), math.pi)
+        yield beam.fitted(f, np.zeros(n), math.pi)
     else:
-        yield beam.unknowns(f, math.pi * decay / (w @ decay))
+        yield beam.fitted(f, math.pi * decay / (w @ decay))
     if straight is None:
         return
-    r = beam.r
+    r = beam.along
     omega_squared, modes = np.linalg.eigh(straight.stiffness[r:, r:])
     for k in range(min(2, int((omega_squared < 0).sum()))):
-        turning = beam.values(np.append(np.zeros(r), modes[:, k]))[n:]
-        turning *= MAX_TURN / abs(beam.to_angle(turning)).max()
-        yield np.concatenate((straight.f, turning))
+        turning = modes[:, k] * MAX_TURN / abs(beam.S @ modes[:, k]).max()
+        yield np.append(straight.q[:r], turning)
 
 
 def straight_state(bent: BentBeam) -> BentState | None:
     """The straight state that is stable along the beam; None where there is none."""
     grid = bent.grid
     mesh = make_mesh(tuple(grid.breaks.tolist()), grid.orders)
-    problem = axial_problem(mesh, stack_of([bent.beam]), bent.law)
+    problem = axial_problem(mesh, stack_of([bent.beam]), bent.section.law)
     try:
-        axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
+        axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.section.law))
     except (NoEquilibrium, NotConverged):
         return None
-    return BentState(bent, bent.unknowns(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
+    return BentState(bent, bent.fitted(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
 
 
 def folded_state(bent: BentBeam) -> BentState | None:
@@ -180,8 +179,8 @@ def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
     definite, the step is bounded and the energy falls, so that the descent leaves saddle points.
     After such a step it falls again, near the state to 0, where Newton's method converges.
     """
-    low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
-    high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
+    low = max(STRETCHES[0], beam.section.law.min_stretch / BEYOND)
+    high = min(STRETCHES[1], beam.section.law.max_stretch * BEYOND)
     state, shift, last_shift, last_size = BentState(beam, q), 0.0, 1.0, math.inf
     if not state.f.min() > 0:  # a stretch interpolated across a kink
         return None
@@ -214,22 +213,17 @@ def _falls(state: BentState, trial: BentState, step: np.ndarray) -> bool:
 def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, float]:
     """Newton's step and its size, infinite where the stiffness is not positive definite. shift:
     added to the stiffness, in units of the present rigidities."""
-    bent, K = state.beam, state.stiffness
-    if shift:
-        added, n = shift * state.rigidities, len(bent.w)
-        K = bent.local(added[:n], np.zeros(n), added[n : 2 * n], added[2 * n :].sum())
-        K += state.stiffness
+    K = state.stiffness + shift * state.rigidity if shift else state.stiffness
     L, info = lapack.dpotrf(K, lower=1)
     if info:
         return np.zeros_like(state.q), math.inf
-    step = -bent.values(lapack.dpotrs(L, bent.on_unknowns(state.residual), lower=1)[0])
+    step = -lapack.dpotrs(L, state.residual, lower=1)[0]
     return step, state.step_size(step)
 
 
 def _unsymmetric_step(state: BentState) -> tuple[np.ndarray, float]:
     """Newton's step and its size where the stiffness is not symmetric or not positive definite."""
-    bent = state.beam
-    step = -bent.values(np.linalg.solve(state.stiffness, bent.on_unknowns(state.residual)))
+    step = -np.linalg.solve(state.stiffness, state.residual)
     return step, state.step_size(step)
 
 

@@ -18,7 +18,7 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
-from beamviz.solver.fem.elements import (
+from beamviz.mechanics.cubic_elements import (
     PlanarBeam,
     assemble_band,
     dense,

@@ -79,8 +79,8 @@ def order_of_quotient(blade: Blade, bending: str, start: float, stop: float, sha
 
 
 class Block(NamedTuple):
-    """The p points and the functions of an element, all in it. Matrices of all points and functions
-    would hold little but zeros."""
+    """The p points and the functions of an element. Products with the matrices of all points and
+    functions, which hold little but zeros, take long on a blade."""
 
     points: slice
     along: slice  # numbers of the functions of stretch
@@ -103,6 +103,22 @@ class Trial:
     EI: NDArray  # (n,)
     EA: NDArray  # (n,)
     blocks: list[Block]  # of each element
+
+    @cached_property
+    def stretch(self) -> NDArray:
+        """The functions of stretch at all points (n, functions)."""
+        functions = np.zeros((len(self.mass), sum(self.elements.axial_orders)))
+        for block in self.blocks:
+            functions[block.points, block.along] = block.stretch
+        return functions
+
+    @cached_property
+    def bending(self) -> NDArray:
+        """The functions of bending at all points (n, r)."""
+        functions = np.zeros((len(self.mass), sum(self.elements.orders)))
+        for block in self.blocks:
+            functions[block.points, block.across] = block.bending
+        return functions
 
     @cached_property
     def angle(self) -> NDArray:
@@ -128,17 +144,6 @@ class Trial:
             (np.arange(along.stop - tail, along.stop), np.arange(across.stop - tail, across.stop))
             for (_, along, across, _, _), tail in zip(self.blocks, tails, strict=True)
         ]
-
-    def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
-        """What the highest functions of each element contribute to values (n,) of stretch and of
-        bending."""
-        axial, across = self.grid.weights * (self.EA * stretch, self.EI * bending)
-        tails = np.empty((2, len(axial)))
-        for block, (along, of_bending) in zip(self.blocks, self.highest, strict=True):
-            f, kappa = block.stretch[:, -len(along) :], block.bending[:, -len(of_bending) :]
-            tails[0, block.points] = f @ (axial[block.points] @ f)
-            tails[1, block.points] = kappa @ (across[block.points] @ kappa)
-        return tails[0], tails[1]
 
 
 def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
