@@ -29,18 +29,11 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.mechanics.inertia import Loading, masses_of
 from beamviz.mechanics.section import Section
-from beamviz.solver.constitutive import StrainLaw
+from beamviz.solver.constitutive import Theory
 from beamviz.solver.hp.trial import Trial
 
 COLUMNS = 512  # of a product of matrices at a time
-
-
-class Theory(NamedTuple):
-    """The strain law, the power c of the curvature measure, and the plane."""
-
-    law: StrainLaw
-    curvature_power: int
-    in_plane: bool = True  # whether the beam moves in the plane of rotation
+MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a step: angle [rad], relative change of f
 
 
 class Tangents(NamedTuple):
@@ -49,6 +42,15 @@ class Tangents(NamedTuple):
     K: NDArray
     C: NDArray
     M: NDArray
+
+
+class Derivatives(NamedTuple):
+    """Derivatives (m, n) by the unknowns of the positions of the masses, and by q and by v of the
+    force of inertia of a unit of mass there, complex."""
+
+    position: NDArray
+    by_q: NDArray
+    by_v: NDArray
 
 
 class PlanarBeam:
@@ -60,11 +62,11 @@ class PlanarBeam:
 
     def __init__(self, trial: Trial, beam: Beam, theory: Theory, force_at: float = 1.0):
         self.trial, self.beam, self.theory, self.force_at = trial, beam, theory, force_at
-        self.grid, self.w = trial.grid, trial.grid.weights
+        self.grid, self.w, self.points = trial.grid, trial.grid.weights, trial.grid.points
         power = 4 - 2 * theory.curvature_power
         self.section = Section(theory.law, power, beam.mu**2 * trial.EA, trial.EI)
         self.masses = masses_of(beam, self.grid.points, self.w * trial.mass, theory.in_plane)
-        self.mass = self.masses.mass  # (m,)
+        self.mass, self.rotary = self.masses.mass, self.masses.rotary  # (m,), (masses,)
         self.loading = Loading(beam.gamma, beam.spin_up, theory.in_plane)
         bodies = np.array([beam.beta, *(body.beta for body in beam.masses)])
         to_bodies = np.where(self.grid.points < bodies[:, None], self.w, 0.0)
@@ -93,10 +95,20 @@ class PlanarBeam:
         rotations[:, self.along :] = np.sqrt(self.masses.rotary)[:, None] * self.turning
         return rotations
 
+    @property
+    def rotary_inertia(self) -> NDArray:
+        """Moments of inertia times the angles of bodies by the unknowns (masses, size)."""
+        return np.sqrt(self.masses.rotary)[:, None] * self.rotations
+
     @cached_property
     def to_force(self) -> NDArray:
         """Integrates from the clamp to the point that the force acts on (n,)."""
         return self.grid.from_clamp(np.array([self.force_at]))[0]
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """Orders of the elements."""
+        return self.trial.elements.orders
 
     def _with_root(self, functions: NDArray, at_root: float) -> NDArray:
         """Functions of theta_0 too, where the root is not clamped."""
@@ -154,17 +166,23 @@ class PlanarBeam:
     def fitted(self, f: NDArray, kappa: NDArray, root_angle: float = 0.0) -> NDArray:
         """q (size,) of a stretch and of kappa (n,) at the Gauss points: their projection, as the
         trial functions are orthonormal in the energy at rest."""
-        of_stretch = self.beam.mu**2 * (self.w * self.trial.EA * (f - 1)) @ self.Z
+        of_stretch = self.section.axial * self.w * (f - 1) @ self.Z
         of_kappa = (self.w * self.trial.EI * kappa) @ self.trial.bending
         of_root = [root_angle / self.root_scale] if self.hinged else []
         return np.concatenate((of_stretch, of_kappa, of_root))
 
-    def nearest(self, change: NDArray, theta: NDArray) -> NDArray:
-        """q (size,) of a change of the stretch and of an angle (n,) at the Gauss points, in least
-        squares."""
+    def nearest(self, f: NDArray, theta: NDArray) -> NDArray:
+        """q (size,) of a stretch and an angle (n,) at the Gauss points."""
+        return self.nearest_rates(f, theta, f - 1, theta)
+
+    def nearest_rates(
+        self, f: NDArray, theta: NDArray, f_rate: NDArray, theta_rate: NDArray
+    ) -> NDArray:
+        """v (size,) of the rates of a stretch and an angle (n,): of the stretch in the energy at
+        rest, of the angle in least squares."""
         root = np.sqrt(self.w)
-        stretch = np.linalg.lstsq(root[:, None] * self.Z, root * change)[0]
-        turning = np.linalg.lstsq(root[:, None] * self.S, root * theta)[0]
+        stretch = self.section.axial * self.w * f_rate @ self.Z
+        turning = np.linalg.lstsq(root[:, None] * self.S, root * theta_rate)[0]
         return np.concatenate((stretch, turning))
 
     def state(self, q: NDArray, loading: Loading | None = None) -> "PlanarState":
@@ -202,6 +220,21 @@ class PlanarState:
     def positions(self, x: NDArray) -> NDArray:
         """r (..., len(x)) from the clamp at points of the beam."""
         return times(self.slope, self.beam.grid.from_clamp(x).T)
+
+    def stretch(self, x: NDArray) -> NDArray:
+        """f (..., len(x)) at points of the beam; at a jump that inboard."""
+        return self.f @ self.beam.grid.at(x).T
+
+    def displacement_at(self, x: float) -> NDArray:
+        """The derivative (size,) of the position of a point by the unknowns, of one state."""
+        row, beam = self.beam.grid.from_clamp(np.array([x]))[0], self.beam
+        return np.concatenate(((row * self.e) @ beam.Z, (row * 1j * self.slope) @ beam.S))
+
+    def step_size(self, step: NDArray) -> float:
+        """The size of a step of q in units of the largest that should be taken at once."""
+        r = self.beam.along
+        stretch = abs(self.beam.Z @ step[:r] / self.f).max()
+        return float(max(abs(self.beam.S @ step[r:]).max() / MAX_TURN, stretch / MAX_STRETCH))
 
     # Energy
 
@@ -353,13 +386,6 @@ class MovingState(PlanarState):
         turned = (self.v[..., beam.along :] @ beam.turning.T) ** 2 @ beam.masses.rotary
         return (abs(self.velocities) ** 2 @ beam.mass + turned) / 2
 
-    @property
-    def first(self) -> "MovingState":
-        """The state at the first instant, alone."""
-        gamma, rate, in_plane, force = self.loading
-        loading = Loading(np.ravel(gamma)[0], np.ravel(rate)[0], in_plane, force)
-        return MovingState(self.beam, self.q[0], self.v[0], self.a[0], loading)
-
     def inertia_by_unknowns(self) -> NDArray:
         """The derivative (2, m, size) of the force of inertia of a unit of mass by q."""
         e, turn = self.e, self.turn
@@ -376,9 +402,8 @@ class MovingState(PlanarState):
             self.loading.inertia(none, self.e, 2j * self.turn * self.e),
         )
 
-    def tangents(self) -> tuple[Tangents, NDArray, NDArray, NDArray]:
-        """K, C and M of a single state; and by the unknowns the positions, and the force of inertia
-        of a unit of mass by q and by v (2, m, size)."""
+    def tangents(self) -> tuple[Tangents, Derivatives]:
+        """K, C and M of a single state, and what they are made of."""
         moved = self.displacements
         by_q, by_v = self.inertia_by_unknowns(), self.inertia_by_velocities()
         size = self.beam.size
@@ -386,7 +411,8 @@ class MovingState(PlanarState):
         K, C, M = (virtual @ part.reshape(-1, size) for part in (by_q, by_v, moved))
         K += self.elastic_stiffness + self.geometric_stiffness
         rotations = self.beam.rotations
-        return Tangents(K, C, M + rotations.T @ rotations), moved, by_q, by_v
+        derivatives = Derivatives(*(part[0] + 1j * part[1] for part in (moved, by_q, by_v)))
+        return Tangents(K, C, M + rotations.T @ rotations), derivatives
 
 
 def times(values: NDArray, A: NDArray) -> NDArray:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.mechanics.planar import PlanarBeam, PlanarState, Theory
+from beamviz.mechanics.planar import MAX_STRETCH, PlanarBeam, PlanarState
 from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
 from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.hp.mesh import Grid
@@ -23,7 +23,6 @@ from beamviz.solver.problem import Problem
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
 SECTION_ACCURACY = 1e-9  # of that stretch, relative
 LEAST_RIGIDITY = 0.1  # of the axial stiffness, relative to that at rest: a law may have none left
-MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a step: angle [rad], relative change of f
 STRAIGHT = 1e-6  # largest angle [rad] of a state that counts as straight
 SAME_ENERGY = 1e-9  # relative difference of two descents to the same state
 
@@ -89,10 +88,8 @@ class BentBeam(PlanarBeam):
         self, elements: Elements, beam: Beam, problem: Problem, trial: Trial | None = None
     ):
         self.elements, self.problem = elements, problem
-        theory = Theory(problem.strain_law, problem.curvature_power, problem.chordwise)
-        super().__init__(
-            trial or cached_trial(*_about_trial(elements, beam, problem)), beam, theory
-        )
+        trial = trial or cached_trial(*_about_trial(elements, beam, problem))
+        super().__init__(trial, beam, problem.theory)
 
     @property
     def highest(self) -> list[NDArray]:
@@ -153,12 +150,6 @@ class BentState(PlanarState):
     def is_straight(self) -> bool:
         """Whether no point of the beam has turned."""
         return self.largest_angle <= STRAIGHT
-
-    def step_size(self, step: NDArray) -> float:
-        """The size of a step of q in units of the largest that descent takes."""
-        r = self.beam.along
-        stretch = abs(self.beam.Z @ step[:r] / self.f).max()
-        return float(max(abs(self.beam.S @ step[r:]).max() / MAX_TURN, stretch / MAX_STRETCH))
 
     @cached_property
     def energies(self) -> tuple[float, float]:

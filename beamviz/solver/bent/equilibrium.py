@@ -11,13 +11,15 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver.bent.beam import MAX_TURN, BentBeam, BentState
+from beamviz.mechanics.planar import MAX_TURN
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.hp.equilibrium import (
     axial_problem,
     coarse_equilibrium,
@@ -31,7 +33,6 @@ from beamviz.solver.hp.spans import Span, find_spans, unstretched_positions
 from beamviz.solver.problem import Problem, interruption
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
-LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
@@ -47,6 +48,19 @@ ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is roundi
 ENERGY_ROUNDING = 1e-12  # of its terms
 STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
+
+
+class Grading(NamedTuple):
+    """How elements are graded towards a bending layer. layer: length of the first one, in widths
+    of the layer; ratio: of neighbours; widest: layer that gets elements of its own, over the length
+    of its part of the beam."""
+
+    layer: float
+    ratio: float
+    widest: float
+
+
+LAYERS = Grading(layer=3.0, ratio=4.0, widest=math.inf)
 
 
 def folded_over(beam: Beam) -> Beam:
@@ -71,20 +85,28 @@ def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]
     ]
 
 
-def first_elements(beam: Beam, problem: Problem) -> Elements:
-    """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
+def graded_breaks(beam: Beam, problem: Problem, grading: Grading) -> list[float]:
+    """Ends of elements graded towards the layers of bending at the clamp, at bodies and at jumps of
+    a property."""
     breaks = {0.0}
     for span, (first, last) in layer_widths(beam, problem):
         start, end = span.start.x, span.end.x
-        half = (end - start) / 2
-        if not span.start.smooth:
-            breaks |= {start + away for away in distances(LAYER * first, GRADING, half)}
+        length = end - start
+        if not span.start.smooth and first < grading.widest * length:
+            away = distances(grading.layer * first, grading.ratio, length / 2)
+            breaks |= {start + distance for distance in away}
         if end == 1 or not span.end.smooth:
             breaks.add(end)
-        if end < 1 and not span.end.smooth:
-            breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
+        if end < 1 and not span.end.smooth and last < grading.widest * length:
+            away = distances(grading.layer * last, grading.ratio, length / 2)
+            breaks |= {end - distance for distance in away}
+    return sorted(breaks)
+
+
+def first_elements(beam: Beam, problem: Problem) -> Elements:
+    """Elements graded towards the layers of bending."""
     starts: list[float] = []  # of the elements
-    for a, b in pairwise(sorted(breaks)):
+    for a, b in pairwise(graded_breaks(beam, problem, LAYERS)):
         n = math.ceil((b - a) / LONGEST_ELEMENT)
         starts += [a + (b - a) * k / n for k in range(n)]
     orders = (FIRST_ORDER,) * len(starts)
