@@ -79,19 +79,21 @@ def order_of_quotient(blade: Blade, bending: str, start: float, stop: float, sha
 
 
 class Block(NamedTuple):
-    """The p points and the functions of an element, all in it. Matrices of all points and functions
-    would hold little but zeros."""
+    """The p points and the functions of an element. Products with the matrices of all points and
+    functions, which hold little but zeros, take long on a blade."""
 
     points: slice
-    functions: slice
-    stretch: NDArray  # (p, functions)
-    bending: NDArray  # (p, functions)
+    along: slice  # numbers of the functions of stretch
+    across: slice  # numbers of the functions of bending
+    stretch: NDArray  # (p, functions of stretch)
+    bending: NDArray  # (p, functions of bending)
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """Trial functions on the elements of a beam, with its properties at the Gauss points; n points
-    and r functions of each kind in all."""
+    """Trial functions on the elements of a beam, with its properties at the Gauss points: n points,
+    in all r functions of bending, of the orders of the elements, and of stretch of their axial
+    orders."""
 
     elements: Elements
     grid: Grid  # of the pieces
@@ -103,12 +105,28 @@ class Trial:
     blocks: list[Block]  # of each element
 
     @cached_property
+    def stretch(self) -> NDArray:
+        """The functions of stretch at all points (n, functions)."""
+        functions = np.zeros((len(self.mass), sum(self.elements.axial_orders)))
+        for block in self.blocks:
+            functions[block.points, block.along] = block.stretch
+        return functions
+
+    @cached_property
+    def bending(self) -> NDArray:
+        """The functions of bending at all points (n, r)."""
+        functions = np.zeros((len(self.mass), sum(self.elements.orders)))
+        for block in self.blocks:
+            functions[block.points, block.across] = block.bending
+        return functions
+
+    @cached_property
     def angle(self) -> NDArray:
         """Integrals (n, r) of the functions of bending, from the clamp."""
         angle = np.zeros((len(self.mass), sum(self.elements.orders)))
-        for points, functions, _, bending in self.blocks:
-            angle[points, functions] = self.J[points, points] @ bending
-            angle[points.stop :, functions] = self.grid.weights[points] @ bending
+        for points, _, across, _, bending in self.blocks:
+            angle[points, across] = self.J[points, points] @ bending
+            angle[points.stop :, across] = self.grid.weights[points] @ bending
         return angle
 
     @cached_property
@@ -118,23 +136,14 @@ class Trial:
         return np.repeat(pieces, self.grid.orders)
 
     @cached_property
-    def highest(self) -> list[NDArray]:
-        """Numbers of the highest functions of each element: the two highest, more where a property
-        has kinks inside."""
-        ends = np.cumsum(self.elements.orders)
-        tails = np.where(np.array(self.counts) > 1, KINKED_TAIL, 2)
-        return [np.arange(end - tail, end) for end, tail in zip(ends, tails, strict=True)]
-
-    def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
-        """What the highest functions of each element contribute to values (n,) of stretch and of
-        bending."""
-        axial, across = self.grid.weights * (self.EA * stretch, self.EI * bending)
-        tails = np.empty((2, len(axial)))
-        for block, highest in zip(self.blocks, self.highest, strict=True):
-            f, kappa = block.stretch[:, -len(highest) :], block.bending[:, -len(highest) :]
-            tails[0, block.points] = f @ (axial[block.points] @ f)
-            tails[1, block.points] = kappa @ (across[block.points] @ kappa)
-        return tails[0], tails[1]
+    def highest(self) -> list[tuple[NDArray, NDArray]]:
+        """Numbers of the highest functions of each element, of stretch and of bending: the two
+        highest, more where a property has kinks inside."""
+        tails = [KINKED_TAIL if count > 1 else 2 for count in self.counts]
+        return [
+            (np.arange(along.stop - tail, along.stop), np.arange(across.stop - tail, across.stop))
+            for (_, along, across, _, _), tail in zip(self.blocks, tails, strict=True)
+        ]
 
 
 def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
@@ -147,15 +156,11 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
         rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
     blocks = []
     ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), strict=True)
-    for (points, functions), (start, stop) in ends:
-        xi = (2 * x[points] - start - stop) / (stop - start)
-        P = legendre.legvander(xi, functions.stop - functions.start - 1)
-        w = grid.weights[points]
-        bases = []
-        for weight in (EA[points], EI[points]):
-            Q, _ = np.linalg.qr(np.sqrt(w / weight)[:, None] * P)
-            bases.append(Q / np.sqrt(w * weight)[:, None])
-        blocks.append(Block(points, functions, *bases))
+    for (points, along, across), (start, stop) in ends:
+        xi, w = (2 * x[points] - start - stop) / (stop - start), grid.weights[points]
+        stretch = orthonormal(xi, w, EA[points], along.stop - along.start)
+        bending_functions = orthonormal(xi, w, EI[points], across.stop - across.start)
+        blocks.append(Block(points, along, across, stretch, bending_functions))
     return Trial(elements, grid, grid.integration_matrix, pieces.counts, rho, EI, EA, blocks)
 
 
@@ -165,9 +170,17 @@ def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: f
     return make_trial(elements, blade, bending, share)
 
 
-def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice]]:
-    """The points and the functions of each element."""
-    ends = np.cumsum([0, *pieces.orders])[np.cumsum([0, *pieces.counts])]
-    rows = [slice(*block) for block in pairwise(ends.tolist())]
-    functions = np.cumsum([0, *elements.orders]).tolist()
-    return list(zip(rows, (slice(*block) for block in pairwise(functions)), strict=True))
+def orthonormal(xi: NDArray, w: NDArray, rigidity: NDArray, count: int) -> NDArray:
+    """The first `count` polynomials over a rigidity (p,) that are orthonormal in the energy, at p
+    points xi in -1 .. 1 with weights w: (p, count)."""
+    P = legendre.legvander(xi, count - 1)
+    Q, _ = np.linalg.qr(np.sqrt(w / rigidity)[:, None] * P)
+    return Q / np.sqrt(w * rigidity)[:, None]
+
+
+def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice, slice]]:
+    """The points, the functions of stretch and those of bending of each element."""
+    points = np.cumsum([0, *pieces.orders])[np.cumsum([0, *pieces.counts])]
+    along, across = (np.cumsum([0, *row]) for row in (elements.axial_orders, elements.orders))
+    rows = ((slice(*ends) for ends in pairwise(row.tolist())) for row in (points, along, across))
+    return list(zip(*rows, strict=True))

@@ -20,7 +20,7 @@ from beamviz.cli import main
 from beamviz.evidence.paper import MODELS, compute, figures, tables
 from beamviz.evidence.paper.figures import FIGURES, LociFigure, printed_numbers
 from beamviz.evidence.paper.tables import TABLES
-from beamviz.solver.fem import elements
+from beamviz.mechanics import cubic_elements as elements
 
 # figure, printed number, the models within a unit of its last digit.
 FITS = """
