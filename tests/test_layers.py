@@ -20,7 +20,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("presets",),
     ("protocols",),
     ("tables", "datasets", "plotting"),  # of columns and records, for the methods of results
-    ("solver",),
+    ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
     ("dynamics",),
     ("scene",),
     ("frequency_loci",),
@@ -42,7 +42,7 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
 EVIDENCE = ("paper", "failure_maps", "benchmark")  # for charts and tables, not of the product
 INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the folder that uses them
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
-        *("solver.quadrature", "solver.hp", "solver.bent"),
+        *("solver.quadrature", "solver.straight", "solver.bent"),
     },
     "dynamics": {"solver.constitutive", "solver.fem.elements"},  # strain laws, cubic elements
     "failure_maps": {"solver.bent"},  # other stable states
@@ -52,7 +52,7 @@ LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate
 
 
 def module_name(path: Path) -> str:
-    """beamviz/solver/hp/mesh.py is solver.hp.mesh; the package itself is "beamviz"."""
+    """beamviz/solver/bent/beam.py is solver.bent.beam; the package itself is "beamviz"."""
     parts = path.relative_to(ROOT / "beamviz").with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts) or "beamviz"
 
@@ -170,10 +170,20 @@ def test_evidence_is_imported_by_its_commands_only():
         assert seen <= {module.partition(".")[0]} or module == "cli.commands", module
 
 
+def test_the_space_needs_no_mechanics():
+    """Of the solver it takes options, the strain laws for its first mesh, and a helper."""
+    below = {"solver.problem", "solver.constitutive", "solver.solution", "solver.eigen"}
+    for module in MODULES:
+        package, seen = module.partition(".")[0], own_imports(module)
+        if package == "space":
+            above = {name for name in seen if name.startswith(("solver", "mechanics"))}
+            assert above <= below, module
+
+
 def test_the_solver_needs_numpy_and_scipy_only():
     """Beside the standard library and its own package."""
     for module, path in MODULES.items():
-        if module.startswith("solver"):
+        if module.startswith(("space", "mechanics", "solver")):
             roots = {name.partition(".")[0] for name in imports(path)}
             assert roots - set(sys.stdlib_module_names) <= {"numpy", "scipy", "beamviz"}, module
 

@@ -33,13 +33,13 @@ from beamviz.solver.bent.profile import (
     profile_of,
     saved,
 )
-from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.straight import solve_hp
+from beamviz.solver.straight.refinement import MAX_ATTEMPTS
+from beamviz.space.elements import Elements
+from beamviz.space.refinement import TRUNCATION_FACTOR, refined
 
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start

@@ -3,7 +3,7 @@
 The state is the stretch f = |r'| at the Gauss points, which may have a jump at the concentrated
 mass, and the slope kappa = theta' of the angle. Then theta = int kappa, r' = f (cos theta,
 sin theta) and r = int r' from the clamp, so that the clamp is exact and nothing else has to be
-continuous: the straight formulation of `beamviz.solver.hp` with an angle that is not small.
+continuous: the straight formulation of `beamviz.solver.straight` with an angle that is not small.
 
 Energy (paper, eqs. 14-19): int mu^2 e(f)^2 / 2 + b(f) kappa^2 / 2 dx with b = f^(4 - 2c), c the
 power of the curvature measure; centrifugal potential -gamma^2 / 2 int rho |P R|^2 dx with
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import Grid
-from beamviz.solver.hp.modes import with_root
-from beamviz.solver.hp.trial import Trial, cached_trial, make_trial
+from beamviz.mechanics.straight import with_root
 from beamviz.solver.problem import Problem
+from beamviz.space.elements import Elements
+from beamviz.space.grid import Grid
+from beamviz.space.refinement import TRUNCATION_FACTOR
+from beamviz.space.trial import Trial, cached_trial, make_trial
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
 SECTION_ACCURACY = 1e-9  # of that stretch, relative

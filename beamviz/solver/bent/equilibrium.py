@@ -17,18 +17,18 @@ from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver.bent.beam import MAX_TURN, BentBeam, BentState
-from beamviz.solver.hp.equilibrium import (
+from beamviz.mechanics.straight_equilibrium import (
     axial_problem,
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
 )
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import make_mesh
-from beamviz.solver.hp.properties import stack_of
-from beamviz.solver.hp.spans import Span, find_spans, unstretched_positions
+from beamviz.mechanics.straight_properties import stack_of
+from beamviz.solver.bent.beam import MAX_TURN, BentBeam, BentState
 from beamviz.solver.problem import Problem, interruption
+from beamviz.space.elements import Elements
+from beamviz.space.grid import make_mesh
+from beamviz.space.spans import Span, find_spans, unstretched_positions
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
 LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours

@@ -27,9 +27,9 @@ from beamviz.solver.fem.elements import (
     interpolate,
     locate,
 )
-from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
+from beamviz.space.spans import ends_of_spans
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
 # Least length of an element beside a body or a discontinuity. The rounding error of omega^2 grows

@@ -14,18 +14,11 @@ from numpy.typing import NDArray
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
+from beamviz.mechanics.straight_properties import BeamStack, Properties, properties_on, stack_of
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
-from beamviz.solver.hp.mesh import Grid, Mesh, make_mesh
-from beamviz.solver.hp.properties import (
-    AnyBeam,
-    BeamStack,
-    Numbers,
-    Properties,
-    properties_on,
-    stack_of,
-)
-from beamviz.solver.hp.spans import Positions, ends_of_spans, greatest_force
+from beamviz.space.grid import Grid, Mesh, make_mesh
+from beamviz.space.spans import AnyBeam, Numbers, Positions, ends_of_spans, greatest_force
 
 # Error of the stretch at which Newton's method ends, relative to the tolerance.
 STRETCH_SHARE = 1e-3

@@ -7,17 +7,15 @@ Beams are solved in stacks whose meshes have the same orders.
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.blade import Blade
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged, to_keep
-from beamviz.solver.continuation import LIMIT_MARGIN
-from beamviz.solver.hp.equilibrium import (
+from beamviz.mechanics.straight import StraightModes, lowest_modes
+from beamviz.mechanics.straight_equilibrium import (
     AxialProblem,
     AxialState,
     StretchOnGrid,
@@ -25,12 +23,14 @@ from beamviz.solver.hp.equilibrium import (
     is_small_strain,
     limit_error,
 )
-from beamviz.solver.hp.first_mesh import MAX_ORDER, Elements, first_elements
-from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
-from beamviz.solver.hp.modes import StraightModes, lowest_modes
-from beamviz.solver.hp.properties import stack_of
-from beamviz.solver.hp.spans import ends_of_spans
+from beamviz.mechanics.straight_mesh import first_elements
+from beamviz.mechanics.straight_properties import stack_of
+from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.problem import Problem, interruption
+from beamviz.space.elements import Elements
+from beamviz.space.grid import Mesh, make_mesh, make_meshes
+from beamviz.space.refinement import refined
+from beamviz.space.spans import ends_of_spans
 
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
@@ -39,8 +39,6 @@ MOST_UNKNOWNS = 1200  # of a blade: two seconds
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 MAX_ENTRIES = 2**16  # of a matrix of each beam: larger stacks are slower, and take more memory
 SHARED = 4  # beams of the same elements from which they share one mesh
-KINKED_ORDER = 16  # of an element with stations of a blade inside
-MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 VANISHING = 1e-4  # omega^2 below which the tolerance is that of this one: it may be zero
 GREATEST_ERROR = 0.01  # of a frequency near a limit where the tolerance cannot be met, relative
 
@@ -212,29 +210,6 @@ def check_unknowns(elements: Elements, beam: Beam) -> None:
         reason += ": the straight beam buckles in many half-waves"
         remedy = "a lower gamma or a larger delta"
     raise NotConverged(f"{reason}; ask for {remedy}")
-
-
-def refined(elements: Elements, excess: Sequence[float], blade: Blade | None = None) -> Elements:
-    """Finer elements where the error is more than an even share of what is allowed: of a higher
-    order, or halves where that would be above MAX_ORDER. excess: of each element, the error
-    relative to what is allowed for all. blade: whose stations may be inside of elements, and are
-    where these are divided."""
-    breaks, orders, axial_orders = [0.0], [], []
-    ends, columns = pairwise(elements.breaks), (*elements.all_orders, excess)
-    for (start, end), order, axial_order, share in zip(ends, *columns, strict=True):
-        missed = share * len(excess)  # relative to an even share
-        more = MORE_ORDER + math.ceil(math.log10(missed)) if missed > 1 else 0
-        inside = [x for x in blade.breaks if start < x < end] if blade else []
-        halves = 2 if order + more > (KINKED_ORDER if inside else MAX_ORDER) else 1
-        if halves == 1:
-            order += more
-        else:
-            middle = (start + end) / 2
-            breaks.append(min(inside, key=lambda x: abs(x - middle)) if inside else middle)
-        breaks.append(end)
-        orders += [order] * halves
-        axial_orders += [min(axial_order + more, order)] * halves
-    return Elements(tuple(breaks), tuple(orders), tuple(axial_orders))
 
 
 def failure(beam: Beam, problem: Problem, error: BeamvizError) -> BeamvizError:

@@ -7,13 +7,13 @@ highest of them carry, the tail, estimates what those left out would.
 import numpy as np
 from numpy.typing import NDArray
 
+from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
 from beamviz.solver.eigen import EPS
-from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
-from beamviz.solver.hp.mesh import Mesh
+from beamviz.space.grid import Mesh
+from beamviz.space.refinement import TRUNCATION_FACTOR
 
-# Safety factors of the two error estimates: twice the least for which the errors of 5000 random
-# beams over the accepted domain were within their estimates (scripts/measure_error_bars.py).
-TRUNCATION_FACTOR = 10.0
+# Safety factor: twice the least for which the errors of 5000 random beams over the accepted domain
+# were within their estimates (scripts/measure_error_bars.py).
 ROUNDING_FACTOR = 30.0
 
 

@@ -8,21 +8,47 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from beamviz.blade import MAX_DEGREE, Blade
+from beamviz.beam import PARAMETERS, Beam
+from beamviz.blade import MAX_DEGREE, Blade, Mass
 from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.hp.properties import AnyBeam, is_uniform
 
 AT_END = 1e-13  # distance by which rounding may move a body from the end of a span
 SAMPLES = 9  # of a span, besides its ends, at which its least stiffness is sought
 LEAST = 0.9  # of the least sample of a polynomial, which may fall below it between two samples
 JUMP = 1e-3  # relative, of a property, from which a layer gets an element of its own at once
 NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
+
+
+numbers_of = attrgetter(*PARAMETERS)  # alpha, beta, gamma, delta, mu
+
+
+class Numbers(NamedTuple):
+    """The numbers of a straight beam, and its properties where it is not uniform: as of a `Beam`,
+    but not checked, because rounded numbers may be just outside their limits."""
+
+    alpha: float
+    beta: float
+    gamma: float
+    delta: float
+    mu: float
+    blade: Blade | None = None
+    masses: tuple[Mass, ...] = ()
+    root: float = np.inf
+
+
+AnyBeam = Beam | Numbers
+
+
+def is_uniform(beam: AnyBeam) -> bool:
+    """Whether it has one section, at most one concentrated mass, and a clamp."""
+    return beam.blade is None and not beam.masses and beam.root == np.inf
 
 
 class Positions(NamedTuple):

@@ -21,8 +21,8 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from beamviz.blade import Blade
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import Grid, make_grid
+from beamviz.space.elements import Elements
+from beamviz.space.grid import Grid, make_grid
 
 # Gauss points of a piece, more than half-waves of the highest polynomial in it: seven more change
 # frequencies by 2e-9 at most (three blades).

@@ -6,39 +6,14 @@ and principal moments of inertia; those turn with the section that carries it.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import PARAMETERS, Beam
 from beamviz.blade import Blade, Mass
-from beamviz.solver.hp.mesh import Mesh
-
-numbers_of = attrgetter(*PARAMETERS)  # alpha, beta, gamma, delta, mu
-
-
-class Numbers(NamedTuple):
-    """The numbers of a straight beam, and its properties where it is not uniform: as of a `Beam`,
-    but not checked, because rounded numbers may be just outside their limits."""
-
-    alpha: float
-    beta: float
-    gamma: float
-    delta: float
-    mu: float
-    blade: Blade | None = None
-    masses: tuple[Mass, ...] = ()
-    root: float = np.inf
-
-
-AnyBeam = Beam | Numbers
-
-
-def is_uniform(beam: AnyBeam) -> bool:
-    """Whether it has one section, at most one concentrated mass, and a clamp."""
-    return beam.blade is None and not beam.masses and beam.root == np.inf
+from beamviz.space.grid import Mesh
+from beamviz.space.spans import AnyBeam, numbers_of
 
 
 class BeamStack(NamedTuple):

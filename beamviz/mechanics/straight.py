@@ -19,19 +19,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.solver import eigen
-from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
-from beamviz.solver.eigen import EPS
-from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
-from beamviz.solver.hp.error_estimates import (
+from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
+from beamviz.mechanics.straight_errors import (
     ROUNDING_FACTOR,
     rounding_errors,
     tail_energies,
     truncation_errors,
 )
-from beamviz.solver.hp.mesh import Grid
-from beamviz.solver.hp.properties import BeamStack
+from beamviz.mechanics.straight_properties import BeamStack
+from beamviz.solver import eigen
+from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
+from beamviz.solver.eigen import EPS
 from beamviz.solver.problem import Problem
+from beamviz.space.grid import Grid
 
 
 class StraightModes(NamedTuple):

@@ -12,8 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.solver.hp.modes import StraightModes, rotation
-from beamviz.solver.hp.refinement import ModesOrError, converged_modes
+from beamviz.mechanics.straight import StraightModes, rotation
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
@@ -25,6 +24,7 @@ from beamviz.solver.solution import (
     status_of,
     straight,
 )
+from beamviz.solver.straight.refinement import ModesOrError, converged_modes
 
 MOST_CACHED = 2**14  # entries of a matrix: larger ones, of blades, are a small part of a solve
 MOST_ENTRIES = 2**18  # of the matrices of a stack of solutions: 2 MB

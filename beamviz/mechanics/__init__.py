@@ -1,0 +1,1 @@
+"""The mechanics of beams: equilibrium, stiffness and mass."""
