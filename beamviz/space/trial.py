@@ -1,5 +1,4 @@
-"""Trial functions of stretch and bending on elements longer than the distance of the stations of a
-blade.
+"""Trial functions of stretch and bending on elements, which may span several stations of a blade.
 
 Where a property or its slope jumps, the stretch and the curvature jump with it, but the axial force
 and the bending moment are smooth. So a change of the stretch is a polynomial over E A, one of the
@@ -7,13 +6,16 @@ curvature a polynomial over E I, and an element may span many stations. Integral
 pieces, between stations and ends of elements, each with Gauss points of its own.
 
 The functions are orthonormal in the energy at rest (of mu = 1), so that their coefficients are in
-natural units and the two highest of each element, its tail, estimate what those left out carry.
+natural units and the highest of each element, its tail, estimate what those left out carry. A
+function of bending other than the two lowest of an element is orthogonal to 1 / EI and x / EI: its
+angle and its displacement vanish outside of the element.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,8 +23,10 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from beamviz.blade import Blade
+from beamviz.solver.solution import read_only
 from beamviz.space.elements import Elements
-from beamviz.space.grid import Grid, make_grid
+from beamviz.space.grid import SMALL, Grid, Mesh, blocks, make_grid, reference
+from beamviz.space.spans import AT_END
 
 # Gauss points of a piece, more than half-waves of the highest polynomial in it: seven more change
 # frequencies by 2e-9 at most (three blades).
@@ -30,7 +34,10 @@ MORE_POINTS = 1
 # Functions in the tail of an element with stations inside, where single coefficients may vanish:
 # with four the errors of 31 random deflected blades are at most 0.2 of their bars, with two 11.
 KINKED_TAIL = 4
-SHORTEST = 1e-9  # piece, relative to the beam: a station nearer to the end of an element is there
+TAIL = 2  # functions in the tail of any other: one even, one odd
+# Size of the ellipse around a piece through a pole of 1 / E I or 1 / E A from which the piece is
+# not divided: the quadrature then gains 1.1 digits with each point.
+LEAST_ELLIPSE = 3.5
 
 
 class Pieces(NamedTuple):
@@ -42,40 +49,68 @@ class Pieces(NamedTuple):
 
 
 def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: float) -> Pieces:
-    """The pieces of elements between the ends of the segments of a blade, with as many Gauss points
-    as the trial functions need. share: of the energy of a mode that may be lost."""
+    """The pieces of elements between the ends of the segments of a blade, shorter beside a pole of
+    1 over its properties, with as many Gauss points as the trial functions need. share: of the
+    energy of a mode that may be lost."""
     if blade is None:
         return Pieces(elements.breaks, elements.orders, (1,) * len(elements.orders))
     breaks, orders, counts = [0.0], [], []
+    poles = poles_of(blade, bending)
     for (start, stop), order in zip(pairwise(elements.breaks), elements.orders, strict=True):
-        inside = [x for x in blade.breaks if start + SHORTEST < x < stop - SHORTEST]
-        ends = [start, *inside, stop]
-        counts.append(len(ends) - 1)
+        inside = [x for x in blade.breaks if start + AT_END < x < stop - AT_END]
+        ends, more = [start], []
+        for a, b in pairwise([start, *inside, stop]):
+            for end, points in points_beside_poles(a, b, poles_at(blade, poles, a, b), share):
+                ends.append(end)
+                more.append(points)
+        counts.append(len(more))
         breaks += ends[1:]
-        for a, b in pairwise(ends):
-            # A polynomial of degree n has cos(n phi) as its waves, x = cos(phi).
-            phi = [math.acos(np.clip(2 * (x - start) / (stop - start) - 1, -1, 1)) for x in (b, a)]
-            waves = order * (phi[1] - phi[0]) / math.pi
-            orders.append(
-                math.ceil(waves) + MORE_POINTS + order_of_quotient(blade, bending, a, b, share)
-            )
+        # A polynomial of degree n has cos(n phi) as its waves, x = cos(phi).
+        phi = [math.acos(min(max(2 * (x - start) / (stop - start) - 1, -1), 1)) for x in ends]
+        waves = [order * (a - b) / math.pi for a, b in pairwise(phi)]
+        orders += [math.ceil(n) + MORE_POINTS + k for n, k in zip(waves, more, strict=True)]
     return Pieces(tuple(breaks), tuple(orders), tuple(counts))
 
 
-def order_of_quotient(blade: Blade, bending: str, start: float, stop: float, share: float) -> int:
-    """The number of Gauss points that 1 over the properties of a blade takes in a piece, by the
-    roots of their polynomials (Bernstein)."""
-    nearest = math.inf  # the size of the least ellipse around the piece through a root
-    for segment in blade.segments:
-        if not segment.start <= (start + stop) / 2 <= segment.stop:
-            continue
+@lru_cache(maxsize=4)
+def poles_of(blade: Blade, bending: str) -> tuple[tuple[complex, ...], ...]:
+    """The poles x of 1 over the stiffnesses of each segment of a blade."""
+    rows = []
+    for start, stop, polynomials in blade.segments:
+        roots: list[complex] = []
         for name in (bending, "axial"):
-            roots = np.array(segment.polynomials[name].roots(), complex)
-            x = segment.start + (segment.stop - segment.start) * roots
-            z = (2 * x - start - stop) / (stop - start)
-            size = abs(z + np.sqrt(z - 1) * np.sqrt(z + 1))
-            nearest = min([nearest, *size])
-    return math.ceil(math.log(1 / share) / (4 * math.log(nearest))) if nearest < math.inf else 0
+            coefficients = polynomials[name].coef.tolist()
+            if len(coefficients) == 2:
+                constant, slope = coefficients
+                roots += [-constant / slope] if slope else []
+            else:
+                roots += polynomials[name].roots().tolist()
+        rows.append(tuple(start + (stop - start) * root for root in roots))
+    return tuple(rows)
+
+
+def poles_at(
+    blade: Blade, poles: Sequence[tuple[complex, ...]], start: float, stop: float
+) -> tuple[complex, ...]:
+    """The poles of the segment that a piece is in."""
+    middle = (start + stop) / 2
+    return poles[sum(x <= middle for x in blade.breaks[1:-1])]
+
+
+def points_beside_poles(
+    start: float, stop: float, poles: tuple[complex, ...], share: float
+) -> list[tuple[float, int]]:
+    """Ends of the pieces that a piece is divided into, and the number of Gauss points that 1 over
+    the properties takes in each, by the ellipse around it through the nearest pole (Bernstein):
+    the error of a quadrature with n points is its size to the power of -2 n."""
+    places = [(2 * pole - start - stop) / (stop - start) for pole in poles]
+    sizes = (abs(z + (z - 1) ** 0.5 * (z + 1) ** 0.5) for z in map(complex, places))
+    nearest = min(sizes, default=math.inf)
+    if nearest < LEAST_ELLIPSE:
+        middle = (start + stop) / 2
+        parts = (start, middle), (middle, stop)
+        return [row for part in parts for row in points_beside_poles(*part, poles, share)]
+    return [(stop, math.ceil(math.log(1 / share) / (2 * math.log(nearest))))]
 
 
 class Block(NamedTuple):
@@ -85,49 +120,109 @@ class Block(NamedTuple):
     points: slice
     along: slice  # numbers of the functions of stretch
     across: slice  # numbers of the functions of bending
-    stretch: NDArray  # (p, functions of stretch)
-    bending: NDArray  # (p, functions of bending)
+    stretch: NDArray  # (..., p, functions of stretch)
+    bending: NDArray  # (..., p, functions of bending)
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
     """Trial functions on the elements of a beam, with its properties at the Gauss points: n points,
     in all r functions of bending, of the orders of the elements, and of stretch of their axial
-    orders."""
+    orders. Or a stack of these for uniform beams, with other breaks, in leading axes."""
 
-    elements: Elements
-    grid: Grid  # of the pieces
-    J: NDArray  # (n, n) integrates values at the points from the clamp to each point
+    elements: Elements  # of a stack those of the first
+    mesh: Mesh  # of the pieces
+    J: NDArray  # (..., n, n) integrates values at the points from the clamp to each point
     counts: tuple[int, ...]  # of pieces of each element
-    mass: NDArray  # (n,) rho A
-    EI: NDArray  # (n,)
-    EA: NDArray  # (n,)
+    mass: NDArray  # (..., n) rho A
+    EI: NDArray  # (..., n)
+    EA: NDArray  # (..., n)
     blocks: list[Block]  # of each element
+    force: list[NDArray]  # of each element (..., p, tail): highest functions of the stretch at rest
+
+    @property
+    def grid(self) -> Grid:
+        """The Gauss points of the pieces."""
+        return self.mesh.grid
 
     @cached_property
-    def angle(self) -> NDArray:
-        """Integrals (n, r) of the functions of bending, from the clamp."""
-        angle = np.zeros((len(self.mass), sum(self.elements.orders)))
+    def rows(self) -> NDArray:
+        """The functions of bending at the n points, and after them their integrals from the clamp
+        (..., 2 n, r)."""
+        *stack, n = self.grid.weights.shape
+        rows = np.zeros((*stack, 2 * n, sum(self.elements.orders)))
         for points, _, across, _, bending in self.blocks:
-            angle[points, across] = self.J[points, points] @ bending
-            angle[points.stop :, across] = self.grid.weights[points] @ bending
-        return angle
+            rows[..., points, across] = bending
+            angle = rows[..., n:, across]
+            angle[..., points, :] = self.J[..., points, points] @ bending
+            whole = np.vecmat(self.grid.weights[..., points], bending)
+            angle[..., points.stop :, :] = whole[..., None, :]
+        return read_only(rows)
+
+    @property
+    def bending(self) -> NDArray:
+        """The functions of bending (..., n, r)."""
+        return self.rows[..., : self.rows.shape[-2] // 2, :]
+
+    @property
+    def angle(self) -> NDArray:
+        """Integrals (..., n, r) of the functions of bending, from the clamp."""
+        return self.rows[..., self.rows.shape[-2] // 2 :, :]
 
     @cached_property
-    def element_of_points(self) -> NDArray:
-        """The number of the element of each point (n,)."""
-        pieces = np.repeat(np.arange(len(self.counts)), self.counts)
-        return np.repeat(pieces, self.grid.orders)
+    def stretch(self) -> NDArray:
+        """The functions of stretch (..., n, functions)."""
+        *stack, n = self.grid.weights.shape
+        functions = np.zeros((*stack, n, sum(self.elements.axial_orders)))
+        for block in self.blocks:
+            functions[..., block.points, block.along] = block.stretch
+        return read_only(functions)
+
+    @cached_property
+    def force_tails(self) -> NDArray:
+        """Matrix (..., tails, n): the stretch at the points -> its coefficients of `force`."""
+        *stack, n = self.grid.weights.shape
+        firsts = [0, *accumulate(self.tail_sizes)]
+        rows = np.zeros((*stack, firsts[-1], n))
+        weights = self.grid.weights * self.EA
+        ends = zip(self.blocks, self.force, pairwise(firsts), strict=True)
+        for block, functions, (first, last) in ends:
+            rows[..., first:last, block.points] = (functions * weights[..., block.points, None]).mT
+        return read_only(rows)
+
+    @cached_property
+    def tail_sizes(self) -> tuple[int, ...]:
+        """The number of functions in the tail of each element."""
+        return tuple(KINKED_TAIL if count > 1 else TAIL for count in self.counts)
+
+    @cached_property
+    def tail_starts(self) -> NDArray:
+        """The first of the tail of each element (elements,) among the functions of all tails."""
+        return np.cumsum([0, *self.tail_sizes[:-1]])
+
+    def by_element(self, energies: NDArray) -> NDArray:
+        """Sums (..., elements) of energies (..., tails, k), for each k: (..., k, elements)."""
+        return np.add.reduceat(energies, self.tail_starts, axis=-2).mT
 
     @cached_property
     def highest(self) -> list[tuple[NDArray, NDArray]]:
         """Numbers of the highest functions of each element, of stretch and of bending: the two
         highest, more where a property has kinks inside."""
-        tails = [KINKED_TAIL if count > 1 else 2 for count in self.counts]
         return [
             (np.arange(along.stop - tail, along.stop), np.arange(across.stop - tail, across.stop))
-            for (_, along, across, _, _), tail in zip(self.blocks, tails, strict=True)
+            for (_, along, across, _, _), tail in zip(self.blocks, self.tail_sizes, strict=True)
         ]
+
+    @cached_property
+    def highest_of_all(self) -> tuple[NDArray, NDArray]:
+        """Numbers of the highest functions of all elements, of stretch and of bending."""
+        along, across = zip(*self.highest, strict=True)
+        return np.concatenate(along), np.concatenate(across)
+
+    @cached_property
+    def tail_squares(self) -> NDArray:
+        """Squares (..., 2 n, tails) of the highest functions of bending and of their integrals."""
+        return read_only(self.rows[..., self.highest_of_all[1]] ** 2)
 
     def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
         """What the highest functions of each element contribute to values (n,) of stretch and of
@@ -140,29 +235,65 @@ class Trial:
             tails[1, block.points] = kappa @ (across[block.points] @ kappa)
         return tails[0], tails[1]
 
+    @cached_property
+    def element_of_points(self) -> NDArray:
+        """The number of the element of each point (n,)."""
+        pieces = np.repeat(np.arange(len(self.counts)), self.counts)
+        return np.repeat(pieces, self.grid.orders)
+
 
 def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
     """The trial functions on elements. bending: the property that is the bending stiffness."""
+    if blade is None:
+        return uniform_trial(np.array(elements.breaks), elements)
     pieces = pieces_of(elements, blade, bending, share)
     grid = make_grid(np.array(pieces.breaks), pieces.orders)
-    n, x = len(grid.points), grid.points
-    rho = EI = EA = np.ones(n)
-    if blade is not None:
-        rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
-    blocks = []
-    ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), strict=True)
-    for (points, along, across), (start, stop) in ends:
+    x = grid.points
+    rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
+    parts, force = [], []
+    ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), pieces.counts, strict=True)
+    for (points, along, across), (start, stop), count in ends:
         xi, w = (2 * x[points] - start - stop) / (stop - start), grid.weights[points]
-        stretch = orthonormal(xi, w, EA[points], along.stop - along.start)
-        bending_functions = orthonormal(xi, w, EI[points], across.stop - across.start)
-        blocks.append(Block(points, along, across, stretch, bending_functions))
-    return Trial(elements, grid, grid.integration_matrix, pieces.counts, rho, EI, EA, blocks)
+        order, tail = across.stop - across.start, KINKED_TAIL if count > 1 else TAIL
+        stretch = orthonormal(xi, w, EA[points], order)
+        bending_functions = orthonormal(xi, w, EI[points], order)
+        modes_along = stretch[:, : along.stop - along.start]
+        parts.append(Block(points, along, across, modes_along, bending_functions))
+        force.append(stretch[:, -tail:])
+    mesh = Mesh(grid, grid.integration_matrix)
+    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force)
 
 
-@lru_cache(maxsize=1)
+def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:
+    """The trial functions of a uniform beam, or of a stack with breaks (..., elements + 1):
+    Legendre polynomials. elements: of the first."""
+    orders, axial_orders = elements.all_orders
+    grid = make_grid(breaks, orders)
+    halves = np.diff(breaks)[..., None, None] / 2
+    columns = zip(blocks(orders), blocks(axial_orders), strict=True)
+    parts, force = [], []
+    for k, (points, along) in enumerate(columns):
+        e = reference(orders[k])
+        functions = e.legendre / np.sqrt(halves[..., k, :, :] * e.weights[:, None])
+        stretch = functions[..., : axial_orders[k]]
+        parts.append(Block(points, along, points, stretch, functions))
+        force.append(functions[..., -TAIL:])
+    one = np.ones(grid.points.shape)
+    mesh = Mesh(grid, grid.integration_matrix)
+    return Trial(elements, mesh, mesh.J, (1,) * len(orders), one, one, one, parts, force)
+
+
 def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
-    """`make_trial`, cached for the next of many beams on the same elements."""
-    return make_trial(elements, blade, bending, share)
+    """`make_trial`, where small cached for the next of many beams on the same elements. Those of
+    uniform beams depend on the elements alone."""
+    if blade is None:
+        return _of_uniform(elements, None, "", 1.0)
+    small = sum(elements.orders) <= SMALL
+    return (_of_blade if small else make_trial)(elements, blade, bending, share)
+
+
+_of_uniform = lru_cache(maxsize=4)(make_trial)
+_of_blade = lru_cache(maxsize=1)(make_trial)
 
 
 def orthonormal(xi: NDArray, w: NDArray, rigidity: NDArray, count: int) -> NDArray:

@@ -43,7 +43,8 @@ def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | B
     if isinstance(modes, BeamvizError):
         return modes
     s, grid = exponents(modes.omega_squared), modes.grid
-    orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
+    orders, axial_orders = modes.orders
+    unknowns = sum(orders) + sum(axial_orders)
     buckled = False
     if problem.softening and not problem.chordwise:
         if beam.is_uniform:  # in the plane of rotation, softening lowers every omega^2 by gamma^2

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
+from beamviz.blade import Blade
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged, to_keep
 from beamviz.mechanics.straight import StraightModes, lowest_modes
 from beamviz.mechanics.straight_equilibrium import (
@@ -28,9 +29,9 @@ from beamviz.mechanics.straight_properties import stack_of
 from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.problem import Problem, interruption
 from beamviz.space.elements import Elements
-from beamviz.space.grid import Mesh, make_mesh, make_meshes
-from beamviz.space.refinement import refined
+from beamviz.space.refinement import TRUNCATION_FACTOR, refined
 from beamviz.space.spans import ends_of_spans
+from beamviz.space.trial import Trial, cached_trial, uniform_trial
 
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
@@ -101,11 +102,16 @@ def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
         beam = attempts[k].beam
         return None if beam.is_uniform else (beam.blade, beam.masses, beam.root, beam.alpha > 0)
 
+    def space(attempt: Attempt) -> object:
+        """The elements of a blade, whose trial functions depend on them; else the orders."""
+        elements = attempt.elements
+        return elements.all_orders if attempt.beam.blade is None else elements
+
     together = (k for k, attempt in attempts.items() if not attempt.alone)
     by_elements = grouped((k, (attempts[k].elements, properties(k))) for k in together)
     shared = [group for group in by_elements if len(group) >= SHARED]
     others = (k for group in by_elements if len(group) < SHARED for k in group)
-    by_orders = grouped((k, (attempts[k].elements.all_orders, properties(k))) for k in others)
+    by_orders = grouped((k, (space(attempts[k]), properties(k))) for k in others)
     alone = [[k] for k, attempt in attempts.items() if attempt.alone]
     for group in [*shared, *by_orders, *alone]:
         unknowns = sum(attempts[group[0]].elements.orders)
@@ -122,12 +128,14 @@ def grouped(keys: Iterable[tuple[int, object]]) -> list[list[int]]:
     return list(groups.values())
 
 
-def common_mesh(elements: list[Elements]) -> Mesh:
-    """The mesh of beams with the same elements, or a stack of meshes of the same orders."""
+def common_trial(elements: list[Elements], blade: Blade | None, problem: Problem) -> Trial:
+    """The trial functions of beams with the same elements, or a stack of those of uniform beams
+    whose elements have the same orders."""
     first = elements[0]
     if all(each.breaks == first.breaks for each in elements):
-        return make_mesh(*first)
-    return make_meshes(np.array([each.breaks for each in elements]), *first.all_orders)
+        share = problem.tolerance / TRUNCATION_FACTOR
+        return cached_trial(first, blade, problem.bending_property, share)
+    return uniform_trial(np.array([each.breaks for each in elements]), first)
 
 
 def solve_stack(
@@ -135,11 +143,12 @@ def solve_stack(
 ) -> Sequence[Attempt | ModesOrError]:
     """The modes of each beam of a stack, its error, or another attempt."""
     beams = [attempt.beam for attempt in attempts]
-    mesh = common_mesh([attempt.elements for attempt in attempts])
-    axial = axial_problem(mesh, stack_of(beams), problem.strain_law)
+    elements = [attempt.elements for attempt in attempts]
+    trial = common_trial(elements, beams[0].blade, problem)
+    axial = axial_problem(trial.mesh, stack_of(beams), problem.strain_law)
     try:
         state = equilibria(axial, attempts, problem)
-        modes = lowest_modes(axial, state, count, problem)
+        modes = lowest_modes(axial, trial, state, count, problem)
     except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
         if len(beams) > 1:  # an unstable beam among them
             return [attempt._replace(alone=True) for attempt in attempts]
