@@ -22,11 +22,13 @@ from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
 from beamviz.mechanics.straight_errors import (
     ROUNDING_FACTOR,
     Matrices,
+    quadrature_errors,
     rounding_errors,
     tail_energies,
     truncation_errors,
 )
 from beamviz.mechanics.straight_properties import BeamStack
+from beamviz.mechanics.straight_residual import LEFT, lacking_energies, rotary_inertia
 from beamviz.solver import eigen
 from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
 from beamviz.solver.eigen import EPS
@@ -151,14 +153,8 @@ def rotations_of_bodies(axial: AxialProblem, trial: Trial) -> NDArray:
 def add_rotary_inertia(
     K: NDArray, M: NDArray, axial: AxialProblem, trial: Trial, problem: Problem
 ) -> None:
-    """Add the rotary inertia of bodies, which turn with the beam, to K and M.
-
-    In the plane of rotation Jz theta'' does not soften, as a body turns with the hub: a stiffness
-    gamma^2 Jz balances the softening of all of M. Out of it the inertia is Jy, and the centrifugal
-    forces on a body have the stiffness gamma^2 (Jz - Jx).
-    """
-    Jx, Jy, Jz = np.array([mass.inertia for mass in axial.beams.masses]).T
-    J, stiffness = (Jz, Jz * problem.softening) if problem.chordwise else (Jy, Jz - Jx)
+    """Add the rotary inertia of bodies, which turn with the beam, to K and M."""
+    J, stiffness = rotary_inertia(axial.beams, problem)
     rows = rotations_of_bodies(axial, trial)
     M += rows.mT @ (J[:, None] * rows)
     K += axial.beams.gamma[..., None] ** 2 * (rows.mT @ (stiffness[:, None] * rows))
@@ -201,9 +197,18 @@ def uncoupled_modes(
         size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
     scale = abs(omega_squared) + eigen.COMPRESSED
     s = S @ along
+    kappa = curvature(trial, across)
     tail = tail_energies(trial, matrices, across, s)
+    if trial.is_kinked.any():
+        squares = omega_squared[:, 0], omega_squared[:, 1]
+        shapes = kappa, s
+        lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, None, problem)
+        omega_squared = omega_squared - lack.sum(axis=-1)
+        tail += LEFT * lack
     truncation = truncation_errors(axial, trial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, relative_rounding)
+    if trial.quadrature:
+        truncation += quadrature_errors(trial, across, along)
     omega_squared = omega_squared - softening_of_families(beams, problem)
     if beams.root == 0:
         free = turns_freely(beams, problem)
@@ -220,7 +225,7 @@ def uncoupled_modes(
         f=state.f,
         iterations=state.iterations,
         margin=state.margin,
-        kappa=curvature(trial, across),
+        kappa=kappa,
         s=s,
         mode_order=order,
         bending_energy_fraction=(order < in_family).astype(float),
@@ -288,16 +293,26 @@ def gyroscopic_modes(
     omega_squared = modes.omega_squared
     # Each shape is real or imaginary: real + imag is its size with its sign.
     across, along = modes.b.real + modes.b.imag, modes.a.real + modes.a.imag
-    s = S @ along
+    kappa, s = curvature(trial, modes.b), S @ modes.a
     size = abs(omega_squared) + gamma[..., 0] ** 2
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
-    tail = tail_energies(trial, matrices, across, s).sum(axis=1) * share[..., None]
+    tail = tail_energies(trial, matrices, across, S @ along)
+    if trial.is_kinked.any():
+        square = omega_squared + gamma[..., 0] ** 2 * problem.softening
+        coupling = 2 * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
+        shapes, squares = (kappa, s), (square, square)
+        lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, coupling, problem)
+        omega_squared = omega_squared - share * lack.sum(axis=(1, 3))
+        tail += LEFT * lack
+    tail = tail.sum(axis=1) * share[..., None]
     if not modes.definite:  # unstable: compression and a shift cancel, as in uncoupled_modes
         size = scale + np.vecmat(abs(np.linalg.diagonal(Kb)), across**2)
         size += (along**2).sum(axis=-2)
     truncation = truncation_errors(axial, trial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, modes.relative_rounding)
+    if trial.quadrature:
+        truncation += quadrature_errors(trial, across, along).sum(axis=1)
     if free.any():
         lowest = abs(omega_squared[0]).argmin()
         omega_squared[0, lowest], truncation[0, lowest] = 0.0, 0.0
@@ -308,8 +323,8 @@ def gyroscopic_modes(
         f=state.f,
         iterations=state.iterations,
         margin=state.margin,
-        kappa=curvature(trial, modes.b),
-        s=s * np.where(modes.a.imag.any(axis=1, keepdims=True), 1j, 1.0),
+        kappa=kappa,
+        s=s,
         mode_order=None,
         bending_energy_fraction=modes.fraction,
         omega_squared=omega_squared,

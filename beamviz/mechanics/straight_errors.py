@@ -36,14 +36,25 @@ class Matrices(NamedTuple):
 def tail_energies(trial: Trial, matrices: Matrices, across: NDArray, s: NDArray) -> NDArray:
     """The energies (beams, 2, k, elements) of the highest functions of each element in shapes with
     coefficients across (beams, r, k) and a gradient s along the beam (beams, n, k): an estimate of
-    the change of omega^2 by a higher order. A tension counts by its absolute value."""
+    the change of omega^2 by a higher order, 0 in the elements of several pieces, of which it is
+    known (`straight_residual`). A tension counts by its absolute value."""
     of_stretch, of_bending = trial.highest_of_all
     stiffness = np.vecmat(abs(matrices.stiffness), trial.tail_squares)[..., None]
     bending = trial.by_element(stiffness * across[:, of_bending] ** 2)
     functions = trial.stretch[..., of_stretch]
     stiffness = np.vecmat(matrices.axial_stiffness, functions**2)[..., None]
     along = (trial.grid.weights * trial.EA)[..., None] * functions
-    return np.stack((bending, trial.by_element(stiffness * (along.mT @ s) ** 2)), axis=1)
+    tails = np.stack((bending, trial.by_element(stiffness * (along.mT @ s) ** 2)), axis=1)
+    return tails * ~trial.is_kinked if trial.quadrature else tails
+
+
+def quadrature_errors(trial: Trial, across: NDArray, along: NDArray) -> NDArray:
+    """What the quadrature of the elastic energy may change omega^2 by (beams, 2, k, 1), in each
+    element, of shapes with these coefficients (beams, functions, k) and perhaps an angle at the
+    root, which stores none."""
+    bending = across[:, : sum(trial.elements.orders)]
+    energies = np.stack([(c**2).sum(axis=-2) for c in (bending, along)], axis=1)
+    return trial.quadrature / len(trial.blocks) * energies[..., None]
 
 
 def truncation_errors(

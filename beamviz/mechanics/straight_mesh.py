@@ -20,12 +20,16 @@ from beamviz.space.spans import (
     AT_END,
     AnyBeam,
     Numbers,
+    Span,
     ends_of_spans,
     find_spans,
     is_uniform,
+    mild_runs,
     numbers_of,
     unstretched_positions,
 )
+
+JOINED = 0.6  # unknowns of elements that span stations, over those of elements between them
 
 
 def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnGrid | None]:
@@ -36,14 +40,15 @@ def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnGri
     Beams whose numbers agree when rounded share their elements: to find these takes longer than to
     solve one of many beams, and beams with the same elements are solved together.
     """
-    law, ends = problem.strain_law, ends_of_spans(beam)
+    law = problem.strain_law
     limited = not (problem.rigid_tension or is_small_strain(beam, law))
+    start = None
     if limited and (beam.delta < 0 or not law.stiffens):
         spans, start = first_elements_of_spans(beam, problem)
         start = None if has_unique_equilibrium(beam, law) else start
-        return joined_elements(ends, spans), start
-    spans = elements_by_rounded_numbers(rounded(beam), problem)
-    return joined_elements(ends, spans), None
+    else:
+        spans = elements_by_rounded_numbers(rounded(beam), problem)
+    return joined_elements(ends_of_spans(beam), spans), start
 
 
 def rounded(beam: Beam) -> Numbers:
@@ -71,8 +76,8 @@ def four_digits(x: float) -> float:
 def first_elements_of_spans(
     beam: AnyBeam, problem: Problem
 ) -> tuple[list[SpanElements], StretchOnGrid | None]:
-    """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
-    large, else None. Raises NoEquilibrium and NotConverged."""
+    """The elements of each run of spans of a beam, and its equilibrium on a coarse mesh where the
+    strain is large, else None. Raises NoEquilibrium and NotConverged."""
     law, start, positions = problem.strain_law, None, unstretched_positions(beam)
     small = problem.rigid_tension or is_small_strain(beam, law)
     if not small:
@@ -84,8 +89,37 @@ def first_elements_of_spans(
         loaded = Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu, *properties)
     bending = problem.bending_property
     spans = find_spans(loaded, positions, None if small else law, bending)
-    densities = None if beam.blade is None else wave_densities(beam.blade, positions.ends, bending)
-    return elements_of_spans(beam.mu, spans, problem, densities), start
+    alone = [(k, k) for k in range(len(spans))]
+    elements = elements_of_runs(beam, spans, alone, problem)
+    joined = mild_runs(beam, positions.ends, bending)
+    if len(joined) < len(alone):
+        choices = elements_of_runs(beam, spans, joined, problem)
+        pairs = zip(choices, joined, strict=True)
+        chosen = [fewest(run, elements[a : b + 1]) for run, (a, b) in pairs]
+        elements = [each for row in chosen for each in row]
+    return elements, start
+
+
+def elements_of_runs(
+    beam: AnyBeam, spans: list[Span], runs: list[tuple[int, int]], problem: Problem
+) -> list[SpanElements]:
+    """The elements of each run of spans, given by the first and the last of it."""
+    densities = None
+    if beam.blade is not None:
+        ends = tuple([span.start.x for span in spans] + [1.0])
+        densities = wave_densities(beam.blade, ends, runs, problem.bending_property)
+    joined = [Span(spans[first].start, spans[last].end) for first, last in runs]
+    rows = elements_of_spans(beam.mu, joined, problem, densities)
+    return [
+        row._replace(spans=last - first + 1) for row, (first, last) in zip(rows, runs, strict=True)
+    ]
+
+
+def fewest(run: SpanElements, spans: list[SpanElements]) -> list[SpanElements]:
+    """The elements of a run of spans, or those of each of them where these have hardly more
+    unknowns: they need fewer Gauss points, and have no kinks."""
+    separate = sum(sum(span.orders) for span in spans)
+    return [run] if sum(run.orders) < JOINED * separate else spans
 
 
 @lru_cache(maxsize=64)

@@ -6,11 +6,12 @@ from typing import NamedTuple
 
 
 class SpanElements(NamedTuple):
-    """The elements of one span."""
+    """The elements of a span, or of several that follow each other."""
 
     ends: tuple[float, ...]  # where each element ends, as a fraction of the span: the last is 1
     orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
     axial_orders: tuple[int, ...]  # of modes along it, at most as high
+    spans: int = 1  # how many spans they have in common
 
 
 class Elements(NamedTuple):
@@ -37,8 +38,11 @@ class Elements(NamedTuple):
 
 def joined_elements(ends: Sequence[float], spans: Sequence[SpanElements]) -> Elements:
     """The elements of a beam from those of each span between `ends`."""
-    breaks = [0.0]
-    for span, (start, end) in zip(spans, pairwise(ends), strict=True):
+    breaks, last = [0.0], 0
+    for span in spans:
+        start = ends[last]
+        last += span.spans
+        end = ends[last]
         breaks += [start + (end - start) * fraction for fraction in span.ends[:-1]] + [end]
     orders = tuple(order for span in spans for order in span.orders)
     axial_orders = tuple(order for span in spans for order in span.axial_orders)

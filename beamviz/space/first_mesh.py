@@ -91,12 +91,18 @@ class WaveDensities(NamedTuple):
     of_spans: tuple[float, ...]  # the greater of the densities of both, over that of a uniform beam
 
 
-def wave_densities(blade: Blade, ends: tuple[float, ...], bending: str) -> WaveDensities:
-    """The densities of waves on the spans of a blade. bending: "bending" or "flap"."""
+def wave_densities(
+    blade: Blade, ends: tuple[float, ...], runs: list[tuple[int, int]], bending: str
+) -> WaveDensities:
+    """The densities of waves on runs of spans of a blade, given by the first and the last of each.
+    bending: "bending" or "flap"."""
     spans = properties_of_spans(blade, ends, bending)
     bend = np.vecdot(spans.weights, (spans.mass / spans.bending) ** 0.25)
     stretch = np.vecdot(spans.weights, (spans.mass / spans.axial) ** 0.5)
-    shares = np.maximum(bend / bend.sum(), stretch / stretch.sum()) / np.diff(ends)
+    firsts = [first for first, _ in runs]
+    lengths = np.diff([*(ends[first] for first in firsts), ends[-1]])
+    shares = (np.add.reduceat(density, firsts) / density.sum() for density in (bend, stretch))
+    shares = np.maximum(*shares) / lengths
     return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()))
 
 

@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 
 from beamviz.solver.solution import read_only
 
-SMALL = 300  # points of a mesh whose matrices are cached: those of larger ones take megabytes
+SMALL = 400  # points of a mesh whose matrices are cached: those of larger ones take megabytes
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,7 @@ from beamviz.space.elements import Elements
 from beamviz.space.grid import SMALL, Grid, Mesh, blocks, make_grid, reference
 from beamviz.space.spans import AT_END
 
-# Gauss points of a piece, more than half-waves of the highest polynomial in it: seven more change
-# frequencies by 2e-9 at most (three blades).
-MORE_POINTS = 1
+QUADRATURE = 0.1  # share of the error allowed that the quadrature of 1 / E I may have
 # Functions in the tail of an element with stations inside, where single coefficients may vanish:
 # with four the errors of 31 random deflected blades are at most 0.2 of their bars, with two 11.
 KINKED_TAIL = 4
@@ -38,6 +36,9 @@ TAIL = 2  # functions in the tail of any other: one even, one odd
 # Size of the ellipse around a piece through a pole of 1 / E I or 1 / E A from which the piece is
 # not divided: the quadrature then gains 1.1 digits with each point.
 LEAST_ELLIPSE = 3.5
+MOST_ELLIPSE = 100.0  # where there is no pole: larger ones change no number of points
+ELLIPSES = 1.5  # ratio of the ellipses of which the best bound is taken
+WAVES = 0.6  # wave number of the highest modes that an element resolves, over that of its order
 
 
 class Pieces(NamedTuple):
@@ -48,6 +49,7 @@ class Pieces(NamedTuple):
     counts: tuple[int, ...]
 
 
+@lru_cache(maxsize=4)
 def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: float) -> Pieces:
     """The pieces of elements between the ends of the segments of a blade, shorter beside a pole of
     1 over its properties, with as many Gauss points as the trial functions need. share: of the
@@ -58,17 +60,15 @@ def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: floa
     poles = poles_of(blade, bending)
     for (start, stop), order in zip(pairwise(elements.breaks), elements.orders, strict=True):
         inside = [x for x in blade.breaks if start + AT_END < x < stop - AT_END]
-        ends, more = [start], []
+        ends = [start]
         for a, b in pairwise([start, *inside, stop]):
-            for end, points in points_beside_poles(a, b, poles_at(blade, poles, a, b), share):
+            here = poles_at(blade, poles, a, b)
+            for end, ellipse in pieces_beside_poles(a, b, here):
+                phase = order * (angle_of(ends[-1], start, stop) - angle_of(end, start, stop))
+                orders.append(gauss_points(phase, ellipse, QUADRATURE * share))
                 ends.append(end)
-                more.append(points)
-        counts.append(len(more))
+        counts.append(len(ends) - 1)
         breaks += ends[1:]
-        # A polynomial of degree n has cos(n phi) as its waves, x = cos(phi).
-        phi = [math.acos(min(max(2 * (x - start) / (stop - start) - 1, -1), 1)) for x in ends]
-        waves = [order * (a - b) / math.pi for a, b in pairwise(phi)]
-        orders += [math.ceil(n) + MORE_POINTS + k for n, k in zip(waves, more, strict=True)]
     return Pieces(tuple(breaks), tuple(orders), tuple(counts))
 
 
@@ -97,20 +97,36 @@ def poles_at(
     return poles[sum(x <= middle for x in blade.breaks[1:-1])]
 
 
-def points_beside_poles(
-    start: float, stop: float, poles: tuple[complex, ...], share: float
-) -> list[tuple[float, int]]:
-    """Ends of the pieces that a piece is divided into, and the number of Gauss points that 1 over
-    the properties takes in each, by the ellipse around it through the nearest pole (Bernstein):
-    the error of a quadrature with n points is its size to the power of -2 n."""
-    places = [(2 * pole - start - stop) / (stop - start) for pole in poles]
-    sizes = (abs(z + (z - 1) ** 0.5 * (z + 1) ** 0.5) for z in map(complex, places))
-    nearest = min(sizes, default=math.inf)
-    if nearest < LEAST_ELLIPSE:
-        middle = (start + stop) / 2
-        parts = (start, middle), (middle, stop)
-        return [row for part in parts for row in points_beside_poles(*part, poles, share)]
-    return [(stop, math.ceil(math.log(1 / share) / (2 * math.log(nearest))))]
+def pieces_beside_poles(
+    start: float, stop: float, poles: tuple[complex, ...]
+) -> list[tuple[float, float]]:
+    """Ends of the pieces that a piece is divided into, none with a pole nearby, and the size of the
+    ellipse around each through the nearest pole (Bernstein)."""
+    places = [complex(2 * pole - start - stop) / (stop - start) for pole in poles]
+    nearest = min((abs(z + (z - 1) ** 0.5 * (z + 1) ** 0.5) for z in places), default=MOST_ELLIPSE)
+    if nearest >= LEAST_ELLIPSE:
+        return [(stop, min(nearest, MOST_ELLIPSE))]
+    middle = (start + stop) / 2
+    parts = (start, middle), (middle, stop)
+    return [row for part in parts for row in pieces_beside_poles(*part, poles)]
+
+
+def angle_of(x: float, start: float, stop: float) -> float:
+    """phi of x in an element: a polynomial of degree n has cos(n phi) as its waves."""
+    return math.acos(min(max(2 * (x - start) / (stop - start) - 1, -1.0), 1.0))
+
+
+def gauss_points(phase: float, ellipse: float, share: float) -> int:
+    """The number of Gauss points in a piece that has this phase of the highest polynomial of its
+    element, with no pole in an ellipse around it. Waves exp(i K z) times what has the pole are
+    integrated by n points with an error of at most exp(K (rho - 1 / rho) / 2) rho^-2n on each
+    ellipse rho within it. share: the error allowed, of squares of a mode."""
+    K, left = WAVES * phase, math.log(1 / share)
+    rho, least = 1.0, math.inf
+    while rho < ellipse:
+        rho = min(ELLIPSES * rho, ellipse)
+        least = min(least, (left + K / 2 * (rho - 1 / rho)) / (2 * math.log(rho)))
+    return math.ceil(max(least, phase / math.pi + 1))
 
 
 class Block(NamedTuple):
@@ -139,6 +155,7 @@ class Trial:
     EA: NDArray  # (..., n)
     blocks: list[Block]  # of each element
     force: list[NDArray]  # of each element (..., p, tail): highest functions of the stretch at rest
+    quadrature: float  # share of the elastic energy by which its integral may be wrong
 
     @property
     def grid(self) -> Grid:
@@ -236,6 +253,17 @@ class Trial:
         return tails[0], tails[1]
 
     @cached_property
+    def is_kinked(self) -> NDArray:
+        """Whether each element (elements,) has several pieces, and more points than functions."""
+        return np.array(self.counts) > 1
+
+    def of_kinked(self, energies: NDArray) -> NDArray:
+        """Sums (..., elements) of energies (..., n, k) at the points of the elements of several
+        pieces, for each k: (..., k, elements)."""
+        firsts = [block.points.start for block in self.blocks]
+        return np.add.reduceat(energies, firsts, axis=-2).mT * self.is_kinked
+
+    @cached_property
     def element_of_points(self) -> NDArray:
         """The number of the element of each point (n,)."""
         pieces = np.repeat(np.arange(len(self.counts)), self.counts)
@@ -261,7 +289,8 @@ def make_trial(elements: Elements, blade: Blade | None, bending: str, share: flo
         parts.append(Block(points, along, across, modes_along, bending_functions))
         force.append(stretch[:, -tail:])
     mesh = Mesh(grid, grid.integration_matrix)
-    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force)
+    lost = QUADRATURE * share
+    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, lost)
 
 
 def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:
@@ -280,20 +309,19 @@ def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:
         force.append(functions[..., -TAIL:])
     one = np.ones(grid.points.shape)
     mesh = Mesh(grid, grid.integration_matrix)
-    return Trial(elements, mesh, mesh.J, (1,) * len(orders), one, one, one, parts, force)
+    return Trial(elements, mesh, mesh.J, (1,) * len(orders), one, one, one, parts, force, 0.0)
 
 
 def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
     """`make_trial`, where small cached for the next of many beams on the same elements. Those of
     uniform beams depend on the elements alone."""
     if blade is None:
-        return _of_uniform(elements, None, "", 1.0)
-    small = sum(elements.orders) <= SMALL
-    return (_of_blade if small else make_trial)(elements, blade, bending, share)
+        return _cached(elements, None, "", 1.0)
+    small = sum(pieces_of(elements, blade, bending, share).orders) <= SMALL
+    return (_cached if small else make_trial)(elements, blade, bending, share)
 
 
-_of_uniform = lru_cache(maxsize=4)(make_trial)
-_of_blade = lru_cache(maxsize=1)(make_trial)
+_cached = lru_cache(maxsize=4)(make_trial)
 
 
 def orthonormal(xi: NDArray, w: NDArray, rigidity: NDArray, count: int) -> NDArray:

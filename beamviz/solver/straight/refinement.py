@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.blade import Blade
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged, to_keep
 from beamviz.mechanics.straight import StraightModes, lowest_modes
 from beamviz.mechanics.straight_equilibrium import (
@@ -33,6 +32,7 @@ from beamviz.space.refinement import TRUNCATION_FACTOR, refined
 from beamviz.space.spans import ends_of_spans
 from beamviz.space.trial import Trial, cached_trial, uniform_trial
 
+SHARPER = 1e-2  # the quadrature of a blade in each further attempt
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 MORE_UNKNOWNS = 30  # for each discontinuity of a blade, with a layer on either side
@@ -50,6 +50,7 @@ class Attempt(NamedTuple):
 
     beam: Beam
     elements: Elements
+    share: float  # of the energy of a mode that the quadrature of a blade may lose
     small: bool  # of small strain, so that a rough equilibrium suffices
     alone: bool  # whether it may not be in a stack
     start: StretchOnGrid | None = None
@@ -90,7 +91,8 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | ModesOrError:
     held = beam.delta > 0 or beam.root > 0
     turns_and_is_stable = beam.gamma > 0 and beam.delta >= 0 and held
     alone = start is not None or (problem.gyroscopic and not turns_and_is_stable)
-    return Attempt(beam, elements, small, alone, start)
+    share = problem.tolerance / TRUNCATION_FACTOR
+    return Attempt(beam, elements, share, small, alone, start)
 
 
 def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
@@ -105,10 +107,12 @@ def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
     def space(attempt: Attempt) -> object:
         """The elements of a blade, whose trial functions depend on them; else the orders."""
         elements = attempt.elements
-        return elements.all_orders if attempt.beam.blade is None else elements
+        return elements.all_orders if attempt.beam.blade is None else (elements, attempt.share)
 
     together = (k for k, attempt in attempts.items() if not attempt.alone)
-    by_elements = grouped((k, (attempts[k].elements, properties(k))) for k in together)
+    by_elements = grouped(
+        (k, (attempts[k].elements, attempts[k].share, properties(k))) for k in together
+    )
     shared = [group for group in by_elements if len(group) >= SHARED]
     others = (k for group in by_elements if len(group) < SHARED for k in group)
     by_orders = grouped((k, (space(attempts[k]), properties(k))) for k in others)
@@ -128,13 +132,13 @@ def grouped(keys: Iterable[tuple[int, object]]) -> list[list[int]]:
     return list(groups.values())
 
 
-def common_trial(elements: list[Elements], blade: Blade | None, problem: Problem) -> Trial:
+def common_trial(attempts: list[Attempt], problem: Problem) -> Trial:
     """The trial functions of beams with the same elements, or a stack of those of uniform beams
     whose elements have the same orders."""
-    first = elements[0]
+    elements = [attempt.elements for attempt in attempts]
+    first, blade = elements[0], attempts[0].beam.blade
     if all(each.breaks == first.breaks for each in elements):
-        share = problem.tolerance / TRUNCATION_FACTOR
-        return cached_trial(first, blade, problem.bending_property, share)
+        return cached_trial(first, blade, problem.bending_property, attempts[0].share)
     return uniform_trial(np.array([each.breaks for each in elements]), first)
 
 
@@ -143,8 +147,7 @@ def solve_stack(
 ) -> Sequence[Attempt | ModesOrError]:
     """The modes of each beam of a stack, its error, or another attempt."""
     beams = [attempt.beam for attempt in attempts]
-    elements = [attempt.elements for attempt in attempts]
-    trial = common_trial(elements, beams[0].blade, problem)
+    trial = common_trial(attempts, problem)
     axial = axial_problem(trial.mesh, stack_of(beams), problem.strain_law)
     try:
         state = equilibria(axial, attempts, problem)
@@ -194,7 +197,7 @@ def next_attempt(
     worst = totals.argmax()
     if math.isinf(totals[worst]):  # the equilibrium was not found in a stack
         return attempt._replace(alone=True)
-    elements = refined(attempt.elements, excess[worst].tolist())
+    elements = refined(attempt.elements, excess[worst].tolist(), attempt.beam.blade)
     try:
         check_unknowns(elements, attempt.beam)
     except NotConverged as error:
@@ -203,7 +206,9 @@ def next_attempt(
             return modes
         return failure(attempt.beam, problem, error)
     start = StretchOnGrid(modes.grid, modes.f) if attempt.start else None
-    return attempt._replace(elements=elements, small=False, start=start)
+    return attempt._replace(
+        elements=elements, share=attempt.share * SHARPER, small=False, start=start
+    )
 
 
 def check_unknowns(elements: Elements, beam: Beam) -> None:
