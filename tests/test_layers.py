@@ -21,12 +21,13 @@ LAYERS = (  # a module belongs to the layer that names it or the nearest of its 
     ("plausibility",),
     ("beam",),
     ("presets",),
-    ("solver",),
+    ("space", "mechanics", "solver"),  # see test_the_space_needs_no_mechanics
     ("dynamics",),
     ("scene",),
     ("frequency_loci",),
+    ("tables", "datasets"),  # of results
     ("sweeps",),
-    ("tables", "datasets", "plotting"),  # of results
+    ("plotting",),
     ("chart_ranges",),
     ("lessons",),
     ("output",),
@@ -57,9 +58,11 @@ LATE_IMPORTS = {  # all that point up: methods of results import what they call,
 EVIDENCE_COMMANDS = {("cli.commands", name) for name in ("reproduce", "benchmark", "stability")}
 INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that uses them
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
-        *("solver.quadrature", "solver.hp", "solver.bent"),
+        *("solver.quadrature", "solver.straight", "solver.bent"),
     },
-    "dynamics": {"solver.constitutive", "solver.fem.elements"},  # strain laws, cubic elements
+    "dynamics": {  # strain laws; Newton's method and continuation; elements graded towards layers
+        *("solver.constitutive", "solver.continuation", "solver.bent.equilibrium"),
+    },
     "evidence": {"solver.bent"},  # other stable states
 }
 WHOLE_FOLDERS = {"explorer.features"}  # packages that import each of their modules
@@ -73,7 +76,7 @@ LIBRARIES = {"scipy.optimize", "scipy.sparse", "scipy.special", "scipy.integrate
 
 
 def module_name(path: Path) -> str:
-    """beamviz/solver/hp/mesh.py is solver.hp.mesh; the package itself is "beamviz"."""
+    """beamviz/solver/bent/beam.py is solver.bent.beam; the package itself is "beamviz"."""
     parts = path.relative_to(ROOT / "beamviz").with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts) or "beamviz"
 
@@ -208,6 +211,14 @@ def test_evidence_is_imported_by_its_commands_only():
     evidence = [each for each in all_imports() if each.target.startswith("evidence")]
     users = {each[:2] for each in evidence if not each.module.startswith("evidence")}
     assert users == EVIDENCE_COMMANDS
+
+
+def test_the_space_needs_no_mechanics():
+    """Of the solver it takes options, the strain laws for its first mesh, and a helper."""
+    below = {"solver.problem", "solver.constitutive", "solver.solution", "solver.eigen"}
+    for each in all_imports():
+        if each.module.startswith("space") and each.target.startswith(("solver", "mechanics")):
+            assert each.target in below, each
 
 
 def test_the_solver_needs_numpy_and_scipy_only():

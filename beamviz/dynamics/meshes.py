@@ -9,8 +9,8 @@ from itertools import pairwise
 
 from beamviz.beam import Beam
 from beamviz.solver.bent.equilibrium import Grading, graded_breaks
-from beamviz.solver.hp.first_mesh import Elements
 from beamviz.solver.problem import Problem
+from beamviz.space.elements import Elements
 
 HIGHEST_ORDER, ORDERS_ADDED = 24, 2
 LONG = 0.6  # an element at least so long resolves three bending modes with the second order

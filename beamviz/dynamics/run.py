@@ -16,8 +16,8 @@ from beamviz.errors import unknown_keyword
 from beamviz.mechanics.cubic import CubicBeam
 from beamviz.mechanics.planar import PlanarBeam
 from beamviz.solver import Solution, solve
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.trial import cached_trial
+from beamviz.space.elements import Elements
+from beamviz.space.trial import cached_trial
 
 MODES = 10  # that a start may name
 SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from

@@ -12,8 +12,8 @@ from beamviz.errors import NotConverged
 from beamviz.mechanics.inertia import Loading
 from beamviz.solver import Solution
 from beamviz.solver.continuation import Root, continue_load, newton, newton_at
-from beamviz.solver.hp.mesh import Grid, make_grid
-from beamviz.solver.hp.spans import ends_of_spans
+from beamviz.space.grid import Grid, make_grid
+from beamviz.space.spans import ends_of_spans
 
 LARGEST_STEP = 2.0  # of Newton's method, in the units of a step that should be taken at once
 # Gauss points of the shapes of modes, in proportion to the length of a span, and more in each.

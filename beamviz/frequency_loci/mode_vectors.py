@@ -11,9 +11,9 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.solver.hp import displacements
 from beamviz.solver.quadrature import distributed_mass, gauss
 from beamviz.solver.solution import Solution
+from beamviz.solver.straight import displacements
 
 GAUSS_POINTS = 16  # of a mode vector, plus two for each mode, and more for a buckled beam
 MORE_IN_SPAN = 2  # Gauss points between two discontinuities of a blade, however close

@@ -30,7 +30,7 @@ from beamviz.beam import Beam
 from beamviz.mechanics.inertia import Loading, Number, masses_of
 from beamviz.mechanics.section import Section
 from beamviz.solver.constitutive import Theory
-from beamviz.solver.hp.trial import Trial
+from beamviz.space.trial import Trial
 
 COLUMNS = 512  # of a product of matrices at a time
 MAX_TURN, MAX_STRETCH = 0.7, 0.3  # of a step: angle [rad], relative change of f

@@ -95,7 +95,7 @@ def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[An
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
         answers = _solve_states(beams, problem, extra_modes)
     elif METHODS[problem.method].package == "hp":
-        from beamviz.solver.hp import solve_hp
+        from beamviz.solver.straight import solve_hp
 
         answers = solve_hp(beams, problem, extra_modes)
     else:

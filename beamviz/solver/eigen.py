@@ -48,32 +48,31 @@ def symmetric_modes(
 
 
 def family_modes(
-    K: np.ndarray, M: np.ndarray, S: np.ndarray, A: np.ndarray, count: int, shift: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    K: np.ndarray, M: np.ndarray, A: np.ndarray, count: int, shift: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """`symmetric_modes` of two families of a stack: K v = lambda M v, all (beams, n, n), and the
-    smaller problem c = lambda A c, A (beams, r, r), v = S c, which needs no shift.
+    smaller problem c = lambda A c, A (beams, r, r), which needs no shift.
 
-    Returns the vectors (beams, 2, n, count); lambda + shift (beams, 2, count), which has the
-    rounding error; and the shift (beams, 2, 1). Lambda and the vectors are nan beyond the r modes
-    of the second family, and where 1 / (lambda + shift) is only rounding error: of either sign, it
-    would pass for an instability.
+    Returns the vectors v (beams, n, count) and c (beams, r, count); lambda + shift (beams, 2,
+    count), which has the rounding error; and the shift (beams, 2, 1). Lambda and the vectors are
+    nan beyond the r modes of the second family, and where 1 / (lambda + shift) is only rounding
+    error: of either sign, it would pass for an instability.
     """
-    n, r = S.shape[-2:]
+    stack, n, r = len(K), K.shape[-1], A.shape[-1]
     count = min(count, n)
     few = min(count, r)
-    nu, added = np.full((len(S), 2, count), np.nan), np.zeros((len(S), 2, 1))
-    V = np.empty((len(S), 2, count, n))
-    for k in range(len(S)):
-        nu[k, 0], V[k, 0], added[k, 0] = inverse_modes_with_shift(M[k], K[k], count, shift)
-        nu[k, 1, :few], C = eigh_largest(A[k], few)
-        np.matmul(C, S[k].T, out=V[k, 1, :few])
-    if few < count:
-        V[:, 1, few:] = np.nan
+    nu, added = np.full((stack, 2, count), np.nan), np.zeros((stack, 2, 1))
+    V, C = np.empty((stack, count, n)), np.full((stack, count, r), np.nan)
+    for k in range(stack):
+        nu[k, 0], V[k], added[k, 0] = inverse_modes_with_shift(M[k], K[k], count, shift)
+        nu[k, 1, :few], C[k, :few] = eigh_largest(A[k], few)
     # An element beside a mass near the clamp is short, and has hardly any mass.
     nu[nu <= EPS * nu[..., :1]] = np.nan
     size = 1 / nu
-    V *= np.sqrt(abs(size))[..., None]
-    return V.mT, size, added
+    root = np.sqrt(abs(size))[..., None]
+    V *= root[:, 0]
+    C *= root[:, 1]
+    return V.mT, C.mT, size, added
 
 
 def eigh_largest(A: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

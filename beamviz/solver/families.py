@@ -14,11 +14,9 @@ from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError, NoEquilibrium
+from beamviz.mechanics.straight import turns_freely
+from beamviz.mechanics.straight_properties import stack_of
 from beamviz.solver import eigen
-from beamviz.solver.hp import is_buckled, solve_hp
-from beamviz.solver.hp.modes import turns_freely
-from beamviz.solver.hp.properties import stack_of
-from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.loads import Curve, Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
@@ -31,6 +29,8 @@ from beamviz.solver.solution import (
     status_of,
     straight,
 )
+from beamviz.solver.straight import is_buckled, solve_hp
+from beamviz.space.spans import ends_of_spans
 
 REFERENCE_TOLERANCE = 1e-9  # of the default method, for the error estimates of other methods
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from beamviz.beam import Beam
-from beamviz.solver.hp.spans import ends_of_spans
+from beamviz.space.spans import ends_of_spans
 
 MOMENT_POINTS = 12  # Gauss points between two discontinuities, of a static moment
 # Gauss points between two discontinuities, however close: 6 are exact to rounding on the 48 spans
@@ -32,7 +32,7 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
         at = [body.beta for body in bodies]
         return np.append(along, at), np.append(mass, [body.alpha for body in bodies])
     xi, weights = gauss(points)
-    parts = list(pairwise(sorted({0.0, beam.beta, 1.0})))
+    parts = list(pairwise(ends_of_spans(beam)))
     x = [a + (b - a) * (xi + 1) / 2 for a, b in parts]
     w = [(b - a) / 2 * weights for a, b in parts]
     return np.append(np.concatenate(x), beam.beta), np.append(np.concatenate(w), beam.alpha)

@@ -51,6 +51,7 @@ from beamviz.solver.families import Family, Shapes
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Solution, false_position, read_only, straight
+from beamviz.space.spans import AT_END, ends_of_spans
 
 MOST_WITH_DIGITS = 12  # assumed modes; of the next ones rounding leaves nothing
 # Steps of the scan, in the root of Lambda. Of 7 modes of 250 random beams none is skipped with
@@ -152,10 +153,9 @@ def power_series(beam: Beam, problem: Problem) -> Solution:
 def tension_spans(beam: Beam) -> list[TensionSpan]:
     """The spans between clamp, mass and tip, under the tension of the unstretched beam."""
     load = beam.gamma**2
-    ends = sorted({0.0, beam.beta, 1.0}) if beam.alpha else [0.0, 1.0]
     between = []
-    for a, b in pairwise(ends):
-        carried = beam.alpha * (beam.beta + beam.delta) if b <= beam.beta else 0.0
+    for a, b in pairwise(ends_of_spans(beam)):
+        carried = beam.alpha * (beam.beta + beam.delta) if b <= beam.beta + AT_END else 0.0
         at_start = (1 - a) * ((1 + a) / 2 + beam.delta) + carried
         tension = (load * at_start, -load * (a + beam.delta), -load / 2)
         between.append(TensionSpan(a, b - a, tension))
@@ -181,7 +181,7 @@ def series(beam: Beam, terms: int, Lambda: NDArray) -> tuple[list[NDArray], NDAr
         w, slope, moment, third = at_end.reshape(start.shape)
         N: float = sum(t * span.length**i for i, t in enumerate(span.tension))
         shear = N * slope - third
-        if span.start + span.length == beam.beta:
+        if abs(span.start + span.length - beam.beta) <= AT_END:
             N -= beam.gamma**2 * beam.alpha * (beam.beta + beam.delta)
             shear -= Lambda * beam.alpha * w
         start = np.stack((w, slope, moment / 2, (N * slope - shear) / 6))
@@ -287,11 +287,11 @@ def chebyshev_collocation(beam: Beam, problem: Problem) -> Solution:
     """The modes with polynomials of an order, about the equilibrium with the same polynomials.
     Raises NoEquilibrium with the limit, NotConverged."""
     order = problem.resolution
-    interior = beam.alpha > 0 and 0 < beam.beta < 1
-    grid = chebyshev_grid((0.0, beam.beta, 1.0) if interior else (0.0, 1.0), order)
+    ends = ends_of_spans(beam)
+    grid = chebyshev_grid(ends, order)
     R = grid.to_tip.copy()
-    if beam.beta in grid.ends[1:]:  # the value at the mass acts on what is inboard of it
-        inboard = (order + 1) * grid.ends.index(beam.beta)
+    inboard = (order + 1) * sum(end <= beam.beta + AT_END for end in ends[1:])  # points
+    if inboard:  # the value at the mass acts on what is inboard of it
         R[:inboard, inboard - 1] += beam.alpha
     try:
         root = _equilibrium(grid, R, beam, problem.strain_law)

@@ -123,7 +123,7 @@ def test_a_frequency_that_vanishes_is_solved_for():
     blade = preset("nrel-5mw-blade").beam.replace(gamma=0.9486559190684223, delta=1 / 41)
     options: dict[str, Any] = {"method": "zoac", "coriolis": False, "modes": 5}
     stable, at_zero = (solve(blade.replace(alpha=a), **options) for a in (0.7, 0.7655818107264929))
-    assert at_zero.stats.dof <= 1.6 * stable.stats.dof
+    assert at_zero.stats.dof <= 2 * stable.stats.dof
     assert abs(at_zero.omega_squared[0]) < 1e-6
     assert np.all(at_zero.omega_squared_errors <= 2.02e-6 * np.maximum(at_zero.omega_squared, 1e-4))
     (limit,) = loci(blade, "alpha", [0.7, 0.73, 0.77, 0.8], **options).limits

@@ -32,13 +32,13 @@ from beamviz.solver.bent.profile import (
     profile_of,
     saved,
 )
-from beamviz.solver.hp import solve_hp
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.refinement import MAX_ATTEMPTS, refined
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem, interruption
 from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.solver.straight import solve_hp
+from beamviz.solver.straight.refinement import MAX_ATTEMPTS
+from beamviz.space.elements import Elements
+from beamviz.space.refinement import TRUNCATION_FACTOR, refined
 
 REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
@@ -231,8 +231,8 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    tails = np.array([(state.q[along] ** 2).sum() for along, _ in bent.trial.highest])
-    lost = 4 * tails / (bent.beam.mu * (bent.w @ state.f)) ** 2
+    tails = [bent.Z[:, along] @ state.q[along] for along, _ in bent.trial.highest]
+    lost = 4 * np.array([bent.w @ tail**2 for tail in tails]) / (bent.w @ state.f) ** 2
     relative += max(1.0, state.f[0]) * lost[:, None]
     return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
 

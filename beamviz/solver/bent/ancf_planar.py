@@ -17,11 +17,11 @@ from beamviz.mechanics.cubic_elements import TURN, CubicElements, element_coordi
 from beamviz.solver.bent.beam import corotational_components
 from beamviz.solver.bent.modes import unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
-from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
 from beamviz.solver.solution import Equilibrium, Solution, Stats
+from beamviz.space.spans import ends_of_spans
 
 CLAMPED = (0, 1, 3)  # coordinates of the first node
 ENERGY_POINTS = 160  # of the quadrature of the kinetic energy of modes, on either side of the mass

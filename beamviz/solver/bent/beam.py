@@ -14,11 +14,11 @@ from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.mechanics.planar import MAX_STRETCH, PlanarBeam, PlanarState
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import Grid
-from beamviz.solver.hp.trial import Trial, cached_trial, make_trial
 from beamviz.solver.problem import Problem
+from beamviz.space.elements import Elements
+from beamviz.space.grid import Grid
+from beamviz.space.refinement import TRUNCATION_FACTOR
+from beamviz.space.trial import Trial, cached_trial, make_trial
 
 SECTION_STEPS = 60  # of Newton's method for the stretch at the weakest sections
 SECTION_ACCURACY = 1e-9  # of that stretch, relative

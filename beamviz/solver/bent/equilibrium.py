@@ -19,18 +19,18 @@ from scipy.linalg import lapack
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.mechanics.planar import MAX_TURN
-from beamviz.solver.bent.beam import BentBeam, BentState
-from beamviz.solver.hp.equilibrium import (
+from beamviz.mechanics.straight_equilibrium import (
     axial_problem,
     coarse_equilibrium,
     has_unique_equilibrium,
     is_small_strain,
 )
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import make_mesh
-from beamviz.solver.hp.properties import stack_of
-from beamviz.solver.hp.spans import Span, find_spans, unstretched_positions
+from beamviz.mechanics.straight_properties import stack_of
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.problem import Problem, interruption
+from beamviz.space.elements import Elements
+from beamviz.space.grid import make_mesh
+from beamviz.space.spans import Span, find_spans, unstretched_positions
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root

@@ -23,7 +23,7 @@ from beamviz.solver.bent.equilibrium import (
     stable_states,
 )
 from beamviz.solver.continuation import LIMIT_PRECISION, Root, continue_load
-from beamviz.solver.hp.first_mesh import Elements
+from beamviz.space.elements import Elements
 
 FIRST_STEP = 0.4  # of a speed, relative: the first increase
 SLOWER, SLOWEST = 0.8, 30  # ratio and number of lower speeds at which a stable state is sought

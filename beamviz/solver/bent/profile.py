@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from beamviz.beam import Beam
 from beamviz.solver.bent.beam import BentBeam, BentState, corotational_components
-from beamviz.solver.hp.first_mesh import Elements
-from beamviz.solver.hp.mesh import Grid
 from beamviz.solver.problem import Problem
+from beamviz.space.elements import Elements
+from beamviz.space.grid import Grid
 
 
 class SavedState(NamedTuple):

@@ -27,9 +27,9 @@ from beamviz.mechanics.cubic_elements import (
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
-from beamviz.solver.hp.spans import ends_of_spans
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
+from beamviz.space.spans import ends_of_spans
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
 # Least length of an element beside a body or a discontinuity. The rounding error of omega^2 grows
@@ -87,7 +87,7 @@ def with_rotary_inertia(
     model: CubicElements, position: NDArray, Fa: NDArray, Fb: NDArray, Kb: NDArray, problem: Problem
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Factors of the mass matrices and the stiffness across the beam with bodies that turn: as in
-    `hp.modes.add_rotary_inertia`."""
+    `mechanics.straight.add_rotary_inertia`."""
     masses, nodes = model.beam.masses, model.nodes
     Jx, Jy, Jz = np.array([mass.inertia for mass in masses]).T
     J, stiffness = (Jz, Jz) if problem.chordwise else (Jy, Jz - Jx)

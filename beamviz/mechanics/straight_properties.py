@@ -6,39 +6,14 @@ and principal moments of inertia; those turn with the section that carries it.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.beam import PARAMETERS, Beam
 from beamviz.blade import Blade, Mass
-from beamviz.solver.hp.mesh import Mesh
-
-numbers_of = attrgetter(*PARAMETERS)  # alpha, beta, gamma, delta, mu
-
-
-class Numbers(NamedTuple):
-    """The numbers of a straight beam, and its properties where it is not uniform: as of a `Beam`,
-    but not checked, because rounded numbers may be just outside their limits."""
-
-    alpha: float
-    beta: float
-    gamma: float
-    delta: float
-    mu: float
-    blade: Blade | None = None
-    masses: tuple[Mass, ...] = ()
-    root: float = np.inf
-
-
-AnyBeam = Beam | Numbers
-
-
-def is_uniform(beam: AnyBeam) -> bool:
-    """Whether it has one section, at most one concentrated mass, and a clamp."""
-    return beam.blade is None and not beam.masses and beam.root == np.inf
+from beamviz.space.grid import Mesh, inertia_of
+from beamviz.space.spans import AnyBeam, numbers_of
 
 
 class BeamStack(NamedTuple):
@@ -90,8 +65,6 @@ class Properties(NamedTuple):
     function alpha at each body; its inertia is in terms of the gradient of the displacement. The
     leading axis is 1 where all beams share the array."""
 
-    bending: NDArray  # (1 or beams, n) weights of the mesh times E I in the plane of rotation
-    flap: NDArray  # (1 or beams, n) and out of it
     axial: NDArray  # (1 or beams, n) weights times E A
     mass: NDArray  # (1 or beams, n) weights times rho, without the bodies
     G: NDArray  # (1 or beams, n, n) mass matrix J' rho J
@@ -123,48 +96,46 @@ def shared_properties(
 
 def properties_of(mesh: Mesh, alpha: NDArray, beta: NDArray, blade: Blade | None) -> Properties:
     """The properties with bodies of masses alpha at beta, each (1 or beams, bodies)."""
-    inboard = mesh.points[..., None, :] < beta[..., None]
-    to_bodies = np.where(inboard, mesh.weights[..., None, :], 0.0)
+    points, weights = mesh.grid.points[..., None, :], mesh.grid.weights
+    to_bodies = np.where(points < beta[..., None], weights[..., None, :], 0.0)
     carried = alpha[..., None] * to_bodies
-    moment = carried.sum(axis=-2)
-    weights = np.atleast_2d(mesh.weights)
+    weights = np.atleast_2d(weights)
     if blade is None:
-        G, G1, g = mesh.inertia
-        g = g + moment
-        return Properties(
-            bending=weights,
-            flap=weights,
-            axial=weights,
-            mass=weights,
-            G=G + carried.mT @ to_bodies,
-            G1=G1 + np.vecmat(beta, carried),
-            g=g,
-            to_bodies=to_bodies,
-            alpha=alpha,
-            to_ends=g[..., None, :],
-            total=1.0 + (alpha * (beta > 0)).sum(axis=-1, keepdims=True),
-        )
-    mass = weights * blade.at("mass", np.atleast_2d(mesh.points))
-    rooted = np.sqrt(mass)[..., None] * mesh.J
-    G = rooted.mT @ rooted + carried.mT @ to_bodies
-    # The start of each element, then the end of each, with the bodies there outboard of the latter.
-    starts, ends = np.atleast_2d(mesh.breaks)[:, :-1], np.atleast_2d(mesh.breaks)[:, 1:]
-    points, bodies = np.atleast_2d(mesh.points)[:, None, :], beta[..., None, :]
-    at = np.concatenate((starts, ends), axis=-1)[..., None]  # (1 or beams, ends, 1)
-    axial = np.concatenate((blade.at("axial", starts), blade.at("axial", ends, True)), axis=-1)
-    beyond = np.concatenate((bodies > starts[..., None], bodies >= ends[..., None]), axis=-2)
-    distributed, concentrated = (points > at) * mass[..., None, :], beyond * alpha[..., None, :]
-    total = distributed.sum(axis=-1) + concentrated.sum(axis=-1)
+        mass, axial, (G, G1, g) = weights, weights, mesh.inertia
+    else:
+        x = np.atleast_2d(mesh.grid.points)
+        mass, axial = weights * blade.at("mass", x), weights * blade.at("axial", x)
+        G, G1, g = inertia_of(mesh, mass)
+    g = g + carried.sum(axis=-2)
+    at_ends = (g[..., None, :], 1.0 + (alpha * (beta > 0)).sum(axis=-1, keepdims=True))
+    if blade is not None:
+        at_ends = properties_at_ends(mesh, mass, g, (alpha, beta), blade)
     return Properties(
-        bending=weights * blade.at("bending", np.atleast_2d(mesh.points)),
-        flap=weights * blade.at("flap", np.atleast_2d(mesh.points)),
-        axial=weights * blade.at("axial", np.atleast_2d(mesh.points)),
+        axial=axial,
         mass=mass,
-        G=G,
-        G1=G.sum(axis=-1),
-        g=np.vecmat(mass, mesh.J) + moment,
+        G=G + carried.mT @ to_bodies,
+        G1=G1 + np.vecmat(beta, carried),
+        g=g,
         to_bodies=to_bodies,
         alpha=alpha,
-        to_ends=(distributed @ mesh.J + concentrated @ to_bodies) / axial[..., None],
-        total=total / axial,
+        to_ends=at_ends[0],
+        total=at_ends[1],
     )
+
+
+def properties_at_ends(
+    mesh: Mesh, mass: NDArray, g: NDArray, bodies: tuple[NDArray, NDArray], blade: Blade
+) -> tuple[NDArray, NDArray]:
+    """`to_ends` and `total` of a blade at the start of each piece, then at the end of each, with
+    the bodies (alpha, beta) there outboard of the latter. What is integrated inboard of an end
+    moves all mass outboard of it."""
+    breaks = np.atleast_2d(mesh.grid.breaks)
+    points, weights = (np.atleast_2d(row)[:, None] for row in (mesh.grid.points, mesh.grid.weights))
+    starts, ends = breaks[:, :-1], breaks[:, 1:]
+    at = np.concatenate((starts, ends), axis=-1)[..., None]  # (1 or beams, ends, 1)
+    axial = np.concatenate((blade.at("axial", starts), blade.at("axial", ends, True)), axis=-1)
+    alpha, beta = (row[..., None, :] for row in bodies)
+    beyond = np.concatenate((beta > starts[..., None], beta >= ends[..., None]), axis=-2)
+    total = ((points > at) * mass[..., None, :]).sum(axis=-1) + (beyond * alpha).sum(axis=-1)
+    moments = np.where(points < at, weights * total[..., None], g[..., None, :])
+    return moments / axial[..., None], total / axial

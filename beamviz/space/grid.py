@@ -1,8 +1,8 @@
-"""Meshes of a few high-order elements with Gauss-Legendre points.
+"""Gauss points between breaks, and integrals from the clamp of what has values there.
 
-A quantity that is a polynomial on each element is represented by its values at the Gauss points.
-A matrix J integrates it exactly from the clamp: u = J f, theta = J kappa, w = J (f theta). The
-quantities integrated may be discontinuous across elements, as at a concentrated mass.
+A quantity that is a polynomial between breaks is represented by its values at the Gauss points. A
+matrix J integrates it exactly from the clamp: u = J f, theta = J kappa, w = J (f theta). What is
+integrated may be discontinuous at the breaks, as at a concentrated mass.
 """
 
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from numpy.polynomial import legendre
 
 from beamviz.solver.solution import read_only
 
-SMALL = 300  # points of a mesh that is cached: larger ones take megabytes, and a tenth of a solve
+SMALL = 400  # points of a mesh whose matrices are cached: those of larger ones take megabytes
 
 
 @dataclass(frozen=True)
@@ -37,16 +37,6 @@ class Reference:
     def integrals(self, xi: np.ndarray) -> np.ndarray:
         """Matrix (..., p): values at the points -> the integral from -1 to each xi (...)."""
         return interpolation_matrix(xi, self.nodes, self.barycentric)[..., 1:] @ self.integration
-
-    def last_two(self, order: int) -> np.ndarray:
-        """Matrix (2, p): values at the points -> coefficients of their two highest orthonormal
-        polynomials of an order."""
-        return self.legendre[:, order - 2 : order].T * np.sqrt(self.weights)
-
-    def projection(self, order: int) -> np.ndarray:
-        """Matrix (p, p): values at the points -> those of the sum of these two polynomials."""
-        two = self.legendre[:, order - 2 : order] / np.sqrt(self.weights)[:, None]
-        return two @ self.last_two(order)
 
 
 def interpolation_matrix(xi: np.ndarray, nodes: np.ndarray, barycentric: np.ndarray) -> np.ndarray:
@@ -87,32 +77,22 @@ class Located(NamedTuple):
     half: np.ndarray  # (k,) half the length of their elements
 
 
-@lru_cache(maxsize=64)
-def projections(order: int, axial_order: int) -> np.ndarray:
-    """Projections (2, p, p) of values at p = `order` points: onto the two highest polynomials of
-    each of two orders."""
-    e = reference(order)
-    return read_only(np.stack((e.projection(order), e.projection(axial_order))))
-
-
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """Elements between `breaks`, each with as many Gauss points as its order; n in all. Or a stack
-    of such grids, in leading axes, with the same orders and different breaks. The gradient of the
-    displacement along the beam is of `axial_orders`, with r coefficients in all. A solution keeps
-    its grid only, which suffices to evaluate it as a function of x.
+    """Pieces between `breaks`, each with as many Gauss points as its order; n in all. Or a stack of
+    such grids, in leading axes, with the same orders and different breaks. A solution keeps its
+    grid only, which suffices to evaluate it as a function of x.
     """
 
-    breaks: np.ndarray  # (..., elements + 1)
-    orders: tuple[int, ...]  # (elements,)
-    axial_orders: tuple[int, ...]  # (elements,) at most as high
+    breaks: np.ndarray  # (..., pieces + 1)
+    orders: tuple[int, ...]  # (pieces,)
     points: np.ndarray  # (..., n)
     weights: np.ndarray  # (..., n)
 
     def __getitem__(self, k: int) -> "Grid":
         """Grid k of a stack."""
         breaks, points, weights = self.breaks[k], self.points[k], self.weights[k]
-        return Grid(breaks, self.orders, self.axial_orders, points, weights)
+        return Grid(breaks, self.orders, points, weights)
 
     @property
     def integration_matrix(self) -> np.ndarray:
@@ -120,7 +100,7 @@ class Grid:
         *stack, n = self.points.shape
         J = np.zeros((*stack, n, n))
         halves = np.diff(self.breaks)[..., None, None] / 2
-        for k, (order, block) in enumerate(zip(self.orders, _blocks(self.orders), strict=True)):
+        for k, (order, block) in enumerate(zip(self.orders, blocks(self.orders), strict=True)):
             J[..., block, : block.start] = self.weights[..., None, : block.start]
             J[..., block, block] = halves[..., k, :, :] * reference(order).integration
         return read_only(J)
@@ -130,7 +110,7 @@ class Grid:
         the result, which may be that of the values."""
         result, total = np.empty_like(values) if out is None else out, 0.0
         halves = np.diff(self.breaks)[..., None, None] / 2
-        for k, (order, block) in enumerate(zip(self.orders, _blocks(self.orders), strict=True)):
+        for k, (order, block) in enumerate(zip(self.orders, blocks(self.orders), strict=True)):
             here, weights = values[..., block, :], self.weights[..., None, block]
             integration = halves[..., k, :, :] * reference(order).integration
             integral = total + integration @ here
@@ -173,110 +153,81 @@ class Grid:
 
 
 class Inertia(NamedTuple):
-    """The inertia of a unit line density in terms of the gradient of the displacement."""
+    """The inertia of a line density in terms of the gradient of the displacement."""
 
     G: np.ndarray  # (..., n, n) J' W J
     G1: np.ndarray  # (..., n) row sums of G
     g: np.ndarray  # (..., n) J' W 1
 
 
-class Element(NamedTuple):
-    """The p points of an element, and matrices of values at them."""
-
-    points: slice
-    projections: np.ndarray  # (2, p, p) onto the two highest polynomials, of bending and along it
-    integration: np.ndarray  # (..., 1, p, p) integrates values from its start to each point
-
-
 @dataclass(frozen=True, eq=False)
-class Mesh(Grid):
-    """A grid, or a stack of them, with the matrices that stiffness and mass are assembled from.
+class Mesh:
+    """A grid, or a stack of them, with the matrix of its integrals."""
 
-    `tails` gives the coefficients of the two highest orthonormal polynomials of each element.
-    """
-
-    grid: Grid  # without the matrices
+    grid: Grid
     J: np.ndarray  # (..., n, n) integrates values at the points from the clamp to each point
-    axial: np.ndarray  # (n, r) basis of gradients along the beam, times the roots of the weights
-    tails: np.ndarray  # (..., 2 elements, n)
-    elements: list[Element]
 
     @property
     def is_small(self) -> bool:
-        """Whether it is cached."""
-        return sum(self.orders) <= SMALL
-
-    def highest(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The two highest Legendre polynomials of each element in functions v (..., 2, n, k), of
-        bending and along the beam, and their integrals over the element (both like v)."""
-        parts, integrals = np.empty_like(v), np.empty_like(v)
-        for points, projections, integration in self.elements:
-            parts[..., points, :] = part = projections @ v[..., points, :]
-            integrals[..., points, :] = integration @ part
-        return parts, integrals
+        """Whether what belongs to it is cached."""
+        return self.J.shape[-1] <= SMALL
 
     @cached_property
     def inertia(self) -> Inertia:
         """The inertia of a unit line density; that of a blade does not need it."""
-        rooted = np.sqrt(self.weights)[..., None] * self.J
-        G = rooted.mT @ rooted
-        arrays = G, G.sum(axis=-1), np.vecmat(self.weights, self.J)
-        return Inertia(*map(read_only, arrays))
+        return inertia_of(self, self.grid.weights)
 
 
-def make_mesh(
-    breaks: tuple[float, ...], orders: tuple[int, ...], axial_orders: tuple[int, ...] | None = None
-) -> Mesh:
-    """The mesh with elements of these orders between `breaks` (0 .. 1, ascending); a small one is
+def inertia_of(mesh: Mesh, mass: np.ndarray) -> Inertia:
+    """The inertia of a mass (..., n) at the points of a mesh.
+
+    All that is further out than x moves by what is integrated at x, times its weight w. So of two
+    points i, j in different pieces, j further out, G_ij = w_i g_j.
+    """
+    J, w = mesh.J, mesh.grid.weights
+    g = np.vecmat(mass, J)
+    upper = w[..., :, None] * g[..., None, :]
+    G = np.triu(upper)
+    G += np.triu(upper, 1).mT
+    beyond = mass.sum(axis=-1)[..., None, None]
+    for block in blocks(mesh.grid.orders):
+        inside, rows = mass[..., block, None], J[..., block, block]
+        beyond = beyond - inside.sum(axis=-2, keepdims=True)
+        own = w[..., block, None]
+        G[..., block, block] = rows.mT @ (inside * rows) + beyond * own * own.mT
+    return Inertia(*map(read_only, (G, G.sum(axis=-1), g)))
+
+
+def make_mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
+    """The mesh with pieces of these orders between `breaks` (0 .. 1, ascending); a small one is
     cached."""
-    make = _cached_mesh if sum(orders) <= SMALL else _mesh
-    return make(breaks, orders, axial_orders or orders)
+    return (_cached_mesh if sum(orders) <= SMALL else _mesh)(breaks, orders)
 
 
-def _mesh(
-    breaks: tuple[float, ...], orders: tuple[int, ...], axial_orders: tuple[int, ...]
-) -> Mesh:
+def _mesh(breaks: tuple[float, ...], orders: tuple[int, ...]) -> Mesh:
     """`make_mesh` without a cache."""
-    return make_meshes(np.array(breaks), orders, axial_orders)
+    grid = make_grid(np.array(breaks), orders)
+    return Mesh(grid, grid.integration_matrix)
 
 
 _cached_mesh = lru_cache(maxsize=4)(_mesh)
 
 
-def make_grid(
-    breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...] | None = None
-) -> Grid:
-    """A grid, or a stack of grids of the same orders, between `breaks` (..., elements + 1)."""
+def make_grid(breaks: np.ndarray, orders: tuple[int, ...]) -> Grid:
+    """A grid, or a stack of grids of the same orders, between `breaks` (..., pieces + 1)."""
     stack, n = breaks.shape[:-1], sum(orders)
     halves = np.diff(breaks)[..., None] / 2
     points, weights = np.empty((*stack, n)), np.empty((*stack, n))
-    for k, (order, block) in enumerate(zip(orders, _blocks(orders), strict=True)):
+    for k, (order, block) in enumerate(zip(orders, blocks(orders), strict=True)):
         e = reference(order)
         h = halves[..., k, :]
         points[..., block] = breaks[..., k, None] + h * (e.points + 1)
         weights[..., block] = h * e.weights
     arrays = map(read_only, (points, weights))
-    return Grid(read_only(breaks), orders, axial_orders or orders, *arrays)
+    return Grid(read_only(breaks), orders, *arrays)
 
 
-def make_meshes(breaks: np.ndarray, orders: tuple[int, ...], axial_orders: tuple[int, ...]) -> Mesh:
-    """A mesh, or a stack of meshes of the same orders, between `breaks` (..., elements + 1)."""
-    grid, stack, n = make_grid(breaks, orders, axial_orders), breaks.shape[:-1], sum(orders)
-    weights, J = grid.weights, grid.integration_matrix
-    halves, tails = np.diff(breaks)[..., None] / 2, np.zeros((*stack, 2 * len(orders), n))
-    axial, elements = np.zeros((n, sum(axial_orders))), []
-    blocks = zip(orders, _blocks(orders), axial_orders, _blocks(axial_orders), strict=True)
-    for k, (order, block, axial_order, columns) in enumerate(blocks):
-        e, h = reference(order), halves[..., k, :]
-        tails[..., 2 * k : 2 * k + 2, block] = np.sqrt(h)[..., None] * e.last_two(order)
-        axial[block, columns] = e.legendre[:, :axial_order]
-        integration = h[..., None, None] * e.integration
-        elements.append(Element(block, projections(order, axial_order), integration))
-    of_grid = grid.breaks, orders, axial_orders, grid.points, weights
-    return Mesh(*of_grid, grid, J, read_only(axial), read_only(tails), elements)
-
-
-def _blocks(orders: tuple[int, ...]) -> list[slice]:
-    """The points of each element."""
+def blocks(orders: tuple[int, ...]) -> list[slice]:
+    """The points of each piece."""
     ends = [0, *accumulate(orders)]
     return [slice(a, b) for a, b in pairwise(ends)]

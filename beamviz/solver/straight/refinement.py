@@ -7,17 +7,15 @@ Beams are solved in stacks whose meshes have the same orders.
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.blade import Blade
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged, to_keep
-from beamviz.solver.continuation import LIMIT_MARGIN
-from beamviz.solver.hp.equilibrium import (
+from beamviz.mechanics.straight import StraightModes, lowest_modes
+from beamviz.mechanics.straight_equilibrium import (
     AxialProblem,
     AxialState,
     StretchOnGrid,
@@ -25,13 +23,16 @@ from beamviz.solver.hp.equilibrium import (
     is_small_strain,
     limit_error,
 )
-from beamviz.solver.hp.first_mesh import MAX_ORDER, Elements, first_elements
-from beamviz.solver.hp.mesh import Mesh, make_mesh, make_meshes
-from beamviz.solver.hp.modes import StraightModes, lowest_modes
-from beamviz.solver.hp.properties import stack_of
-from beamviz.solver.hp.spans import ends_of_spans
+from beamviz.mechanics.straight_mesh import first_elements
+from beamviz.mechanics.straight_properties import stack_of
+from beamviz.solver.continuation import LIMIT_MARGIN
 from beamviz.solver.problem import Problem, interruption
+from beamviz.space.elements import Elements
+from beamviz.space.refinement import TRUNCATION_FACTOR, refined
+from beamviz.space.spans import ends_of_spans
+from beamviz.space.trial import Trial, cached_trial, uniform_trial
 
+SHARPER = 1e-2  # the quadrature of a blade in each further attempt
 MAX_ATTEMPTS = 12  # for each beam
 MAX_UNKNOWNS = 300  # of one family: a dense eigenproblem of more takes longer than a second
 MORE_UNKNOWNS = 30  # for each discontinuity of a blade, with a layer on either side
@@ -39,8 +40,6 @@ MOST_UNKNOWNS = 1200  # of a blade: two seconds
 MAX_STACK = 48  # beams: more take more memory than the processor's cache has
 MAX_ENTRIES = 2**16  # of a matrix of each beam: larger stacks are slower, and take more memory
 SHARED = 4  # beams of the same elements from which they share one mesh
-KINKED_ORDER = 16  # of an element with stations of a blade inside
-MORE_ORDER = 2  # added to an element, and one for each digit that it misses
 VANISHING = 1e-4  # omega^2 below which the tolerance is that of this one: it may be zero
 GREATEST_ERROR = 0.01  # of a frequency near a limit where the tolerance cannot be met, relative
 
@@ -51,6 +50,7 @@ class Attempt(NamedTuple):
 
     beam: Beam
     elements: Elements
+    share: float  # of the energy of a mode that the quadrature of a blade may lose
     small: bool  # of small strain, so that a rough equilibrium suffices
     alone: bool  # whether it may not be in a stack
     start: StretchOnGrid | None = None
@@ -91,7 +91,8 @@ def first_attempt(beam: Beam, problem: Problem) -> Attempt | ModesOrError:
     held = beam.delta > 0 or beam.root > 0
     turns_and_is_stable = beam.gamma > 0 and beam.delta >= 0 and held
     alone = start is not None or (problem.gyroscopic and not turns_and_is_stable)
-    return Attempt(beam, elements, small, alone, start)
+    share = problem.tolerance / TRUNCATION_FACTOR
+    return Attempt(beam, elements, share, small, alone, start)
 
 
 def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
@@ -103,11 +104,18 @@ def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
         beam = attempts[k].beam
         return None if beam.is_uniform else (beam.blade, beam.masses, beam.root, beam.alpha > 0)
 
+    def space(attempt: Attempt) -> object:
+        """The elements of a blade, whose trial functions depend on them; else the orders."""
+        elements = attempt.elements
+        return elements.all_orders if attempt.beam.blade is None else (elements, attempt.share)
+
     together = (k for k, attempt in attempts.items() if not attempt.alone)
-    by_elements = grouped((k, (attempts[k].elements, properties(k))) for k in together)
+    by_elements = grouped(
+        (k, (attempts[k].elements, attempts[k].share, properties(k))) for k in together
+    )
     shared = [group for group in by_elements if len(group) >= SHARED]
     others = (k for group in by_elements if len(group) < SHARED for k in group)
-    by_orders = grouped((k, (attempts[k].elements.all_orders, properties(k))) for k in others)
+    by_orders = grouped((k, (space(attempts[k]), properties(k))) for k in others)
     alone = [[k] for k, attempt in attempts.items() if attempt.alone]
     for group in [*shared, *by_orders, *alone]:
         unknowns = sum(attempts[group[0]].elements.orders)
@@ -124,12 +132,14 @@ def grouped(keys: Iterable[tuple[int, object]]) -> list[list[int]]:
     return list(groups.values())
 
 
-def common_mesh(elements: list[Elements]) -> Mesh:
-    """The mesh of beams with the same elements, or a stack of meshes of the same orders."""
-    first = elements[0]
+def common_trial(attempts: list[Attempt], problem: Problem) -> Trial:
+    """The trial functions of beams with the same elements, or a stack of those of uniform beams
+    whose elements have the same orders."""
+    elements = [attempt.elements for attempt in attempts]
+    first, blade = elements[0], attempts[0].beam.blade
     if all(each.breaks == first.breaks for each in elements):
-        return make_mesh(*first)
-    return make_meshes(np.array([each.breaks for each in elements]), *first.all_orders)
+        return cached_trial(first, blade, problem.bending_property, attempts[0].share)
+    return uniform_trial(np.array([each.breaks for each in elements]), first)
 
 
 def solve_stack(
@@ -137,11 +147,11 @@ def solve_stack(
 ) -> Sequence[Attempt | ModesOrError]:
     """The modes of each beam of a stack, its error, or another attempt."""
     beams = [attempt.beam for attempt in attempts]
-    mesh = common_mesh([attempt.elements for attempt in attempts])
-    axial = axial_problem(mesh, stack_of(beams), problem.strain_law)
+    trial = common_trial(attempts, problem)
+    axial = axial_problem(trial.mesh, stack_of(beams), problem.strain_law)
     try:
         state = equilibria(axial, attempts, problem)
-        modes = lowest_modes(axial, state, count, problem)
+        modes = lowest_modes(axial, trial, state, count, problem)
     except (NoEquilibrium, NotConverged, np.linalg.LinAlgError) as error:
         if len(beams) > 1:  # an unstable beam among them
             return [attempt._replace(alone=True) for attempt in attempts]
@@ -187,7 +197,7 @@ def next_attempt(
     worst = totals.argmax()
     if math.isinf(totals[worst]):  # the equilibrium was not found in a stack
         return attempt._replace(alone=True)
-    elements = refined(attempt.elements, excess[worst].tolist())
+    elements = refined(attempt.elements, excess[worst].tolist(), attempt.beam.blade)
     try:
         check_unknowns(elements, attempt.beam)
     except NotConverged as error:
@@ -196,7 +206,9 @@ def next_attempt(
             return modes
         return failure(attempt.beam, problem, error)
     start = StretchOnGrid(modes.grid, modes.f) if attempt.start else None
-    return attempt._replace(elements=elements, small=False, start=start)
+    return attempt._replace(
+        elements=elements, share=attempt.share * SHARPER, small=False, start=start
+    )
 
 
 def check_unknowns(elements: Elements, beam: Beam) -> None:
@@ -212,29 +224,6 @@ def check_unknowns(elements: Elements, beam: Beam) -> None:
         reason += ": the straight beam buckles in many half-waves"
         remedy = "a lower gamma or a larger delta"
     raise NotConverged(f"{reason}; ask for {remedy}")
-
-
-def refined(elements: Elements, excess: Sequence[float], blade: Blade | None = None) -> Elements:
-    """Finer elements where the error is more than an even share of what is allowed: of a higher
-    order, or halves where that would be above MAX_ORDER. excess: of each element, the error
-    relative to what is allowed for all. blade: whose stations may be inside of elements, and are
-    where these are divided."""
-    breaks, orders, axial_orders = [0.0], [], []
-    ends, columns = pairwise(elements.breaks), (*elements.all_orders, excess)
-    for (start, end), order, axial_order, share in zip(ends, *columns, strict=True):
-        missed = share * len(excess)  # relative to an even share
-        more = MORE_ORDER + math.ceil(math.log10(missed)) if missed > 1 else 0
-        inside = [x for x in blade.breaks if start < x < end] if blade else []
-        halves = 2 if order + more > (KINKED_ORDER if inside else MAX_ORDER) else 1
-        if halves == 1:
-            order += more
-        else:
-            middle = (start + end) / 2
-            breaks.append(min(inside, key=lambda x: abs(x - middle)) if inside else middle)
-        breaks.append(end)
-        orders += [order] * halves
-        axial_orders += [min(axial_order + more, order)] * halves
-    return Elements(tuple(breaks), tuple(orders), tuple(axial_orders))
 
 
 def failure(beam: Beam, problem: Problem, error: BeamvizError) -> BeamvizError:

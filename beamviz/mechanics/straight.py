@@ -1,14 +1,13 @@
-"""Vibration of stretched straight beams on a mesh.
+"""Vibration of stretched straight beams.
 
-The unknowns are values at the Gauss points of a few elements of high order: the gradient s = du'
-for stretching, the derivative kappa = theta' of the rotation for bending. Displacements are
-integrals, u = J s and w = J (f J kappa), so the clamp is exact and no continuity conditions between
-elements are needed: the jump of the stretch at a concentrated mass costs no accuracy. Convergence
-is exponential in the order.
+The unknowns are coefficients of the trial functions of a few elements (`beamviz.space.trial`): of
+the gradient s = du' for stretching, of the derivative kappa = theta' of the rotation for bending.
+Displacements are integrals, u = J s and w = J (f J kappa), so the clamp is exact and no continuity
+conditions between elements are needed: the jump of the stretch at a concentrated mass costs no
+accuracy. Convergence is exponential in the order.
 
-Few of the low modes stretch the beam, and s has no boundary layers: s times the root of the axial
-stiffness is a polynomial of lower order, whose coefficients c are the unknowns, s = S c. So the
-stiffness of c is the identity.
+The functions of stretch are divided by the root of the axial stiffness about the equilibrium: so
+the stiffness of their coefficients is the identity.
 
 All functions take a stack of beams, in the leading axis.
 """
@@ -19,19 +18,23 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.solver import eigen
-from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
-from beamviz.solver.eigen import EPS
-from beamviz.solver.hp.equilibrium import AxialProblem, AxialState
-from beamviz.solver.hp.error_estimates import (
+from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
+from beamviz.mechanics.straight_errors import (
     ROUNDING_FACTOR,
+    Matrices,
+    quadrature_errors,
     rounding_errors,
     tail_energies,
     truncation_errors,
 )
-from beamviz.solver.hp.mesh import Grid
-from beamviz.solver.hp.properties import BeamStack
+from beamviz.mechanics.straight_properties import BeamStack
+from beamviz.mechanics.straight_residual import LEFT, lacking_energies, rotary_inertia
+from beamviz.solver import eigen
+from beamviz.solver.constitutive import axial_stiffness, bending_stiffness
+from beamviz.solver.eigen import EPS
 from beamviz.solver.problem import Problem
+from beamviz.space.grid import Grid
+from beamviz.space.trial import Trial
 
 
 class StraightModes(NamedTuple):
@@ -43,7 +46,8 @@ class StraightModes(NamedTuple):
     """
 
     grid: Grid
-    f: NDArray  # (..., n) stretch at the mesh points
+    orders: tuple[tuple[int, ...], tuple[int, ...]]  # of the elements, across the beam and along it
+    f: NDArray  # (..., n) stretch at the Gauss points
     iterations: int
     margin: NDArray  # (...) of the equilibrium, 0 at a limit
     # Derivative of the rotation (..., n, modes). Where the root is not clamped the angle there is
@@ -59,75 +63,71 @@ class StraightModes(NamedTuple):
 
     def of_each_beam(self) -> Iterator["StraightModes"]:
         """The modes of each beam of a stack."""
-        grid, f, iterations, *arrays = self
+        grid, orders, f, iterations, *arrays = self
         for k in range(len(f)):
             grid_of_beam = grid if grid.breaks.ndim == 1 else grid[k]
             rows: list[Any] = [None if x is None else x[k] for x in arrays]
-            yield StraightModes(grid_of_beam, f[k], iterations, *rows)
-
-
-class Matrices(NamedTuple):
-    """Stiffness, without softening, and mass of the two families.
-
-    Bending: K = B' diag(stiffness) B with the identity and J in B, and M. Stretching: diag(d) and
-    G, the mass of a gradient.
-    """
-
-    K: NDArray  # (beams, n, n), n + 1 where the root is not clamped
-    M: NDArray  # (beams, n, n)
-    d: NDArray  # (beams, n)
-    G: NDArray  # (1 or beams, n, n)
-    stiffness: NDArray  # (beams, 2, 2 n) of the unknown, then of its integral (tension)
+            yield StraightModes(grid_of_beam, orders, f[k], iterations, *rows)
 
 
 def lowest_modes(
-    axial: AxialProblem, state: AxialState, count: int, problem: Problem
+    axial: AxialProblem, trial: Trial, state: AxialState, count: int, problem: Problem
 ) -> StraightModes:
-    """The `count` lowest modes about the equilibria of a stack of beams.
+    """The `count` lowest modes about the equilibria of a stack of beams, on the mesh of the trial
+    functions.
 
     With Coriolis forces no beam of several may be at rest or point inward; LinAlgError is raised
     where one of several is unstable.
     """
-    matrices = stiffness_and_mass(axial, state.f, problem)
+    matrices = stiffness_and_mass(axial, trial, state.f, problem)
     coupled = problem.gyroscopic and axial.beams.rotating
     solve = gyroscopic_modes if coupled else uncoupled_modes
-    return solve(axial, state, matrices, count, problem)
+    return solve(axial, trial, state, matrices, count, problem)
 
 
-def stiffness_and_mass(axial: AxialProblem, f: NDArray, problem: Problem) -> Matrices:
-    """Vibration about the stretch f (beams, n), in terms of kappa = theta' and s = du'.
+def stiffness_and_mass(axial: AxialProblem, trial: Trial, f: NDArray, problem: Problem) -> Matrices:
+    """Vibration about the stretch f (beams, n).
 
     The tension N = gamma^2 int_x^1 rho (u + delta) is computed from equilibrium: mu^2 n(f) would
     cancel where f is near 1.
     """
-    mesh, properties, beams, _ = axial
-    n = f.shape[-1]
-    to_angle = rotation_matrix(mesh.J, beams)
-    across = f[..., None] * to_angle  # kappa -> w' = f theta
-    bending = properties.bending if problem.chordwise else properties.flap
-    stiffness = np.zeros((len(f), 2, 2 * n))
-    stiffness[:, 0, :n] = bent = bending * bending_stiffness(f, problem.curvature_power)
-    stiffness[:, 1, :n] = d = properties.axial * axial_stiffness(f, beams.mu, problem.strain_law)
+    _, properties, beams, law = axial
+    n, rows = f.shape[-1], rows_with_root(trial, beams)
+    stiffness = np.zeros((len(f), 2 * n))
+    bent = trial.grid.weights * trial.EI
+    stiffness[:, :n] = bent * bending_stiffness(f, problem.curvature_power)
     if problem.stiffens:
         tension = beams.gamma**2 * (np.matvec(properties.G, f) + beams.delta * properties.g)
-        stiffness[:, 0, n:] = tension * f
-        K = across.mT @ (tension[..., None] * to_angle)
-    else:
-        K = np.zeros((*across.shape[:-2], across.shape[-1], across.shape[-1]))
-    diagonals = K.reshape(len(f), -1)[:, :: K.shape[-1] + 1]  # a view
-    diagonals[:, :n] += bent
+        stiffness[:, n:] = tension * f
+    K = rows.mT @ (stiffness[..., None] * rows)
+    across = f[..., None] * rows[..., n:, :]  # w' = f theta
     M = across.mT @ (properties.G @ across)
     if beams.hinged:
-        K[:, n, n] += beams.root
+        K[:, -1, -1] += beams.root
     if beams.has_inertia:
-        add_rotary_inertia(K, M, axial, problem)
-    return Matrices(K, M, d, properties.G, stiffness)
+        add_rotary_inertia(K, M, axial, trial, problem)
+    along = axial_stiffness(f, beams.mu, law)
+    S = trial.stretch / np.sqrt(along)[..., None]
+    return Matrices(K, M, S, stiffness, properties.axial * along)
 
 
-def rotation_matrix(J: NDArray, beams: BeamStack) -> NDArray:
-    """kappa -> theta at the mesh points. Where the root is not clamped, its angle is one more
-    unknown, the last."""
-    return with_root(J) if beams.hinged else J
+def rows_with_root(trial: Trial, beams: BeamStack) -> NDArray:
+    """`Trial.rows`. Where the root is not clamped, its angle is one more unknown, the last."""
+    if not beams.hinged:
+        return trial.rows
+    root = np.zeros((*trial.rows.shape[:-1], 1))
+    root[..., root.shape[-2] // 2 :, :] = 1.0
+    return np.concatenate((trial.rows, root), axis=-1)
+
+
+def curvature(trial: Trial, coefficients: NDArray) -> NDArray:
+    """kappa (..., n, modes) of coefficients (..., unknowns, modes), and after it the angle at the
+    root where that is an unknown."""
+    r = trial.rows.shape[-1]
+    kappa = trial.bending @ coefficients[..., :r, :]
+    if coefficients.shape[-2] == r:
+        return kappa
+    return np.concatenate((kappa, coefficients[..., r:, :]), axis=-2)
 
 
 def rotation(grid: Grid, kappa: NDArray) -> NDArray:
@@ -144,28 +144,29 @@ def with_root(rows: NDArray) -> NDArray:
     return np.concatenate((rows, np.ones((*rows.shape[:-1], 1))), axis=-1)
 
 
-def rotations_of_bodies(axial: AxialProblem) -> NDArray:
-    """kappa -> the angle of each of the bodies `masses`: (1 or beams, masses, unknowns)."""
-    rows = axial.properties.to_bodies[:, 1:]  # the first has no inertia
+def rotations_of_bodies(axial: AxialProblem, trial: Trial) -> NDArray:
+    """Coefficients -> the angle of each of the bodies `masses`: (1 or beams, masses, unknowns)."""
+    rows = axial.properties.to_bodies[:, 1:] @ trial.bending  # the first has no inertia
     return with_root(rows) if axial.beams.hinged else rows
 
 
-def add_rotary_inertia(K: NDArray, M: NDArray, axial: AxialProblem, problem: Problem) -> None:
-    """Add the rotary inertia of bodies, which turn with the beam, to K and M (beams, n, n).
-
-    In the plane of rotation Jz theta'' does not soften, as a body turns with the hub: a stiffness
-    gamma^2 Jz balances the softening of all of M. Out of it the inertia is Jy, and the centrifugal
-    forces on a body have the stiffness gamma^2 (Jz - Jx).
-    """
-    Jx, Jy, Jz = np.array([mass.inertia for mass in axial.beams.masses]).T
-    J, stiffness = (Jz, Jz * problem.softening) if problem.chordwise else (Jy, Jz - Jx)
-    rows = rotations_of_bodies(axial)
+def add_rotary_inertia(
+    K: NDArray, M: NDArray, axial: AxialProblem, trial: Trial, problem: Problem
+) -> None:
+    """Add the rotary inertia of bodies, which turn with the beam, to K and M."""
+    J, stiffness = rotary_inertia(axial.beams, problem)
+    rows = rotations_of_bodies(axial, trial)
     M += rows.mT @ (J[:, None] * rows)
     K += axial.beams.gamma[..., None] ** 2 * (rows.mT @ (stiffness[:, None] * rows))
 
 
 def uncoupled_modes(
-    axial: AxialProblem, state: AxialState, matrices: Matrices, count: int, problem: Problem
+    axial: AxialProblem,
+    trial: Trial,
+    state: AxialState,
+    matrices: Matrices,
+    count: int,
+    problem: Problem,
 ) -> StraightModes:
     """The lowest modes of uncoupled families.
 
@@ -174,16 +175,13 @@ def uncoupled_modes(
     the spring there is weak or the speed is low. Beside it the others would be rounding errors:
     they are computed with a shift, and the lowest one is the Rayleigh quotient of its shape.
     """
-    mesh, _, beams, _ = axial
-    K, M, d, G, _ = matrices
-    S = mesh.axial / np.sqrt(d)[..., None]
-    A = S.mT @ G @ S
-    if beams.hinged:  # both families have as many unknowns
-        S = np.concatenate((S, np.zeros_like(S[:, :1])), axis=1)
+    beams = axial.beams
+    K, M, S, _, _ = matrices
+    A = S.mT @ axial.properties.G @ S
     compressed = may_be_indefinite(beams, problem)
     shift = eigen.COMPRESSED if compressed or beams.hinged else 0.0
     # Arrays of both families are (beams, 2, count), bending first.
-    v, shifted, added = eigen.family_modes(K, M, S, A, count, shift)
+    across, along, shifted, added = eigen.family_modes(K, M, A, count, shift)
     omega_squared = shifted - added
     relative_rounding = shifted / shifted[..., :1]  # largest in the high modes
     size = shifted
@@ -192,15 +190,25 @@ def uncoupled_modes(
         # Compression cancels against bending stiffness, and the rotation about the root against
         # bending in the motion of a heavy mass: sum of absolute terms.
         shifted_diagonal = diagonal + added[:, 0] * np.linalg.diagonal(M)
-        size = np.stack((np.vecmat(shifted_diagonal, v[:, 0] ** 2), shifted[:, 1]), axis=1)
+        size = np.stack((np.vecmat(shifted_diagonal, across**2), shifted[:, 1]), axis=1)
     if beams.hinged and not compressed:
-        lowest = v[:, 0, :, 0]
+        lowest = across[..., 0]
         omega_squared[:, 0, 0] = np.vecdot(lowest, np.matvec(K, lowest))
         size[:, 0, 0] = np.vecdot(diagonal, lowest**2)
     scale = abs(omega_squared) + eigen.COMPRESSED
-    tail = tail_energies(mesh, matrices.stiffness, v)
-    truncation = truncation_errors(axial, state, scale, tail)
+    s = S @ along
+    kappa = curvature(trial, across)
+    tail = tail_energies(trial, matrices, across, s)
+    if trial.is_kinked.any():
+        squares = omega_squared[:, 0], omega_squared[:, 1]
+        shapes = kappa, s
+        lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, None, problem)
+        omega_squared = omega_squared - lack.sum(axis=-1)
+        tail += LEFT * lack
+    truncation = truncation_errors(axial, trial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, relative_rounding)
+    if trial.quadrature:
+        truncation += quadrature_errors(trial, across, along)
     omega_squared = omega_squared - softening_of_families(beams, problem)
     if beams.root == 0:
         free = turns_freely(beams, problem)
@@ -212,12 +220,13 @@ def uncoupled_modes(
     order = listed.argsort(axis=-1)[:, :count]
     beam = np.arange(stack)[:, None]
     return StraightModes(
-        grid=mesh.grid,
+        grid=trial.grid,
+        orders=trial.elements.all_orders,
         f=state.f,
         iterations=state.iterations,
         margin=state.margin,
-        kappa=v[:, 0],
-        s=v[:, 1, : state.f.shape[-1]],
+        kappa=kappa,
+        s=s,
         mode_order=order,
         bending_energy_fraction=(order < in_family).astype(float),
         omega_squared=listed[beam, order],
@@ -260,7 +269,12 @@ def turns_freely(beams: BeamStack, problem: Problem) -> NDArray:
 
 
 def gyroscopic_modes(
-    axial: AxialProblem, state: AxialState, matrices: Matrices, count: int, problem: Problem
+    axial: AxialProblem,
+    trial: Trial,
+    state: AxialState,
+    matrices: Matrices,
+    count: int,
+    problem: Problem,
 ) -> StraightModes:
     """The lowest modes of both families coupled by Coriolis forces.
 
@@ -268,37 +282,44 @@ def gyroscopic_modes(
     z changes omega^2 by e' T e 2 omega / |z' dT/domega z|, where |z' dT/domega z| = omega +
     z' K z / omega.
     """
-    mesh, gamma = axial.mesh, axial.beams.gamma[..., None]
-    S = mesh.axial / np.sqrt(matrices.d)[..., None]
-    Fa, Fb = weighted_displacements(axial, state.f, S)
-    Ka, Kb = np.eye(S.shape[-1]) + np.zeros((len(S), 1, 1)), matrices.K
+    gamma, S, Kb = axial.beams.gamma[..., None], matrices.S, matrices.K
+    Fa, Fb = weighted_displacements(axial, trial, state.f, S)
+    Ka = np.eye(S.shape[-1]) + np.zeros((len(S), 1, 1))
     if problem.softening:
         Ka, Kb = Ka - gamma**2 * (Fa.mT @ Fa), Kb - gamma**2 * matrices.M
     max_rounding = problem.tolerance / (10 * ROUNDING_FACTOR * EPS)
     free = turns_freely(axial.beams, problem)
     modes = eigen.gyroscopic_modes((Ka, Kb), (Fa, Fb), gamma, count, max_rounding, bool(free.any()))
-    omega_squared, kappa = modes.omega_squared, modes.b
+    omega_squared = modes.omega_squared
     # Each shape is real or imaginary: real + imag is its size with its sign.
-    n = S.shape[-2]
-    v = np.empty((len(S), 2, n, kappa.shape[-1]))
-    v[:, 0] = (kappa.real + kappa.imag)[:, :n]
-    v[:, 1] = S @ (modes.a.real + modes.a.imag)
-    s = v[:, 1] * np.where(modes.a.imag.any(axis=1, keepdims=True), 1j, 1.0)
+    across, along = modes.b.real + modes.b.imag, modes.a.real + modes.a.imag
+    kappa, s = curvature(trial, modes.b), S @ modes.a
     size = abs(omega_squared) + gamma[..., 0] ** 2
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
-    tail = tail_energies(mesh, matrices.stiffness, v).sum(axis=1) * share[..., None]
+    tail = tail_energies(trial, matrices, across, S @ along)
+    if trial.is_kinked.any():
+        square = omega_squared + gamma[..., 0] ** 2 * problem.softening
+        coupling = 2 * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
+        shapes, squares = (kappa, s), (square, square)
+        lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, coupling, problem)
+        omega_squared = omega_squared - share * lack.sum(axis=(1, 3))
+        tail += LEFT * lack
+    tail = tail.sum(axis=1) * share[..., None]
     if not modes.definite:  # unstable: compression and a shift cancel, as in uncoupled_modes
-        diagonals = np.linalg.diagonal(Kb)[:, :n], matrices.d
-        size = scale + sum(np.vecmat(abs(d), v[:, k] ** 2) for k, d in enumerate(diagonals))
-    truncation = truncation_errors(axial, state, scale, tail)
+        size = scale + np.vecmat(abs(np.linalg.diagonal(Kb)), across**2)
+        size += (along**2).sum(axis=-2)
+    truncation = truncation_errors(axial, trial, state, scale, tail)
     rounding = rounding_errors(state, scale, size, modes.relative_rounding)
+    if trial.quadrature:
+        truncation += quadrature_errors(trial, across, along).sum(axis=1)
     if free.any():
         lowest = abs(omega_squared[0]).argmin()
         omega_squared[0, lowest], truncation[0, lowest] = 0.0, 0.0
         rounding[0, lowest] = EPS**2
     return StraightModes(
-        grid=mesh.grid,
+        grid=trial.grid,
+        orders=trial.elements.all_orders,
         f=state.f,
         iterations=state.iterations,
         margin=state.margin,
@@ -313,19 +334,21 @@ def gyroscopic_modes(
     )
 
 
-def weighted_displacements(axial: AxialProblem, f: NDArray, S: NDArray) -> tuple[NDArray, NDArray]:
+def weighted_displacements(
+    axial: AxialProblem, trial: Trial, f: NDArray, S: NDArray
+) -> tuple[NDArray, NDArray]:
     """F of both families with M = F' F, along the beam in terms of c, s = S c (beams, m, r), and
-    across it (beams, m, n): displacements at the mesh points and at the bodies, and the rotations
-    of these, times the root of the mass or inertia."""
-    mesh, properties, beams, _ = axial
+    across it (beams, m, unknowns): displacements at the Gauss points and at the bodies, and the
+    rotations of these, times the root of the mass or inertia."""
+    _, properties, beams, _ = axial
     n, bodies = f.shape[-1], properties.alpha.shape[-1]
     F = np.empty((len(f), n + bodies, n))
-    F[..., :n, :] = np.sqrt(properties.mass)[..., None] * mesh.J
+    F[..., :n, :] = np.sqrt(properties.mass)[..., None] * trial.J
     F[..., n:, :] = properties.alpha[..., None] ** 0.5 * properties.to_bodies
-    along, across = F @ S, F @ (f[..., None] * rotation_matrix(mesh.J, beams))
+    along, across = F @ S, F @ (f[..., None] * rows_with_root(trial, beams)[..., n:, :])
     if beams.has_inertia:
         Jz = np.array(inertias_of(beams))[:, 2]
-        turning = np.sqrt(Jz)[:, None] * rotations_of_bodies(axial)
+        turning = np.sqrt(Jz)[:, None] * rotations_of_bodies(axial, trial)
         still = np.zeros((len(along), len(Jz), along.shape[-1]))
         turning = np.broadcast_to(turning, (len(across), *turning.shape[-2:]))
         along, across = np.hstack((along, still)), np.hstack((across, turning))

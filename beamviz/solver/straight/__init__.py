@@ -12,8 +12,7 @@ import numpy as np
 
 from beamviz.beam import Beam
 from beamviz.errors import BeamvizError
-from beamviz.solver.hp.modes import StraightModes, rotation
-from beamviz.solver.hp.refinement import ModesOrError, converged_modes
+from beamviz.mechanics.straight import StraightModes, rotation
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import (
@@ -25,6 +24,7 @@ from beamviz.solver.solution import (
     status_of,
     straight,
 )
+from beamviz.solver.straight.refinement import ModesOrError, converged_modes
 
 MOST_CACHED = 2**14  # entries of a matrix: larger ones, of blades, are a small part of a solve
 MOST_ENTRIES = 2**18  # of the matrices of a stack of solutions: 2 MB
@@ -43,7 +43,8 @@ def _solution(problem: Problem, beam: Beam, modes: ModesOrError) -> Solution | B
     if isinstance(modes, BeamvizError):
         return modes
     s, grid = exponents(modes.omega_squared), modes.grid
-    orders, unknowns = grid.orders, sum(grid.orders) + sum(grid.axial_orders)
+    orders, axial_orders = modes.orders
+    unknowns = sum(orders) + sum(axial_orders)
     buckled = False
     if problem.softening and not problem.chordwise:
         if beam.is_uniform:  # in the plane of rotation, softening lowers every omega^2 by gamma^2

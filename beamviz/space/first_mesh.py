@@ -20,37 +20,21 @@ These are shares of the strain energy of a mode, and so of its omega^2.
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from collections.abc import Iterator
 from itertools import chain, pairwise, starmap
 from typing import NamedTuple
 
 import numpy as np
 
-from beamviz.beam import Beam
 from beamviz.blade import Blade
-from beamviz.solver.hp.equilibrium import (
-    StretchOnGrid,
-    coarse_equilibrium,
-    has_unique_equilibrium,
-    is_small_strain,
-)
-from beamviz.solver.hp.error_estimates import TRUNCATION_FACTOR
-from beamviz.solver.hp.properties import AnyBeam, Numbers, is_uniform, numbers_of
-from beamviz.solver.hp.spans import (
-    AT_END,
-    Span,
-    ends_of_spans,
-    find_spans,
-    properties_of_spans,
-    unstretched_positions,
-)
 from beamviz.solver.problem import Problem
+from beamviz.space.elements import SpanElements
+from beamviz.space.refinement import MAX_ORDER, TRUNCATION_FACTOR
+from beamviz.space.spans import Span, properties_of_spans
 
 # Nine random beams in ten need no second mesh. The work, n^3 over all meshes, changes by less than
 # 5 % for MAX_ORDER from 24 to 36, GRADING from 4 to 9 and CANCELLED from 1e-3 to 0.1.
 MIN_ORDER = 4  # so that the two highest polynomials of an element are not all of it
-MAX_ORDER = 30  # of an element: from here two halves with the same digits have fewer unknowns
 GRADING = 6.0  # ratio of the length of an element to its distance from a singularity, at most
 CANCELLED = 1e-2  # least omega^2 that centrifugal and Coriolis forces leave of strain energy 1
 ROUNDED = 0.8  # least ratio of the width of a layer to that of the rounded numbers
@@ -82,36 +66,6 @@ class Layer(NamedTuple):
         return start == 0 if self.inward > 0 else stop == 1
 
 
-class SpanElements(NamedTuple):
-    """The elements of one span."""
-
-    ends: tuple[float, ...]  # where each element ends, as a fraction of the span: the last is 1
-    orders: tuple[int, ...]  # of modes across the beam: the numbers of Gauss points
-    axial_orders: tuple[int, ...]  # of modes along it, at most as high
-
-
-class Elements(NamedTuple):
-    """The elements of a mesh, as arguments of `make_mesh`."""
-
-    breaks: tuple[float, ...]
-    orders: tuple[int, ...]
-    axial_orders: tuple[int, ...]
-
-    @property
-    def all_orders(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """The orders across the beam and along it: meshes with the same ones form a stack."""
-        return self.orders, self.axial_orders
-
-    @property
-    def halved(self) -> "Elements":
-        """Elements of half the length and the same orders."""
-        middles = [(start + end) / 2 for start, end in pairwise(self.breaks)]
-        orders, axial_orders = (
-            tuple(order for order in row for _ in range(2)) for row in self.all_orders
-        )
-        return Elements(tuple(sorted((*self.breaks, *middles))), orders, axial_orders)
-
-
 def layers(span: Span, power: int) -> list[Layer]:
     """The boundary layers of a span thinner than it is long, by the tension N f^power."""
     thin = []
@@ -128,81 +82,6 @@ def layers(span: Span, power: int) -> list[Layer]:
     return thin
 
 
-def first_elements(beam: Beam, problem: Problem) -> tuple[Elements, StretchOnGrid | None]:
-    """The elements of a beam for the modes of the problem and its tolerance. Of a large strain that
-    is not certain to have an equilibrium also its equilibrium on a coarse mesh, else None. Raises
-    NoEquilibrium with the limit, and NotConverged.
-
-    Beams whose numbers agree when rounded share their elements: to find these takes longer than to
-    solve one of many beams, and beams with the same elements are solved together.
-    """
-    law = problem.strain_law
-    limited = not (problem.rigid_tension or is_small_strain(beam, law))
-    if limited and (beam.delta < 0 or not law.stiffens):
-        spans, start = first_elements_of_spans(beam, problem)
-        return joined_elements(beam, spans), None if has_unique_equilibrium(beam, law) else start
-    return joined_elements(beam, elements_by_rounded_numbers(rounded(beam), problem)), None
-
-
-def joined_elements(beam: Beam, spans: Sequence[SpanElements]) -> Elements:
-    """The elements of a beam from those of each of its spans."""
-    breaks = [0.0]
-    for span, (start, end) in zip(spans, pairwise(ends_of_spans(beam)), strict=True):
-        breaks += [start + (end - start) * fraction for fraction in span.ends[:-1]] + [end]
-    orders = tuple(order for span in spans for order in span.orders)
-    axial_orders = tuple(order for span in spans for order in span.axial_orders)
-    return Elements(tuple(breaks), orders, axial_orders)
-
-
-def rounded(beam: Beam) -> Numbers:
-    """The numbers of a beam to four binary digits; the position of the mass by its distance from
-    the nearer end."""
-    alpha, beta, gamma, delta, mu = numbers_of(beam)
-    if not is_uniform(beam):  # the mass stays in its span
-        alpha, gamma, delta, mu = map(four_digits, (alpha, gamma, delta, mu))
-        return Numbers(alpha, beta, gamma, delta, mu, beam.blade, beam.masses, beam.root)
-    if len(ends_of_spans(beam)) == 2:  # no mass, or one at an end
-        beta = float(round(beta)) if alpha else 1.0
-    else:  # it stays between the ends
-        distance = max(four_digits(min(beta, 1 - beta)), 2 * AT_END)
-        beta = distance if beta < 0.5 else 1 - distance
-    alpha, gamma, delta, mu = map(four_digits, (alpha, gamma, delta, mu))
-    return Numbers(alpha, beta, gamma, delta, mu)
-
-
-def four_digits(x: float) -> float:
-    """x, rounded to four binary digits."""
-    mantissa, exponent = math.frexp(x)
-    return math.ldexp(round(16 * mantissa), exponent - 4)
-
-
-def first_elements_of_spans(
-    beam: AnyBeam, problem: Problem
-) -> tuple[list[SpanElements], StretchOnGrid | None]:
-    """The elements of each span of a beam, and its equilibrium on a coarse mesh where the strain is
-    large, else None. Raises NoEquilibrium and NotConverged."""
-    law, start, positions = problem.strain_law, None, unstretched_positions(beam)
-    small = problem.rigid_tension or is_small_strain(beam, law)
-    if not small:
-        start, positions = coarse_equilibrium(beam, law)
-    # No tension, no layers.
-    loaded = beam
-    if not problem.stiffens:
-        properties = beam.blade, beam.masses, beam.root
-        loaded = Numbers(beam.alpha, beam.beta, 0.0, beam.delta, beam.mu, *properties)
-    bending = problem.bending_property
-    spans = find_spans(loaded, positions, None if small else law, bending)
-    densities = None if beam.blade is None else wave_densities(beam.blade, positions.ends, bending)
-    return elements_of_spans(beam.mu, spans, problem, densities), start
-
-
-@lru_cache(maxsize=64)
-def elements_by_rounded_numbers(beam: Numbers, problem: Problem) -> list[SpanElements]:
-    """The elements of each span of a beam of rounded numbers."""
-    spans, _ = first_elements_of_spans(beam, problem)
-    return spans
-
-
 class WaveDensities(NamedTuple):
     """How waves are distributed along a blade. Frequencies of short waves are (k / bending)^2 and
     mu k / stretching, with k = pi times their number of half-waves along the beam."""
@@ -212,12 +91,18 @@ class WaveDensities(NamedTuple):
     of_spans: tuple[float, ...]  # the greater of the densities of both, over that of a uniform beam
 
 
-def wave_densities(blade: Blade, ends: tuple[float, ...], bending: str) -> WaveDensities:
-    """The densities of waves on the spans of a blade. bending: "bending" or "flap"."""
+def wave_densities(
+    blade: Blade, ends: tuple[float, ...], runs: list[tuple[int, int]], bending: str
+) -> WaveDensities:
+    """The densities of waves on runs of spans of a blade, given by the first and the last of each.
+    bending: "bending" or "flap"."""
     spans = properties_of_spans(blade, ends, bending)
     bend = np.vecdot(spans.weights, (spans.mass / spans.bending) ** 0.25)
     stretch = np.vecdot(spans.weights, (spans.mass / spans.axial) ** 0.5)
-    shares = np.maximum(bend / bend.sum(), stretch / stretch.sum()) / np.diff(ends)
+    firsts = [first for first, _ in runs]
+    lengths = np.diff([*(ends[first] for first in firsts), ends[-1]])
+    shares = (np.add.reduceat(density, firsts) / density.sum() for density in (bend, stretch))
+    shares = np.maximum(*shares) / lengths
     return WaveDensities(float(bend.sum()), float(stretch.sum()), tuple(shares.tolist()))
 
 

@@ -14,18 +14,11 @@ from numpy.typing import NDArray
 
 from beamviz.beam import PARAMETERS, Beam
 from beamviz.errors import NoEquilibrium
+from beamviz.mechanics.straight_properties import BeamStack, Properties, properties_on, stack_of
 from beamviz.solver.constitutive import StrainLaw, no_equilibrium
 from beamviz.solver.continuation import Root, continue_load
-from beamviz.solver.hp.mesh import Grid, Mesh, make_mesh
-from beamviz.solver.hp.properties import (
-    AnyBeam,
-    BeamStack,
-    Numbers,
-    Properties,
-    properties_on,
-    stack_of,
-)
-from beamviz.solver.hp.spans import Positions, ends_of_spans, greatest_force
+from beamviz.space.grid import Grid, Mesh, make_mesh
+from beamviz.space.spans import AnyBeam, Numbers, Positions, ends_of_spans, greatest_force
 
 # Error of the stretch at which Newton's method ends, relative to the tolerance.
 STRETCH_SHARE = 1e-3
@@ -98,7 +91,7 @@ class AxialProblem(NamedTuple):
         load = (self.beams.gamma / self.beams.mu) ** 2
         accuracy = STRETCH_SHARE * tolerance if small else NEWTON_STEP**2
         if start is not None:
-            f = (start.grid.at(self.mesh.points) @ start.f)[None]
+            f = (start.grid.at(self.mesh.grid.points) @ start.f)[None]
         else:
             f, guess_error = self.first_guess(load, accuracy)
             if small and guess_error < accuracy:
@@ -128,7 +121,7 @@ class AxialProblem(NamedTuple):
     def at_rest(self) -> AxialState:
         """The unstretched state of all beams."""
         size = len(self.beams.gamma)
-        shape = size, self.mesh.weights.shape[-1]
+        shape = size, self.mesh.grid.weights.shape[-1]
         return AxialState(np.ones(shape), 0, np.zeros(size), np.ones(size))
 
     def stable_state(self, unique: bool) -> AxialState:
@@ -188,7 +181,7 @@ class AxialProblem(NamedTuple):
         def margin(trial: float, f: NDArray) -> NDArray:
             return self.margin(np.array([[trial]]), f, math.inf)
 
-        return continue_load(solve_at, np.ones((1, len(self.mesh.points))), load, margin)
+        return continue_load(solve_at, np.ones((1, len(self.mesh.grid.points))), load, margin)
 
     def margin(self, load: NDArray, f: NDArray, bound: float = BOUND_SUFFICES) -> NDArray:
         """Stability margins (beams,) of equilibria f (beams, n): 1 at rest, 0 at a limit.
@@ -239,8 +232,8 @@ def coarse_equilibrium(beam: AnyBeam, law: StrainLaw) -> tuple[StretchOnGrid, Po
     mesh = make_mesh(ends, (COARSE_ORDER,) * (len(ends) - 1))
     problem = axial_problem(mesh, stack_of([beam]), law)
     f = problem.stable_state(has_unique_equilibrium(beam, law)).f[0]
-    rho = 1.0 if beam.blade is None else beam.blade.at("mass", mesh.points)
-    values = mesh.weights * np.array((f, rho * (mesh.J @ f), rho * np.ones_like(f)))
+    rho = 1.0 if beam.blade is None else beam.blade.at("mass", mesh.grid.points)
+    values = mesh.grid.weights * np.array((f, rho * (mesh.J @ f), rho * np.ones_like(f)))
     # Integrals of f, of rho u and of rho over each span, which is an element.
     int_f, moment, mass = values.reshape(3, -1, COARSE_ORDER).sum(axis=2)
     u = accumulate(int_f.tolist(), initial=0.0)

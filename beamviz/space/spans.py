@@ -8,21 +8,48 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
+from operator import attrgetter
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from beamviz.blade import MAX_DEGREE, Blade
+from beamviz.beam import PARAMETERS, Beam
+from beamviz.blade import MAX_DEGREE, Blade, Mass
 from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.hp.properties import AnyBeam, is_uniform
 
 AT_END = 1e-13  # distance by which rounding may move a body from the end of a span
 SAMPLES = 9  # of a span, besides its ends, at which its least stiffness is sought
 LEAST = 0.9  # of the least sample of a polynomial, which may fall below it between two samples
+SPREAD = 3.0  # greatest ratio of a property within an element that spans stations of a blade
 JUMP = 1e-3  # relative, of a property, from which a layer gets an element of its own at once
 NEAREST = 1e-5  # least distance to a singularity: the accuracy it is known to
+
+
+numbers_of = attrgetter(*PARAMETERS)  # alpha, beta, gamma, delta, mu
+
+
+class Numbers(NamedTuple):
+    """The numbers of a straight beam, and its properties where it is not uniform: as of a `Beam`,
+    but not checked, because rounded numbers may be just outside their limits."""
+
+    alpha: float
+    beta: float
+    gamma: float
+    delta: float
+    mu: float
+    blade: Blade | None = None
+    masses: tuple[Mass, ...] = ()
+    root: float = np.inf
+
+
+AnyBeam = Beam | Numbers
+
+
+def is_uniform(beam: AnyBeam) -> bool:
+    """Whether it has one section, at most one concentrated mass, and a clamp."""
+    return beam.blade is None and not beam.masses and beam.root == np.inf
 
 
 class Positions(NamedTuple):
@@ -206,6 +233,27 @@ def find_spans(
         N += load * masses[k - 1] * (means[k - 1] + beam.delta)
         spans.insert(0, Span(end_of_span(k - 1, 1), end))
     return spans
+
+
+def mild_runs(beam: AnyBeam, ends: tuple[float, ...], bending: str) -> list[tuple[int, int]]:
+    """The first and the last span of each run of spans without a body or a jump between them, in
+    which no property varies by more than a factor SPREAD."""
+    count = len(ends) - 1
+    if beam.blade is None:
+        return [(k, k) for k in range(count)]
+    spans, bodies = properties_of_spans(beam.blade, ends, bending), masses_and_places(beam)
+    properties = properties_at_ends(beam, ends, bending)
+    inside = np.array((spans.bending, spans.axial, spans.mass))  # (3, spans, points)
+    least = np.minimum(inside.min(axis=-1), np.array(properties).min(axis=-1))
+    most = np.maximum(inside.max(axis=-1), np.array(properties).max(axis=-1))
+    runs, first = [], 0
+    for k in range(1, count + 1):
+        run = slice(first, k + 1)
+        mild = (most[:, run].max(axis=-1) <= SPREAD * least[:, run].min(axis=-1)).all()
+        if k == count or not (mild and is_smooth(properties, bodies, ends, k)):
+            runs.append((first, k - 1))
+            first = k
+    return runs
 
 
 def is_smooth(

@@ -1,0 +1,110 @@
+"""Estimated errors of omega^2 of straight beams: truncation by the order of each element, rounding.
+
+A mode and the stretch that it vibrates about are sums of functions in each element. What the
+highest of them carry, the tail, estimates what those left out would.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beamviz.mechanics.straight_equilibrium import AxialProblem, AxialState
+from beamviz.solver.eigen import EPS
+from beamviz.space.refinement import TRUNCATION_FACTOR
+from beamviz.space.trial import Trial
+
+# Safety factor: twice the least for which the errors of 5000 random beams over the accepted domain
+# were within their estimates (scripts/measure_error_bars.py).
+ROUNDING_FACTOR = 30.0
+
+
+class Matrices(NamedTuple):
+    """Stiffness, without softening, and mass of the two families.
+
+    Bending, r coefficients, r + 1 unknowns where the root is not clamped: K and M. Stretching,
+    coefficients of the functions S: the stiffness is the identity.
+    """
+
+    K: NDArray  # (beams, unknowns, unknowns)
+    M: NDArray  # (beams, unknowns, unknowns)
+    S: NDArray  # (beams, n, functions)
+    stiffness: NDArray  # (beams, 2 n) of kappa, then of its integral (tension), at the points
+    axial_stiffness: NDArray  # (beams, n) of s
+
+
+def tail_energies(trial: Trial, matrices: Matrices, across: NDArray, s: NDArray) -> NDArray:
+    """The energies (beams, 2, k, elements) of the highest functions of each element in shapes with
+    coefficients across (beams, r, k) and a gradient s along the beam (beams, n, k): an estimate of
+    the change of omega^2 by a higher order, 0 in the elements of several pieces, of which it is
+    known (`straight_residual`). A tension counts by its absolute value."""
+    of_stretch, of_bending = trial.highest_of_all
+    stiffness = np.vecmat(abs(matrices.stiffness), trial.tail_squares)[..., None]
+    bending = trial.by_element(stiffness * across[:, of_bending] ** 2)
+    functions = trial.stretch[..., of_stretch]
+    stiffness = np.vecmat(matrices.axial_stiffness, functions**2)[..., None]
+    along = (trial.grid.weights * trial.EA)[..., None] * functions
+    tails = np.stack((bending, trial.by_element(stiffness * (along.mT @ s) ** 2)), axis=1)
+    return tails * ~trial.is_kinked if trial.quadrature else tails
+
+
+def quadrature_errors(trial: Trial, across: NDArray, along: NDArray) -> NDArray:
+    """What the quadrature of the elastic energy may change omega^2 by (beams, 2, k, 1), in each
+    element, of shapes with these coefficients (beams, functions, k) and perhaps an angle at the
+    root, which stores none."""
+    bending = across[:, : sum(trial.elements.orders)]
+    energies = np.stack([(c**2).sum(axis=-2) for c in (bending, along)], axis=1)
+    return trial.quadrature / len(trial.blocks) * energies[..., None]
+
+
+def truncation_errors(
+    axial: AxialProblem, trial: Trial, state: AxialState, scale: NDArray, tail: NDArray
+) -> NDArray:
+    """Estimated errors of omega^2 (..., k, elements) from the order of each element: what its
+    highest functions contribute to the energy of a mode, and to the stretch that it vibrates
+    about.
+
+    scale: of omega^2 without softening, (..., k), the leading axes those of the families. tail:
+    `tail_energies` (..., k, elements).
+    """
+    margin = state.margin.reshape(-1, *[1] * scale.ndim)
+    elements = tail.shape[-1]
+    # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
+    # relative to its scale.
+    relative = np.maximum.accumulate(tail / scale[..., None], axis=-2)
+    # Near a limit of equilibrium a relative error of the load changes the stretch 1 / margin times
+    # as much, and this the least omega^2, which vanishes at the limit, by the same factor.
+    lost = stretch_errors(axial, trial, state).reshape(*margin.shape[:-1], elements) / margin**2
+    # A large stretch varies almost singularly along the beam: the error then exceeds the tail.
+    stretch_at_clamp = np.maximum(state.f[:, 0].reshape(margin.shape), 1.0)
+    return TRUNCATION_FACTOR * stretch_at_clamp * scale[..., None] * (relative + lost)
+
+
+def stretch_errors(axial: AxialProblem, trial: Trial, state: AxialState) -> NDArray:
+    """Relative square errors (beams, elements) of the stretch: its highest functions in each
+    element, and what Newton's method leaves of it."""
+    lost = lost_stretch(trial, state.f, axial.beams.blade is not None)
+    return lost + state.error[:, None] / (2 * lost.shape[-1])
+
+
+def lost_stretch(trial: Trial, f: NDArray, is_blade: bool) -> NDArray:
+    """Relative errors (beams, elements) of integrals of a stretch f (beams, n), which is not a
+    polynomial, by Gauss quadrature: squares of its highest functions in each element."""
+    tails = np.matvec(trial.force_tails, f - 1)
+    length = np.vecdot(trial.grid.weights, f)[:, None]
+    lost = 4 * np.add.reduceat(tails**2, trial.tail_starts, axis=-1) / length**2
+    if is_blade:
+        # The stretch of a blade, 1 plus a force over E A, is no polynomial however small the
+        # strain: what a quadrature loses is in proportion to the strain, not to its square.
+        lost /= np.clip(abs(f - 1).max(axis=-1, keepdims=True), EPS, 1.0)
+    return lost
+
+
+def rounding_errors(state: AxialState, scale: NDArray, size: NDArray, relative: NDArray) -> NDArray:
+    """Estimated errors of omega^2 (..., k) from rounding.
+
+    scale: of omega^2 without softening. size: of the terms that are rounded. relative: the error of
+    the eigenvalue problem in units of EPS, beside that of the terms.
+    """
+    margin = state.margin.reshape(-1, *[1] * (scale.ndim - 1))
+    return ROUNDING_FACTOR * EPS * (size * (1 + relative) + scale * (1 / margin - 1))

@@ -1,0 +1,340 @@
+"""Trial functions of stretch and bending on elements, which may span several stations of a blade.
+
+Where a property or its slope jumps, the stretch and the curvature jump with it, but the axial force
+and the bending moment are smooth. So a change of the stretch is a polynomial over E A, one of the
+curvature a polynomial over E I, and an element may span many stations. Integrals are sums over
+pieces, between stations and ends of elements, each with Gauss points of its own.
+
+The functions are orthonormal in the energy at rest (of mu = 1), so that their coefficients are in
+natural units and the highest of each element, its tail, estimate what those left out carry. A
+function of bending other than the two lowest of an element is orthogonal to 1 / EI and x / EI: its
+angle and its displacement vanish outside of the element.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from beamviz.blade import Blade
+from beamviz.solver.solution import read_only
+from beamviz.space.elements import Elements
+from beamviz.space.grid import SMALL, Grid, Mesh, blocks, make_grid, reference
+from beamviz.space.spans import AT_END
+
+QUADRATURE = 0.1  # share of the error allowed that the quadrature of 1 / E I may have
+# Functions in the tail of an element with stations inside, where single coefficients may vanish:
+# with four the errors of 31 random deflected blades are at most 0.2 of their bars, with two 11.
+KINKED_TAIL = 4
+TAIL = 2  # functions in the tail of any other: one even, one odd
+# Size of the ellipse around a piece through a pole of 1 / E I or 1 / E A from which the piece is
+# not divided: the quadrature then gains 1.1 digits with each point.
+LEAST_ELLIPSE = 3.5
+MOST_ELLIPSE = 100.0  # where there is no pole: larger ones change no number of points
+ELLIPSES = 1.5  # ratio of the ellipses of which the best bound is taken
+WAVES = 0.6  # wave number of the highest modes that an element resolves, over that of its order
+
+
+class Pieces(NamedTuple):
+    """Pieces of elements, as arguments of `make_grid`, and the number of them in each element."""
+
+    breaks: tuple[float, ...]
+    orders: tuple[int, ...]
+    counts: tuple[int, ...]
+
+
+@lru_cache(maxsize=4)
+def pieces_of(elements: Elements, blade: Blade | None, bending: str, share: float) -> Pieces:
+    """The pieces of elements between the ends of the segments of a blade, shorter beside a pole of
+    1 over its properties, with as many Gauss points as the trial functions need. share: of the
+    energy of a mode that may be lost."""
+    if blade is None:
+        return Pieces(elements.breaks, elements.orders, (1,) * len(elements.orders))
+    breaks, orders, counts = [0.0], [], []
+    poles = poles_of(blade, bending)
+    for (start, stop), order in zip(pairwise(elements.breaks), elements.orders, strict=True):
+        inside = [x for x in blade.breaks if start + AT_END < x < stop - AT_END]
+        ends = [start]
+        for a, b in pairwise([start, *inside, stop]):
+            here = poles_at(blade, poles, a, b)
+            for end, ellipse in pieces_beside_poles(a, b, here):
+                phase = order * (angle_of(ends[-1], start, stop) - angle_of(end, start, stop))
+                orders.append(gauss_points(phase, ellipse, QUADRATURE * share))
+                ends.append(end)
+        counts.append(len(ends) - 1)
+        breaks += ends[1:]
+    return Pieces(tuple(breaks), tuple(orders), tuple(counts))
+
+
+@lru_cache(maxsize=4)
+def poles_of(blade: Blade, bending: str) -> tuple[tuple[complex, ...], ...]:
+    """The poles x of 1 over the stiffnesses of each segment of a blade."""
+    rows = []
+    for start, stop, polynomials in blade.segments:
+        roots: list[complex] = []
+        for name in (bending, "axial"):
+            coefficients = polynomials[name].coef.tolist()
+            if len(coefficients) == 2:
+                constant, slope = coefficients
+                roots += [-constant / slope] if slope else []
+            else:
+                roots += polynomials[name].roots().tolist()
+        rows.append(tuple(start + (stop - start) * root for root in roots))
+    return tuple(rows)
+
+
+def poles_at(
+    blade: Blade, poles: Sequence[tuple[complex, ...]], start: float, stop: float
+) -> tuple[complex, ...]:
+    """The poles of the segment that a piece is in."""
+    middle = (start + stop) / 2
+    return poles[sum(x <= middle for x in blade.breaks[1:-1])]
+
+
+def pieces_beside_poles(
+    start: float, stop: float, poles: tuple[complex, ...]
+) -> list[tuple[float, float]]:
+    """Ends of the pieces that a piece is divided into, none with a pole nearby, and the size of the
+    ellipse around each through the nearest pole (Bernstein)."""
+    places = [complex(2 * pole - start - stop) / (stop - start) for pole in poles]
+    nearest = min((abs(z + (z - 1) ** 0.5 * (z + 1) ** 0.5) for z in places), default=MOST_ELLIPSE)
+    if nearest >= LEAST_ELLIPSE:
+        return [(stop, min(nearest, MOST_ELLIPSE))]
+    middle = (start + stop) / 2
+    parts = (start, middle), (middle, stop)
+    return [row for part in parts for row in pieces_beside_poles(*part, poles)]
+
+
+def angle_of(x: float, start: float, stop: float) -> float:
+    """phi of x in an element: a polynomial of degree n has cos(n phi) as its waves."""
+    return math.acos(min(max(2 * (x - start) / (stop - start) - 1, -1.0), 1.0))
+
+
+def gauss_points(phase: float, ellipse: float, share: float) -> int:
+    """The number of Gauss points in a piece that has this phase of the highest polynomial of its
+    element, with no pole in an ellipse around it. Waves exp(i K z) times what has the pole are
+    integrated by n points with an error of at most exp(K (rho - 1 / rho) / 2) rho^-2n on each
+    ellipse rho within it. share: the error allowed, of squares of a mode."""
+    K, left = WAVES * phase, math.log(1 / share)
+    rho, least = 1.0, math.inf
+    while rho < ellipse:
+        rho = min(ELLIPSES * rho, ellipse)
+        least = min(least, (left + K / 2 * (rho - 1 / rho)) / (2 * math.log(rho)))
+    return math.ceil(max(least, phase / math.pi + 1))
+
+
+class Block(NamedTuple):
+    """The p points and the functions of an element, all in it. Matrices of all points and functions
+    would hold little but zeros."""
+
+    points: slice
+    along: slice  # numbers of the functions of stretch
+    across: slice  # numbers of the functions of bending
+    stretch: NDArray  # (..., p, functions of stretch)
+    bending: NDArray  # (..., p, functions of bending)
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Trial functions on the elements of a beam, with its properties at the Gauss points: n points,
+    in all r functions of bending, of the orders of the elements, and of stretch of their axial
+    orders. Or a stack of these for uniform beams, with other breaks, in leading axes."""
+
+    elements: Elements  # of a stack those of the first
+    mesh: Mesh  # of the pieces
+    J: NDArray  # (..., n, n) integrates values at the points from the clamp to each point
+    counts: tuple[int, ...]  # of pieces of each element
+    mass: NDArray  # (..., n) rho A
+    EI: NDArray  # (..., n)
+    EA: NDArray  # (..., n)
+    blocks: list[Block]  # of each element
+    force: list[NDArray]  # of each element (..., p, tail): highest functions of the stretch at rest
+    quadrature: float  # share of the elastic energy by which its integral may be wrong
+
+    @property
+    def grid(self) -> Grid:
+        """The Gauss points of the pieces."""
+        return self.mesh.grid
+
+    @cached_property
+    def rows(self) -> NDArray:
+        """The functions of bending at the n points, and after them their integrals from the clamp
+        (..., 2 n, r)."""
+        *stack, n = self.grid.weights.shape
+        rows = np.zeros((*stack, 2 * n, sum(self.elements.orders)))
+        for points, _, across, _, bending in self.blocks:
+            rows[..., points, across] = bending
+            angle = rows[..., n:, across]
+            angle[..., points, :] = self.J[..., points, points] @ bending
+            whole = np.vecmat(self.grid.weights[..., points], bending)
+            angle[..., points.stop :, :] = whole[..., None, :]
+        return read_only(rows)
+
+    @property
+    def bending(self) -> NDArray:
+        """The functions of bending (..., n, r)."""
+        return self.rows[..., : self.rows.shape[-2] // 2, :]
+
+    @property
+    def angle(self) -> NDArray:
+        """Integrals (..., n, r) of the functions of bending, from the clamp."""
+        return self.rows[..., self.rows.shape[-2] // 2 :, :]
+
+    @cached_property
+    def stretch(self) -> NDArray:
+        """The functions of stretch (..., n, functions)."""
+        *stack, n = self.grid.weights.shape
+        functions = np.zeros((*stack, n, sum(self.elements.axial_orders)))
+        for block in self.blocks:
+            functions[..., block.points, block.along] = block.stretch
+        return read_only(functions)
+
+    @cached_property
+    def force_tails(self) -> NDArray:
+        """Matrix (..., tails, n): the stretch at the points -> its coefficients of `force`."""
+        *stack, n = self.grid.weights.shape
+        firsts = [0, *accumulate(self.tail_sizes)]
+        rows = np.zeros((*stack, firsts[-1], n))
+        weights = self.grid.weights * self.EA
+        ends = zip(self.blocks, self.force, pairwise(firsts), strict=True)
+        for block, functions, (first, last) in ends:
+            rows[..., first:last, block.points] = (functions * weights[..., block.points, None]).mT
+        return read_only(rows)
+
+    @cached_property
+    def tail_sizes(self) -> tuple[int, ...]:
+        """The number of functions in the tail of each element."""
+        return tuple(KINKED_TAIL if count > 1 else TAIL for count in self.counts)
+
+    @cached_property
+    def tail_starts(self) -> NDArray:
+        """The first of the tail of each element (elements,) among the functions of all tails."""
+        return np.cumsum([0, *self.tail_sizes[:-1]])
+
+    def by_element(self, energies: NDArray) -> NDArray:
+        """Sums (..., elements) of energies (..., tails, k), for each k: (..., k, elements)."""
+        return np.add.reduceat(energies, self.tail_starts, axis=-2).mT
+
+    @cached_property
+    def highest(self) -> list[tuple[NDArray, NDArray]]:
+        """Numbers of the highest functions of each element, of stretch and of bending: the two
+        highest, more where a property has kinks inside."""
+        return [
+            (np.arange(along.stop - tail, along.stop), np.arange(across.stop - tail, across.stop))
+            for (_, along, across, _, _), tail in zip(self.blocks, self.tail_sizes, strict=True)
+        ]
+
+    @cached_property
+    def highest_of_all(self) -> tuple[NDArray, NDArray]:
+        """Numbers of the highest functions of all elements, of stretch and of bending."""
+        along, across = zip(*self.highest, strict=True)
+        return np.concatenate(along), np.concatenate(across)
+
+    @cached_property
+    def tail_squares(self) -> NDArray:
+        """Squares (..., 2 n, tails) of the highest functions of bending and of their integrals."""
+        return read_only(self.rows[..., self.highest_of_all[1]] ** 2)
+
+    def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
+        """What the highest functions of each element contribute to values (n,) of stretch and of
+        bending."""
+        axial, across = self.grid.weights * (self.EA * stretch, self.EI * bending)
+        tails = np.empty((2, len(axial)))
+        for block, (along, of_bending) in zip(self.blocks, self.highest, strict=True):
+            f, kappa = block.stretch[:, -len(along) :], block.bending[:, -len(of_bending) :]
+            tails[0, block.points] = f @ (axial[block.points] @ f)
+            tails[1, block.points] = kappa @ (across[block.points] @ kappa)
+        return tails[0], tails[1]
+
+    @cached_property
+    def is_kinked(self) -> NDArray:
+        """Whether each element (elements,) has several pieces, and more points than functions."""
+        return np.array(self.counts) > 1
+
+    def of_kinked(self, energies: NDArray) -> NDArray:
+        """Sums (..., elements) of energies (..., n, k) at the points of the elements of several
+        pieces, for each k: (..., k, elements)."""
+        firsts = [block.points.start for block in self.blocks]
+        return np.add.reduceat(energies, firsts, axis=-2).mT * self.is_kinked
+
+    @cached_property
+    def element_of_points(self) -> NDArray:
+        """The number of the element of each point (n,)."""
+        pieces = np.repeat(np.arange(len(self.counts)), self.counts)
+        return np.repeat(pieces, self.grid.orders)
+
+
+def make_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
+    """The trial functions on elements. bending: the property that is the bending stiffness."""
+    if blade is None:
+        return uniform_trial(np.array(elements.breaks), elements)
+    pieces = pieces_of(elements, blade, bending, share)
+    grid = make_grid(np.array(pieces.breaks), pieces.orders)
+    x = grid.points
+    rho, EI, EA = (blade.at(name, x) for name in ("mass", bending, "axial"))
+    parts, force = [], []
+    ends = zip(_blocks(elements, pieces), pairwise(elements.breaks), pieces.counts, strict=True)
+    for (points, along, across), (start, stop), count in ends:
+        xi, w = (2 * x[points] - start - stop) / (stop - start), grid.weights[points]
+        order, tail = across.stop - across.start, KINKED_TAIL if count > 1 else TAIL
+        stretch = orthonormal(xi, w, EA[points], order)
+        bending_functions = orthonormal(xi, w, EI[points], order)
+        modes_along = stretch[:, : along.stop - along.start]
+        parts.append(Block(points, along, across, modes_along, bending_functions))
+        force.append(stretch[:, -tail:])
+    mesh = Mesh(grid, grid.integration_matrix)
+    lost = QUADRATURE * share
+    return Trial(elements, mesh, mesh.J, pieces.counts, rho, EI, EA, parts, force, lost)
+
+
+def uniform_trial(breaks: NDArray, elements: Elements) -> Trial:
+    """The trial functions of a uniform beam, or of a stack with breaks (..., elements + 1):
+    Legendre polynomials. elements: of the first."""
+    orders, axial_orders = elements.all_orders
+    grid = make_grid(breaks, orders)
+    halves = np.diff(breaks)[..., None, None] / 2
+    columns = zip(blocks(orders), blocks(axial_orders), strict=True)
+    parts, force = [], []
+    for k, (points, along) in enumerate(columns):
+        e = reference(orders[k])
+        functions = e.legendre / np.sqrt(halves[..., k, :, :] * e.weights[:, None])
+        stretch = functions[..., : axial_orders[k]]
+        parts.append(Block(points, along, points, stretch, functions))
+        force.append(functions[..., -TAIL:])
+    one = np.ones(grid.points.shape)
+    mesh = Mesh(grid, grid.integration_matrix)
+    return Trial(elements, mesh, mesh.J, (1,) * len(orders), one, one, one, parts, force, 0.0)
+
+
+def cached_trial(elements: Elements, blade: Blade | None, bending: str, share: float) -> Trial:
+    """`make_trial`, where small cached for the next of many beams on the same elements. Those of
+    uniform beams depend on the elements alone."""
+    if blade is None:
+        return _cached(elements, None, "", 1.0)
+    small = sum(pieces_of(elements, blade, bending, share).orders) <= SMALL
+    return (_cached if small else make_trial)(elements, blade, bending, share)
+
+
+_cached = lru_cache(maxsize=4)(make_trial)
+
+
+def orthonormal(xi: NDArray, w: NDArray, rigidity: NDArray, count: int) -> NDArray:
+    """The first `count` polynomials over a rigidity (p,) that are orthonormal in the energy, at p
+    points xi in -1 .. 1 with weights w: (p, count)."""
+    P = legendre.legvander(xi, count - 1)
+    Q, _ = np.linalg.qr(np.sqrt(w / rigidity)[:, None] * P)
+    return Q / np.sqrt(w * rigidity)[:, None]
+
+
+def _blocks(elements: Elements, pieces: Pieces) -> list[tuple[slice, slice, slice]]:
+    """The points, the functions of stretch and those of bending of each element."""
+    points = np.cumsum([0, *pieces.orders])[np.cumsum([0, *pieces.counts])]
+    along, across = (np.cumsum([0, *row]) for row in (elements.axial_orders, elements.orders))
+    rows = ((slice(*ends) for ends in pairwise(row.tolist())) for row in (points, along, across))
+    return list(zip(*rows, strict=True))
