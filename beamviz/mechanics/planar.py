@@ -106,6 +106,11 @@ class PlanarBeam:
         return self.grid.from_clamp(np.array([self.force_at]))[0]
 
     @property
+    def lengths(self) -> NDArray:
+        """The size [L] (size,) of the displacement by a unit of each unknown."""
+        return np.where(np.arange(self.size) < self.along, 1 / self.beam.mu, 1.0)
+
+    @property
     def orders(self) -> tuple[int, ...]:
         """Orders of the elements."""
         return self.trial.elements.orders
