@@ -176,6 +176,7 @@ class Stepper:
         self.inverse_step = 0.0
         self.mass = np.zeros((0, 0))
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # divergence is detected
     def step(
         self, t: float, h: float, q: NDArray, v: NDArray, a: NDArray, guess: NDArray
     ) -> Step | None:
