@@ -7,6 +7,10 @@ from typing import NamedTuple, Self
 
 from beamviz.errors import InvalidInput
 
+# Significant digits, on pages and in charts: of the places and frequencies of events and limits;
+# of the gap between two frequencies, whose digits cancel.
+PLACE_DIGITS, GAP_DIGITS = 5, 3
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ATTRIBUTES = {  # of datasets, by field
     "length": "unit_length_m",
     "time": "unit_time_s",
@@ -225,3 +229,23 @@ def parse_over(name: str, units: Units | None) -> tuple[str, float]:
         unknown = "the mass of the beam" if units else "the size of the beam"
         raise InvalidInput(f"over {name}: {unknown} is not known: give the beam in SI units")
     return scale.number, factor
+
+
+def significant(value: float, digits: int) -> str:
+    """A number with `digits` significant digits, or more before the point: '1234', '0.00012',
+    '1.2 × 10⁻⁵'."""
+    if abs(value) >= 10.0 ** (digits - 1):
+        return f"{value:.0f}"
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    return f"{mantissa} × 10{str(int(exponent)).translate(RAISED)}" if exponent else mantissa
+
+
+def place_number(value: float) -> str:
+    """A place or a frequency of an event or a limit, with zeros at its end: '10.600'."""
+    text = f"{value:#.{PLACE_DIGITS}g}"
+    return significant(value, PLACE_DIGITS) if "e" in text or not value else text.removesuffix(".")
+
+
+def gap_number(value: float) -> str:
+    """The gap between two frequencies: '0.644'."""
+    return significant(value, GAP_DIGITS)

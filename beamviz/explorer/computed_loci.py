@@ -276,7 +276,7 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     for key, one in places.items():
         force = f" with {one.per_rev} per revolution" if one.per_rev else ""
         name = f"{one.kind} of {' and '.join(chart.names_of(one))}{force}"
-        text = f"{name}: {along.text(one.at, 4)}, {across.text(one.frequency, 4)}"
+        text = f"{name}: {along.place(one.at)}, {across.place(one.frequency)}"
         action = {"action": "go_to_event", "value": key}
         found.append(page.mark(key, one.kind, axes, (one.at, one.frequency), text, **action))
     return found

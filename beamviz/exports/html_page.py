@@ -24,6 +24,7 @@ from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.objects import RING, equilibrium_body
 from beamviz.drawing.text import (
     described,
+    error_digits,
     frequencies,
     growth,
     measure,
@@ -68,7 +69,7 @@ def solution_table(
         rate = float(solution.growth_rates[k])
         if rate > 0 and math.isfinite(solution.frequencies[k]):
             value += f", {growth(rate, units)}"
-        cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"]
+        cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, error_digits(error)]
         rows.append('<tr class="shown">' if solution.labels[k] in shown else "<tr>")
         rows += [f"<td>{cell}</td>" for cell in cells]
     return f'<table aria-label="modes">{"".join(rows)}</table>'
@@ -196,7 +197,9 @@ def solved_speeds(solved: SolvedScene) -> list[Solution]:
         slower, faster = takewhile(usable, answers[:here][::-1]), takewhile(usable, answers[here:])
         answers = [*[*slower][::-1], *faster]
         low, high = answers[0].beam.gamma, answers[-1].beam.gamma
-    return answers
+    # That of the scene is the one whose numbers pages and commands show: one of many that are
+    # solved together has another mesh, and other errors.
+    return [solved.solution if one.beam == beam else one for one in answers]
 
 
 def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:

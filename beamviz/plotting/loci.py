@@ -82,15 +82,14 @@ class Chart:
         self.loci, self.axes = loci, axes
         events = loci.events
         self.events = [event for event in events if not event.per_rev or event.per_rev in per_rev]
-        # Functions from numbers to the units of the axes, and templates of a text in these units.
-        self.x, xlabel, self.value = axis_of(loci.over, loci.units)
-        self.y, ylabel, self.height = axis_of("frequency", loci.units)
+        self.along, self.across = (axis_of(name, loci.units) for name in (loci.over, "frequency"))
+        self.x, self.y = self.along.convert, self.across.convert
         for branch in loci.branches:
             self.draw_branch(axes, loci, branch)
         highest = float(axes.dataLim.y1)
         top = 1.05 * highest if math.isfinite(highest) and highest > 0 else 1.0  # no mode vibrates
         axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, top))
-        axes.set(xlabel=xlabel, ylabel=ylabel)
+        axes.set(xlabel=self.along.label, ylabel=self.across.label)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
     def draw_growth_rates(self, axes: Axes, branches: Sequence[Branch]) -> None:
@@ -123,7 +122,7 @@ class Chart:
 
     def text(self, value: float) -> str:
         """A value of x as text."""
-        return self.value.format(self.x(value)).replace("-", "−")
+        return self.along.place(value).replace("-", "−")
 
     def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
         """One locus, through the events of it; its colour changes from one family to the other
@@ -206,7 +205,7 @@ class Chart:
         events = [event for event in self.events if not event.per_rev]
         for event in events if len(events) <= MAX_LABELLED else ():
             lines = [event.kind, self.text(event.at)]
-            lines += [f"gap {self.height.format(self.y(event.gap))}"] if event.gap else []
+            lines += [f"gap {self.across.gap(event.gap)}"] if event.gap else []
             placer.annotate("\n".join(lines), self.x(event.at), self.y(event.frequency))
 
     def label_starts(self) -> None:

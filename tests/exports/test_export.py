@@ -29,7 +29,7 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.drawing.sizes import section_size, sections
-from beamviz.drawing.text import measure
+from beamviz.drawing.text import error_digits, measure
 from beamviz.dynamics import motion
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
@@ -251,6 +251,12 @@ def document(tmp_path_factory) -> Path:
     return path
 
 
+def speeds_of(document: Path) -> dict[str, Any]:
+    """What the script of a page plays."""
+    (packed,) = re.findall('id="speeds">(.*?)</script>', document.read_text())
+    return json.loads(zlib.decompress(base64.b64decode(packed)))
+
+
 def test_a_page_needs_nothing_but_itself(document):
     """The table, the chart and the scene are in it; nothing is loaded from elsewhere."""
     text = document.read_text()
@@ -263,6 +269,20 @@ def test_a_page_needs_nothing_but_itself(document):
     assert "gamma = 10.0" in head
     assert "<title>beamviz: α = 1, β = 0.5, γ = 10, δ = 0, μ = 70</title>" in text
     assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
+
+
+def test_a_page_has_the_frequencies_at_another_speed(document):
+    """Of the modes it shows, by which the beam moves, and of all in its table, as `solve` has them
+    there. At the speed of the scene also the errors are those that `solve` and the page have."""
+    data = speeds_of(document)
+    for k in (0, 7, len(data["gammas"]) - 1):
+        there = solve(PAPER.replace(gamma=data["gammas"][k]))
+        assert abs(data["gammas"][k] - PAPER.gamma) > 1
+        assert data["frequencies"]["B2"][k] == pytest.approx(there.frequencies[1], rel=1e-6)
+        shown = re.findall(r"<td>(\d+\.\d+)</td>", data["numbers"][k])
+        assert [float(text) for text in shown] == pytest.approx(there.frequencies, rel=1e-5)
+    errors = re.findall(r"<td>(\de-\d+)</td>", data["numbers"][data["start"]])
+    assert errors == [error_digits(error) for error in solve(PAPER).errors]
 
 
 @pytest.mark.parametrize("wrong", [{"gammas": ["0"]}, {"beams": [{}]}, {"speed": 1.0}], ids=str)
