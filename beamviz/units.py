@@ -16,19 +16,24 @@ ATTRIBUTES = {  # of datasets, by field
     "time": "unit_time_s",
     "mass": "unit_mass_kg",
     "youngs_modulus": "youngs_modulus_Pa",
+    "yield_stress": "yield_stress_Pa",
+    "section_height": "section_height_m",
 }
 
 
 @dataclass(frozen=True)
 class Units:
     """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it is
-    known, its mass rho A L [kg], of the section at the root. Young's modulus E [Pa] is that of a
-    uniform beam whose material is known."""
+    known, its mass rho A L [kg], of the section at the root. Of a uniform beam whose material is
+    known also Young's modulus E [Pa], and if given the yield stress [Pa] and the height of its
+    section in the plane of bending [m]."""
 
     length: float
     time: float
     mass: float | None = None
     youngs_modulus: float | None = None
+    yield_stress: float | None = None
+    section_height: float | None = None
 
     @property
     def force(self) -> float | None:

@@ -274,8 +274,8 @@ def animate(
     path: Annotated[Path, typer.Argument(help="The film to write.", metavar="OUT.gif|webp|mp4")],
     direction: Annotated[Any, DIRECTION] = None,
     zoom: Annotated[float, ZOOM] = 1.0,
-    width: Annotated[int, number("Width in pixels.")] = 640,
-    height: Annotated[int, number("Height in pixels.")] = 360,
+    width: Annotated[int, number("Width in pixels.")] = 800,
+    height: Annotated[int, number("Height in pixels.")] = 450,
     fps: Annotated[float, number("Frames per second, 5 .. 50.")] = 25.0,
     periods: Annotated[int | None, number(PERIODS_HELP)] = None,
 ) -> None:

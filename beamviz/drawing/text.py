@@ -255,6 +255,22 @@ def stretch_caution(solution: Solution) -> str:
     return f"Stretched by up to {percent} %: {named}. Real materials fail long before."
 
 
+def yield_caution(solution: Solution) -> str:
+    """The caution that the material of a beam yields; "" where it does not, or is not known."""
+    found = solution.equilibrium.greatest_stress
+    if not (found and found.yields and found.yield_stress):
+        return ""
+    greatest, limit = (stress_text(value) for value in (found.pascals, found.yield_stress))
+    return (
+        f"Stress up to {greatest}, above the yield stress, {limit}: the deformation would remain."
+    )
+
+
+def stress_text(pascals: float) -> str:
+    """A stress as text: '258 MPa'."""
+    return f"{significant(pascals / 1e6, 3)} MPa"
+
+
 def mode_value(solution: Solution, k: int) -> tuple[str, float]:
     """The frequency of mode k (0-based), or its growth, and the error, in display units."""
     units, error = solution.beam.units, float(solution.errors[k])

@@ -161,8 +161,8 @@ def screenshot(
 def animate(
     path: str | Path,
     scene: Scene,
-    width: int = 640,
-    height: int = 360,
+    width: int = 800,
+    height: int = 450,
     fps: float = 25.0,
     periods: int | None = None,
     direction: Direction | None = None,
@@ -229,16 +229,15 @@ def write_film(
     file: Path, frames: Iterator[Image.Image], fps: float, sample: Iterable[Image.Image]
 ) -> None:
     """Write a looping film in the format of the suffix of a file; sample: frames that the palette
-    of a GIF is chosen from, one for all frames so that nothing flickers."""
+    of a GIF is chosen from."""
     if file.suffix.lower() == ".mp4":
         write_mp4(file, frames, fps)
         return
     options: dict[str, Any] = {"quality": 85, "method": 3}
     if file.suffix.lower() == ".gif":
-        together = Image.fromarray(np.concatenate([*map(np.asarray, sample)]))
-        # This method keeps the colours of small areas.
-        palette = together.quantize(method=Image.Quantize.FASTOCTREE)
-        frames = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+        from beamviz.exports.gif_palette import Palette
+
+        frames = map(Palette(sample).indexed, frames)
         options = {"disposal": 1}
     options |= {"duration": round(1000 / fps), "loop": 0}
     next(frames).save(file, save_all=True, append_images=frames, **options)

@@ -87,8 +87,8 @@ def motion_arrays(motion: Motion) -> dict[str, Any]:
 def animate_motion(
     path: str | Path,
     motion: Motion,
-    width: int = 640,
-    height: int = 360,
+    width: int = 800,
+    height: int = 450,
     fps: float = 25.0,
     progress: Callable[[int], Iterable[int]] = range,
     workers: int | None = None,

@@ -187,8 +187,8 @@ def test_gaps_are_explained_by_their_limit(delta, law):
 
 
 def test_a_range_that_a_chart_ends_in_is_not_said_to_go_on():
-    """An inward beam is unstable in bending as far as the chart goes, or up to a value in it; beyond
-    a limit of equilibrium there is none at any speed."""
+    """An inward beam is unstable in bending as far as the chart goes, or up to a value in it;
+    beyond a limit of equilibrium there is none at any speed."""
     inward = TIP.replace(delta=-1)
     plain, thick = chart_of(inward), chart_of(inward.replace(mu=10), strain="biot")
     ((buckled,), (first, lost)) = plain.limits, thick.limits

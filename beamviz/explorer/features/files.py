@@ -118,9 +118,8 @@ class Files(Feature):
         """Export the scene."""
         if suffix not in tuple(KINDS):
             return
-        size = film_size(suffix)
         periods = FILM_LENGTHS[self.visitor.state[FILM]]
-        film = {"periods": periods, **size} if suffix in FORMATS else None
+        film = {"periods": periods} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
             self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))
 
@@ -131,7 +130,7 @@ class Files(Feature):
         if computed and computed.request != wanted(self.visitor.state):
             self.page.say("The motion is still being computed: download it after that.", error=True)
         elif suffix in MOTION_KINDS and computed:
-            film = film_size(suffix) if suffix in FORMATS else None
+            film: dict[str, Any] | None = {} if suffix in FORMATS else None
             scene = Scene(computed.beam, view=self.visitor.state.view)
             self.begin(File(scene, f"motion{suffix}", film, computed.motion))
 
@@ -210,11 +209,6 @@ class Files(Feature):
             return
         known = isinstance(error, InvalidInput | NoEquilibrium)
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
-
-
-def film_size(suffix: str) -> dict[str, int]:
-    """The size of a film, where it is not the usual one: the files of some formats are large."""
-    return {"width": 480, "height": 270} if suffix == ".gif" else {}
 
 
 def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:

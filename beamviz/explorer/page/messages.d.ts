@@ -205,6 +205,7 @@ interface Actions { // the types of their values
   "real.thickness": number;
   "real.wall": number;
   "real.width": number;
+  "real.yield_stress": number;
   "real.youngs_modulus": number;
   "redo": null;
   "reset": null;
