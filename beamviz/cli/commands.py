@@ -49,9 +49,9 @@ PROCESSES_HELP = (
 )
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
 EXPORT_HELP = (
-    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv,"
-    " npz: frequencies, shapes and equilibrium; png, svg, pdf: with --sweep, a map of the frequency"
-    " of --mode over two parameters."
+    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
+    " the modes, and in a second file equilibrium and shapes; npz: the same as arrays; png, svg,"
+    " pdf: with --sweep, a map of the frequency of --mode over two parameters."
 )
 PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
 KEPT = "interrupted; what is written is kept: run the same command again to resume"
@@ -328,7 +328,8 @@ def export(
         return
     from beamviz.exports import export
 
-    export(path, scene)
+    for second in export(path, scene)[1:]:
+        print(f"beamviz: also {second}", file=sys.stderr)
 
 
 @app.command()

@@ -17,9 +17,9 @@ from beamviz.exports import (
     SAMPLE,
     check_format,
     rendered,
-    structure_record,
     write_film,
 )
+from beamviz.exports.arrays import structure_record
 from beamviz.exports.motion_scene import MotionScene
 from beamviz.exports.renderer import Renderer
 from beamviz.files import check_suffix, replaced

@@ -77,26 +77,29 @@ def solution_csv(solution: Solution) -> str:
     return csv_text(keys, ([record.get(key) for key in keys] for record in records))
 
 
-def solution_table(solution: Solution) -> str:
-    """The beam, its equilibrium and its modes, to be read in a terminal."""
-    beam, state, stats = solution.beam, solution.equilibrium, solution.stats
-    heading = ["Beam         " + described_numbers(beam)]
+def heading(solution: Solution) -> list[str]:
+    """The lines that state the beam, its model and its equilibrium."""
+    beam, state = solution.beam, solution.equilibrium
+    lines = ["Beam         " + described_numbers(beam)]
     if units := beam.units:
-        heading.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
+        lines.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
     (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
-    heading += [
+    lines += [
         "Model        " + solution.problem.described,
         f"Equilibrium  {described_status(solution)}{bent},"
         f" tip at ({x:.7g}, {y:.7g}) L from the clamp, greatest stretch {state.max_stretch:.7g}",
-        *([described_stress(state.greatest_stress)] if state.greatest_stress else []),
     ]
+    return lines + ([described_stress(state.greatest_stress)] if state.greatest_stress else [])
+
+
+def solution_table(solution: Solution) -> str:
+    """The beam, its equilibrium and its modes, to be read in a terminal."""
+    stats, modes = solution.stats, mode_columns(solution.columns, solution.beam.units)
     footer = (
         f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    return "\n".join(
-        [*heading, "", *aligned_table(mode_columns(solution.columns, beam.units)), "", footer]
-    )
+    return "\n".join([*heading(solution), "", *aligned_table(modes), "", footer])
 
 
 def described_status(solution: Solution) -> str:

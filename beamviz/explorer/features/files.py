@@ -42,8 +42,9 @@ KINDS = {
     ".mp4": ("Film (MP4)", "The same, for video software"),
     ".html": ("Page (HTML)", "One file that plays offline, light or dark as this page is now"),
     ".glb": ("3D model (GLB)", "Animated, for 3D software"),
-    ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
-    ".npz": ("Numbers (NPZ)", "The same, for Python"),
+    ".csv": ("Modes (CSV)", "A table of frequencies and nodes, for spreadsheets"),
+    ".shapes.csv": ("Shapes (CSV)", "Equilibrium, loads and mode shapes along the beam"),
+    ".npz": ("Numbers (NPZ)", "All of these, for Python"),
 }
 
 
