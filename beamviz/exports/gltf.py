@@ -82,7 +82,7 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
     gltf, beam, drawn = Gltf(), solved.scene.beam, BeamView(SceneGraph())
     drawn.show(solved.drawn)
     loop = None if solved.warning else Loop(solved, film=False)
-    times, moments = np.zeros(1), [Moment(np.zeros(len(solved.shapes.modes)), 0.0)]
+    times, moments = np.zeros(1), [still(solved)]
     if loop:
         farthest = max(np.abs(loop.phases).max(initial=0.0), abs(loop.angle))
         parts = np.linspace(0.0, 1.0, KEYS * max(1, round(farthest / (2 * math.pi))) + 1)
@@ -114,6 +114,12 @@ def write_glb(file: Path, solved: SolvedScene) -> None:
         entries = [{"sampler": k, "target": path} for k, path in enumerate(paths)]
         gltf.add("animations", name="vibration", samplers=samplers, channels=entries)
     file.write_bytes(gltf.encoded())
+
+
+def still(solved: SolvedScene) -> Moment:
+    """The moment at which no mode has a displacement."""
+    second = len(solved.pair.second.shapes.modes) if solved.pair else 0
+    return Moment(np.zeros(len(solved.shapes.modes)), 0.0, np.zeros(second))
 
 
 def add_bodies(gltf: Gltf, drawn: BeamView, moments: list[Moment]) -> list[Channel]:
