@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
-from beamviz.chart_ranges import CHART_POINTS, chart_range
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
 from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, rings, swept, to_hub_frame
 from beamviz.drawing.comparison import THIS, compared_rows
@@ -32,12 +32,13 @@ from beamviz.drawing.text import (
     stability_warning,
 )
 from beamviz.errors import BeamvizError
+from beamviz.exports.chart_files import SceneLoci
 from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import package_text, plain
-from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
+from beamviz.plotting.labels import HALO
 from beamviz.plotting.loci import Chart
 from beamviz.scene import GIVEN, Scene, ViewOptions
 from beamviz.server.viser_private import RecordedServer, ViserScene
@@ -47,6 +48,8 @@ from beamviz.solver.solution import Solution
 
 TITLE, ROOT = "<title>Viser</title>", '<div id="root"></div>'  # of viser's page
 POINTS = 72  # an inch, as SVG pictures have them
+# A text in a corner of the chart.
+IN_CORNER: dict[str, Any] = {"va": "top", "fontsize": 8, "color": "#5A5A5A", "path_effects": HALO}
 CHART_SIZE = (4.4, 3.6)  # [in], as wide as the panel, so that letters are of a size with its text
 SPEEDS = 41  # solved over the range of the chart, besides that of the scene
 EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
@@ -169,19 +172,21 @@ def comparison(solved: SolvedScene, solution: Solution, second: Solution | None)
 
 
 def chart(scene: Scene) -> str:
-    """The loci (SVG) with per-rev lines and a line at the scene, or why there are none."""
+    """The loci (SVG) with per-rev lines, those of a second beam and a line at the scene, or why
+    there are none."""
     beam, over = scene.beam, scene.over
     multiples = scene.per_rev if over == "gamma" else ()
     try:
-        values = np.linspace(*chart_range(beam, over), CHART_POINTS)
-        most = max(multiples, default=0)
-        tracked = loci(beam, over, values, per_rev=most, **scene.solver_options)
+        found = SceneLoci.of(scene)
     except BeamvizError as error:
         return f'<p class="wrong">{escape(str(error))}</p>'
     with rc_context(STYLE):
         figure = new_figure(*CHART_SIZE, layout="constrained")
         axes = figure.add_subplot()
-        drawn = Chart(tracked, axes, multiples)
+        drawn = Chart(found.first, axes, multiples, found.names)
+        if found.second:
+            drawn.draw_second(found.second)
+            axes.text(0.02, 0.99, f"grey: {found.title}", **IN_CORNER, transform=axes.transAxes)
         drawn.annotate(multiples)
         return figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
 

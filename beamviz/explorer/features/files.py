@@ -22,12 +22,14 @@ from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.declarations import Choice, Tab, name_key
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.links import within_limits
+from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.jobs import Answer, Job, JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
+from beamviz.exports.chart_files import export_chart
 from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.scene import Scene
@@ -50,13 +52,14 @@ KINDS = {
 
 @dataclass(eq=False)
 class File:
-    """A scene, or a motion in time, to be written as a file; film: keywords of `animate`, None for
-    other files."""
+    """A scene, its frequency chart, or a motion in time, to be written as a file; film: keywords of
+    `animate`, None for other files; is_chart: the chart."""
 
     scene: Scene
     name: str
     film: dict[str, Any] | None
     motion: Motion | None = None
+    is_chart: bool = False
 
     @property
     def beam(self) -> Beam:
@@ -68,8 +71,11 @@ class File:
 
 
 JOB = "file"
-# Ids of the elements that show the progress of a file, in the tabs Export and Motion.
-PROGRESS = "export-work", "export-progress", "export-state", "motion-file-work", "motion-file-state"
+# Ids of elements that show the progress of a file, in the tabs Export, Motion and Frequencies.
+PROGRESS = (
+    *("export-work", "export-progress", "export-state"),
+    *("motion-file-work", "motion-file-state", "chart-file-work", "chart-file-state"),
+)
 
 
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
@@ -92,6 +98,7 @@ class Files(Feature):
         self.page.on("load", self.load, str, max_text=2 * MAX_TOML_BYTES)
         self.page.on("export", self.start, str)
         self.page.on("export_motion", self.start_motion, str)
+        self.page.on("export_chart", self.start_chart, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
@@ -135,6 +142,13 @@ class Files(Feature):
             scene = Scene(computed.beam, view=self.visitor.state.view)
             self.begin(File(scene, f"motion{suffix}", film, computed.motion))
 
+    def start_chart(self, suffix: Any) -> None:
+        """Export the frequency chart."""
+        if suffix in CHART_KINDS:
+            with self.visitor.reporting("Nothing to export"):
+                scene = self.visitor.scene_to_save()
+                self.begin(File(scene, f"chart{suffix}", None, is_chart=True))
+
     def begin(self, file: File) -> None:
         """Write a file after those that the visitor waits for: in place of one of its name that has
         not begun. What is being written already is not begun again."""
@@ -164,6 +178,8 @@ class Files(Feature):
                     animate_motion(path, file.motion, progress=frames, **options)
                 elif file.motion:
                     export_motion(path, file.motion, dark=dark)
+                elif file.is_chart:
+                    export_chart(path, file.scene)
                 elif file.film is None:
                     export(path, file.scene)
                 else:  # one thread, so that pages stay responsive
@@ -222,8 +238,9 @@ def progress_content(busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
-    content |= page.props("motion-file-work", hidden=not busy)
-    content |= page.html("motion-file-state", escape(note))
+    for tab in ("motion", "chart"):
+        content |= page.props(f"{tab}-file-work", hidden=not busy)
+        content |= page.html(f"{tab}-file-state", escape(note))
     return content | page.html("export-state", escape(note))
 
 
@@ -236,6 +253,12 @@ def export_tab() -> str:
         text = "Needs the package PyAV (pip install av)" if missing else text
         export_button = page.button(name, data_do="export", data_value=suffix, disabled=missing)
         files += f'<div class="file">{export_button}<span class="soft">{escape(text)}</span></div>'
+    charts = "".join(
+        page.button(name, data_do="export_chart", data_value=key)
+        for key, name in CHART_KINDS.items()
+    )
+    files += f'<div class="file"><span class="row">{charts}</span>'
+    files += '<span class="soft">The frequency chart: two pictures, its numbers</span></div>'
     return (
         f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'
         f'<span class="soft">The scene as you see it</span></div>{files}'

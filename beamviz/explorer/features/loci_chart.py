@@ -36,6 +36,7 @@ PER_REV_HELP = (
 )
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
 LISTS = "loci-resonances", "loci-events"
+CHART_KINDS = {".svg": "Chart (SVG)", ".png": "Chart (PNG)", ".csv": "Chart (CSV)"}  # files of it
 
 
 def tools() -> str:
@@ -45,7 +46,20 @@ def tools() -> str:
         names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
         lines += page.button(f"{k} ×", class_="toggle", **names)
     lines = page.group("per-rev lines", lines, id="per-rev")
-    return page.select("over", "horizontal axis", AXES) + lines
+    files = page.group(
+        "Download the chart",
+        '<span class="soft">download</span>',
+        *(
+            page.button(suffix[1:].upper(), data_do="export_chart", data_value=suffix)
+            for suffix in CHART_KINDS
+        ),
+        id="chart-files",
+    )
+    files += (
+        '<div id="chart-file-work" class="row" hidden><span id="chart-file-state"></span>'
+        f"{page.button('Cancel', data_do='cancel_export')}</div>"
+    )
+    return page.select("over", "horizontal axis", AXES) + lines + files
 
 
 class LociTab(Feature):

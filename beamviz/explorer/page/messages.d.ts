@@ -140,6 +140,7 @@ interface Actions { // the types of their values
   "dimensionless": null;
   "experiment": string;
   "export": string;
+  "export_chart": string;
   "export_motion": string;
   "film_length": string;
   "following": boolean;
