@@ -229,7 +229,8 @@ class Beam:
         at the root to the length. Between stations they are linear (or polynomials of a `degree`,
         see `Blade`); a station named twice is a jump. flap_stiffness [N m^2]: bending out of the
         plane of rotation, where it is another one. Or, of a uniform beam: density [kg/m^3], area
-        [m^2], second_moment [m^4] and youngs_modulus [Pa].
+        [m^2], second_moment [m^4] and youngs_modulus [Pa]; then, for its stress, also yield_stress
+        [Pa] and section_height [m], its size in the plane of bending.
 
         hub_radius [m]; rotation_speed [rad/s] or rotation_rpm [1/min]; angular_acceleration
         [rad/s^2]; mass [kg] and mass_position [m] from the root, by default the tip; masses: more

@@ -4,7 +4,7 @@ import json
 import math
 import tomllib
 from collections import ChainMap
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Self
@@ -27,6 +27,10 @@ MAX_PACE = 4.0
 UPPER_LIMITS = {"pace": MAX_PACE, "amplitude": MAX_AMPLITUDE}
 MAX_SHARES = 20
 MAX_LINK = 7000  # characters: common servers and proxies accept addresses of 8000
+MAX_TITLE = 100  # characters
+# Second beams: one that is given, or one made of the first in the explorer.
+GIVEN = "earlier"
+SECOND_BEAMS = (GIVEN, "ancf", "coriolis", "mass", "effects")
 LINK_DIGITS = 15  # significant, of values in SI
 TOML_HEADER = """\
 # A scene of beamviz: `beamviz serve FILE`, `beamviz screenshot OUT.png --scene FILE`.
@@ -50,6 +54,54 @@ class Camera:
             object.__setattr__(self, name, checked)
         if self.position == self.look_at:
             raise InvalidInput(f"position = {list(self.position)}: must differ from look_at")
+
+
+@dataclass(frozen=True)
+class Second:
+    """A second beam that is drawn with that of a scene.
+
+    beam: None for that of the scene; options: those of the model that are not as in the scene;
+    title: beside it; stacked: it is above the first one, not overlaid; choice: how the explorer
+    makes it of the first one. A GIVEN one stays as it is when the first one changes. Raises
+    InvalidInput.
+    """
+
+    beam: Beam | None = None
+    options: dict[str, Any] = field(default_factory=dict)
+    title: str = "before"
+    stacked: bool = False
+    choice: str = GIVEN
+
+    def __post_init__(self) -> None:
+        check_keys(self.options, LINKED["model"], "the model of the second beam")
+        check_bool("stacked", self.stacked)
+        check_choice("choice", self.choice, SECOND_BEAMS)
+        title: Any = self.title
+        if not isinstance(title, str) or len(title) > MAX_TITLE:
+            raise InvalidInput(f"title = {title!r}: must be a text, {MAX_TITLE} characters at most")
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """It as a table of a scene file."""
+        table: dict[str, Any] = {key: getattr(self, key) for key in ("choice", "title", "stacked")}
+        if self.beam:
+            table |= {"beam": self.beam.record, "units": without_none(self.beam.units)}
+        return table | {"model": {k: v for k, v in self.options.items() if v is not None}}
+
+    @classmethod
+    def of_table(cls, table: Mapping[str, Any], folder: Path | None) -> Self:
+        """The second beam of a table of a scene file. Raises InvalidInput."""
+        values = {key: table[key] for key in ("choice", "title", "stacked") if key in table}
+        inner = {key: table[key] for key in ("beam", "units", "si", "model") if key in table}
+        for name, entries in inner.items():
+            if not isinstance(entries, dict):
+                raise InvalidInput(f"second.{name} = {entries!r}: must be a table")
+            check_keys(entries, TABLES[name], f"[second.{name}]")
+        beam = None
+        if inner.keys() - {"model"}:
+            first = beam_with_units(inner, folder)
+            beam = first.replace(**from_record(inner.get("beam", {})))
+        return cls(beam, inner.get("model", {}), **values)
 
 
 @dataclass(frozen=True)
@@ -151,7 +203,12 @@ LINKED = {
     "camera": tuple(Camera.__dataclass_fields__),
     "chart": ("over", "per_rev"),
 }
-TABLES = {**LINKED, "units": tuple(Units.__dataclass_fields__), "si": tuple(FILE_KEYS)}
+TABLES = {
+    **LINKED,
+    "units": tuple(Units.__dataclass_fields__),
+    "si": tuple(FILE_KEYS),
+    "second": ("choice", "title", "stacked", "beam", "units", "si", "model"),
+}
 KEYS = tuple(key for keys in LINKED.values() for key in keys)
 
 
@@ -161,7 +218,8 @@ class Scene:
 
     options: keywords of `solve` that describe the model; camera: None fits the beam into the
     picture; over: the abscissa of the loci chart; per_rev: the multiples of the speed in it, True
-    for all of PER_REV. Raises InvalidInput for a value out of range and for an unknown option.
+    for all of PER_REV; second: a beam drawn with it. Raises InvalidInput for a value out of range
+    and for an unknown option.
     """
 
     beam: Beam = field(default_factory=Beam)
@@ -170,11 +228,14 @@ class Scene:
     camera: Camera | None = None
     over: str = "gamma"
     per_rev: tuple[int, ...] = ()
+    second: Second | None = None
 
     def __post_init__(self) -> None:
         check_keys(self.options, LINKED["model"], "the model")
         options = {key: self.options.get(key, OPTIONS[key].default) for key in LINKED["model"]}
         parse_keywords(**options)  # checks them
+        if self.second:
+            parse_keywords(**options | self.second.options)
         object.__setattr__(self, "options", options)
         check_choice("over", self.over, PARAMETERS)
         object.__setattr__(self, "per_rev", check_per_rev(self.per_rev))
@@ -205,6 +266,14 @@ class Scene:
         return {**self.options, "modes": max(MODES, len(self.view.shares))}
 
     @property
+    def second_scene(self) -> Self:
+        """The scene of the second beam alone; its own where there is none."""
+        if self.second is None:
+            return self
+        options = self.options | self.second.options
+        return replace(self, beam=self.second.beam or self.beam, options=options, second=None)
+
+    @property
     def tables(self) -> dict[str, dict[str, Any]]:
         """All keys with their values, by table."""
         return {
@@ -214,6 +283,7 @@ class Scene:
             "view": asdict(self.view),
             "camera": without_none(self.camera),
             "chart": {"over": self.over, "per_rev": self.per_rev},
+            "second": self.second.table if self.second else {},
         }
 
     def to_toml(self) -> str:
@@ -282,7 +352,9 @@ class Scene:
             check_keys(values, TABLES[table], f"{name} [{table}]")
         values = ChainMap(*(tables[table] for table in tables.keys() & LINKED.keys()))
         try:
-            return cls.of(beam_with_units(tables, folder), **values)
+            second = Second.of_table(tables["second"], folder) if "second" in tables else None
+            scene = cls.of(beam_with_units(tables, folder), **values)
+            return replace(scene, second=second)
         except InvalidInput as error:
             raise InvalidInput(f"{name}: {error}") from None
 

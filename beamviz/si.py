@@ -28,11 +28,13 @@ MATERIAL = {
     "second_moment": "m^4",
     "youngs_modulus": "Pa",
 }
+STRENGTH = {"yield_stress": "Pa", "section_height": "m"}  # optional, beside the material
 SECTION = {"mass_per_length": "kg/m", "bending_stiffness": "N m^2", "axial_stiffness": "N"}
 FLAP = {"flap_stiffness": "N m^2"}
 SI_KEYS = {  # and their units
     "length": "m",
     **MATERIAL,
+    **STRENGTH,
     **SECTION,
     **FLAP,
     "stations": "m",
@@ -46,7 +48,15 @@ SI_KEYS = {  # and their units
     "root_stiffness": "N m/rad",
     "angular_acceleration": "rad/s^2",
 }
-SIZE_KEYS = ("length", *MATERIAL, *SECTION, *FLAP, "stations", "degree")  # of the beam alone
+SIZE_KEYS = (
+    "length",
+    *MATERIAL,
+    *STRENGTH,
+    *SECTION,
+    *FLAP,
+    "stations",
+    "degree",
+)  # of the beam alone
 FILE_KEYS = {**SI_KEYS, "stations_file": "a CSV file"}
 MASS_KEYS = {"mass": "kg", "position": "m", "inertia": "kg m^2"}
 COLUMNS = {"station": "m", **SECTION, **FLAP}
@@ -64,6 +74,8 @@ SI_SYNONYMS = {  # other names of these values
     **dict.fromkeys(("station", "span", "x"), "stations"),
     "bodies": "masses",
     "EA": "axial_stiffness",
+    **dict.fromkeys(("yield_strength", "sigma_y", "R_e", "Rp02"), "yield_stress"),
+    **dict.fromkeys(("height", "thickness", "h"), "section_height"),
     "L": "length",
     "rho": "density",
     "A": "area",
@@ -72,6 +84,7 @@ SI_SYNONYMS = {  # other names of these values
 }
 SI_REQUIRED = ("length", *MATERIAL)  # of a uniform beam by its material
 MAX_MASSES = 20
+ROUNDING = 1e-9  # relative, of the height of a section
 AT_TIP = 1e-9  # rounding of the last station, relative to the length
 RPM = math.pi / 30  # [rad/s]
 
@@ -93,7 +106,8 @@ class PhysicalBeam:
     """A beam in SI units; properties of the section at the stations, which are 0 and the length
     where it is uniform.
 
-    density and youngs_modulus are known of a uniform beam by its material.
+    density and youngs_modulus are known of a uniform beam by its material, yield_stress and
+    section_height if they were given beside these.
     """
 
     length: float
@@ -105,6 +119,8 @@ class PhysicalBeam:
     degree: int = 1
     density: float | None = None
     youngs_modulus: float | None = None
+    yield_stress: float | None = None
+    section_height: float | None = None
     hub_radius: float = 0.0
     rotation_speed: float = 0.0
     mass: float = 0.0
@@ -132,8 +148,10 @@ class PhysicalBeam:
         for name, value in {"T* [s]": time, f"{self.formulas['mass']} [kg]": whole}.items():
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
-        E = self.youngs_modulus if self.is_uniform else None
-        return Units(self.length, time, whole, E)
+        strength: tuple[float | None, ...] = ()
+        if self.is_uniform:
+            strength = self.youngs_modulus, self.yield_stress, self.section_height
+        return Units(self.length, time, whole, *strength)
 
     @property
     def formulas(self) -> dict[str, str]:
@@ -216,6 +234,8 @@ class PhysicalBeam:
             values["area"] = area
             values["second_moment"] = self.bending_stiffness[0] / self.youngs_modulus
             values["youngs_modulus"] = self.youngs_modulus
+            strength = {name: getattr(self, name) for name in STRENGTH}
+            values |= {name: value for name, value in strength.items() if value is not None}
         else:
             values |= self.section_values
         values["hub_radius"] = self.hub_radius
@@ -286,6 +306,8 @@ def wrong_values(values: Mapping[str, Any]) -> list[InvalidInput]:
     for name in dict.fromkeys(("length", "stations", *SI_KEYS)):
         if name not in values or ("stations" in errors and isinstance(values[name], list)):
             continue  # a list has no meaning without stations
+        if name == "section_height" and {"area", "second_moment"} & errors.keys():
+            continue  # which it is compared with
         trial = valid | {name: values[name]}
         if name == "stations" and ("length" not in values or "length" in errors):
             del trial["length"]  # it is that of the last one
@@ -349,8 +371,13 @@ def section(values: Mapping[str, Any], stations: Row) -> dict[str, Any]:
             if not (math.isfinite(value) and value > 0):
                 text = MATERIAL_FORMULAS[name]
                 raise InvalidInput(f"{text} = {value:g}: the SI values are too extreme")
-        fields |= {"density": rho, "youngs_modulus": E}
+        fields |= {"density": rho, "youngs_modulus": E, **strength(values, A, I)}
         fields |= {name: (value,) * len(stations) for name, value in rows.items()}
+    elif given := [name for name in STRENGTH if values.get(name) is not None]:
+        raise InvalidInput(
+            f"{given[0]} needs {', '.join(MATERIAL)}: the stress of a beam by its stiffnesses is"
+            " not known"
+        )
     else:
         fields |= {name: along(name, values[name], values, stations) for name in SECTION}
     if (flap := values.get("flap_stiffness")) is not None:
@@ -358,6 +385,23 @@ def section(values: Mapping[str, Any], stations: Row) -> dict[str, Any]:
     if (degree := values.get("degree")) is not None:
         fields["degree"] = check_int("degree", degree, 1, 8)
     return fields
+
+
+def strength(values: Mapping[str, Any], area: float, second_moment: float) -> dict[str, float]:
+    """The yield stress and the height of a section, those that are given. No part of a section is
+    farther from its axis than half its height, so its radius of gyration is at most that."""
+    given = {
+        name: check_positive(name, values[name])
+        for name in STRENGTH
+        if values.get(name) is not None
+    }
+    height, least = given.get("section_height"), 2 * math.sqrt(second_moment / area)
+    if height is not None and height < least * (1 - ROUNDING):
+        raise InvalidInput(
+            f"section_height = {height:g}: must be at least 2 sqrt(second_moment / area) ="
+            f" {least:.6g} m"
+        )
+    return given
 
 
 MATERIAL_FORMULAS = {
@@ -439,7 +483,7 @@ def physical_beam(
 ) -> PhysicalBeam | None:
     """The beam of dimensionless numbers; None where its mass is not known, or for sizes beyond
     floating-point numbers."""
-    L, T, whole, E = units.length, units.time, units.mass, units.youngs_modulus
+    L, T, whole = units.length, units.time, units.mass
     if not whole:
         return None
     m, EI = whole / L, whole * L * (L / T) * (L / T)
@@ -448,7 +492,11 @@ def physical_beam(
         return None
     constant = (1.0, 1.0)
     shape = blade or Blade((0.0, 1.0), constant, constant, constant)
-    E = E if blade is None else None
+    strength: dict[str, float | None] = {}
+    if blade is None:
+        names = ("youngs_modulus", *STRENGTH)
+        strength = {name: getattr(units, name) for name in names}
+    E = strength.get("youngs_modulus")
 
     def row(base: float, relative: Row) -> Row:
         return tuple(base * value for value in relative)
@@ -462,7 +510,7 @@ def physical_beam(
         flap_stiffness=row(EI, shape.flap) if shape.flap else None,
         degree=shape.degree,
         density=m / EA * E if E else None,
-        youngs_modulus=E,
+        **strength,
         hub_radius=numbers["delta"] * L,
         rotation_speed=numbers["gamma"] / T,
         mass=numbers["alpha"] * whole,

@@ -7,24 +7,33 @@ from typing import NamedTuple, Self
 
 from beamviz.errors import InvalidInput
 
+# Significant digits, on pages and in charts: of the places and frequencies of events and limits;
+# of the gap between two frequencies, whose digits cancel.
+PLACE_DIGITS, GAP_DIGITS = 5, 3
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 ATTRIBUTES = {  # of datasets, by field
     "length": "unit_length_m",
     "time": "unit_time_s",
     "mass": "unit_mass_kg",
     "youngs_modulus": "youngs_modulus_Pa",
+    "yield_stress": "yield_stress_Pa",
+    "section_height": "section_height_m",
 }
 
 
 @dataclass(frozen=True)
 class Units:
     """The physical size of a dimensionless beam: its length L [m], its time T* [s] and, where it is
-    known, its mass rho A L [kg], of the section at the root. Young's modulus E [Pa] is that of a
-    uniform beam whose material is known."""
+    known, its mass rho A L [kg], of the section at the root. Of a uniform beam whose material is
+    known also Young's modulus E [Pa], and if given the yield stress [Pa] and the height of its
+    section in the plane of bending [m]."""
 
     length: float
     time: float
     mass: float | None = None
     youngs_modulus: float | None = None
+    yield_stress: float | None = None
+    section_height: float | None = None
 
     @property
     def force(self) -> float | None:
@@ -225,3 +234,23 @@ def parse_over(name: str, units: Units | None) -> tuple[str, float]:
         unknown = "the mass of the beam" if units else "the size of the beam"
         raise InvalidInput(f"over {name}: {unknown} is not known: give the beam in SI units")
     return scale.number, factor
+
+
+def significant(value: float, digits: int) -> str:
+    """A number with `digits` significant digits, or more before the point: '1234', '0.00012',
+    '1.2 × 10⁻⁵'."""
+    if abs(value) >= 10.0 ** (digits - 1):
+        return f"{value:.0f}"
+    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
+    return f"{mantissa} × 10{str(int(exponent)).translate(RAISED)}" if exponent else mantissa
+
+
+def place_number(value: float) -> str:
+    """A place or a frequency of an event or a limit, with zeros at its end: '10.600'."""
+    text = f"{value:#.{PLACE_DIGITS}g}"
+    return significant(value, PLACE_DIGITS) if "e" in text or not value else text.removesuffix(".")
+
+
+def gap_number(value: float) -> str:
+    """The gap between two frequencies: '0.644'."""
+    return significant(value, GAP_DIGITS)

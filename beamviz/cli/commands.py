@@ -51,9 +51,9 @@ PROCESSES_HELP = (
 PERIODS_HELP = "Periods of the first mode shown (default: as few as make a seamless loop)."
 EVENTS_HELP = "Table of the events and resonances to write besides the output, as CSV."
 EXPORT_HELP = (
-    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv,"
-    " npz: frequencies, shapes and equilibrium; png, svg, pdf: with --sweep, a map of the frequency"
-    " of --mode over two parameters."
+    "html: a page with film, chart and table, without a network; glb: an animated 3D model; csv:"
+    " the modes, and in a second file equilibrium and shapes; npz: the same as arrays; png, svg,"
+    " pdf: with --sweep, a map of the frequency of --mode over two parameters."
 )
 PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
 KEPT = "interrupted; what is written is kept: run the same command again to resume"
@@ -286,8 +286,8 @@ def animate(
     path: Annotated[Path, typer.Argument(help="The film to write.", metavar="OUT.gif|webp|mp4")],
     direction: Annotated[Any, DIRECTION] = None,
     zoom: Annotated[float, ZOOM] = 1.0,
-    width: Annotated[int, number("Width in pixels.")] = 640,
-    height: Annotated[int, number("Height in pixels.")] = 360,
+    width: Annotated[int, number("Width in pixels.")] = 800,
+    height: Annotated[int, number("Height in pixels.")] = 450,
     fps: Annotated[float, number("Frames per second, 5 .. 50.")] = 25.0,
     periods: Annotated[int | None, number(PERIODS_HELP)] = None,
 ) -> None:
@@ -340,7 +340,8 @@ def export(
         return
     from beamviz.exports import export
 
-    export(path, scene)
+    for second in export(path, scene)[1:]:
+        print(f"beamviz: also {second}", file=sys.stderr)
 
 
 @app.command()

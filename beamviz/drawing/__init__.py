@@ -7,6 +7,7 @@ import trimesh
 
 from beamviz.drawing import beam_mesh, camera, colours
 from beamviz.drawing.beam_mesh import DrawnBeam, subdivide, to_hub_frame
+from beamviz.drawing.comparison import pair_heights
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.objects import (
     Bodies,
@@ -162,14 +163,18 @@ def row_title(label: str, frequency: float, measure: Measure) -> str:
 
 
 class BeamScene:
-    """The beam in a scene; or each of its modes in a row of its own (paper, figs. 14-15). views: by
-    number, 0 for the single beam, k for the row of mode k; rows: the views in the picture."""
+    """The beam in a scene, alone or with a second one; or each of its modes in a row of its own
+    (paper, figs. 14-15). views: by number, 0 for the single beam, k for the row of mode k; rows:
+    the views in the picture; others: those of a second beam, by whether it is above the first, made
+    when needed; second: the one in the picture."""
 
     def __init__(self, scene: DrawnScene):
         self.scene = scene
         add_lights(scene)
         self.views: dict[int, BeamView] = {}
         self.rows: list[BeamView] = []
+        self.others: dict[bool, BeamView] = {}
+        self.second: BeamView | None = None
 
     def view(self, k: int) -> BeamView:
         """The view of number k, made when it is first needed."""
@@ -177,7 +182,29 @@ class BeamScene:
             self.views[k] = BeamView(self.scene, f"/mode {k}" if k else "/scene", alone=k == 0)
         return self.views[k]
 
-    def show(self, drawn: DrawnBeam) -> None:
+    def other(self, *, stacked: bool) -> BeamView:
+        """The view of a second beam."""
+        if stacked not in self.others:
+            root, overlay = ("/other", False) if stacked else (OVERLAY, True)
+            self.others[stacked] = BeamView(self.scene, root, alone=False, overlay=overlay)
+        return self.others[stacked]
+
+    def show(
+        self, drawn: DrawnBeam, second: DrawnBeam | None = None, *, stacked: bool = False
+    ) -> None:
+        """Draw a beam, or all its modes, and a second beam, overlaid or above the first."""
+        heights = pair_heights(stacked=second is not None and stacked)
+        for other in self.others.values():
+            other.hide()
+        self.view(0).height = 0.0 if drawn.in_rows else heights[0]
+        self.show_first(drawn)
+        self.second = None
+        if second:
+            self.second = self.other(stacked=stacked)
+            self.second.height = heights[-1]
+            self.second.show(second)
+
+    def show_first(self, drawn: DrawnBeam) -> None:
         """Draw a beam, or all its modes."""
         shapes, view, count = drawn.shapes, drawn.view, len(drawn.shapes.modes)
         self.rows = [self.view(k + 1) for k in range(count)] if drawn.in_rows else [self.view(0)]
@@ -195,11 +222,19 @@ class BeamScene:
             row.show(DrawnBeam(shapes, view, drawn.scale, alone, title=title))
 
     @property
+    def in_picture(self) -> list[BeamView]:
+        """All views in the picture; a second beam above the first before that."""
+        if self.second is None:
+            return self.rows
+        return [*self.rows, self.second] if self.second.overlay else [self.second, *self.rows]
+
+    @property
     def captions(self) -> list[Caption]:
-        return [caption for beam in self.rows for caption in beam.captions]
+        """The texts over the scene, of which one that would cover another is moved down."""
+        return [caption for beam in self.in_picture for caption in beam.captions]
 
     def choose_frame(self, share: float) -> None:
-        for beam in self.rows:
+        for beam in self.in_picture:
             beam.choose_frame(share)
 
     def tell_speed(self, gamma: float) -> None:
@@ -208,6 +243,9 @@ class BeamScene:
         if view.surroundings:
             view.surroundings.tell_speed(gamma, view.drawn.shapes.beam.units)
 
-    def move(self, phases: np.ndarray, angle: float) -> None:
+    def move(self, phases: np.ndarray, angle: float, other_phases: Any = None) -> None:
+        """Draw a moment, with the phases of the second beam."""
         for beam in self.rows:
             beam.move(phases, angle)
+        if self.second:
+            self.second.move(other_phases, angle)

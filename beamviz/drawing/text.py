@@ -12,13 +12,26 @@ from beamviz.checks import check_float
 from beamviz.errors import BeamvizError, Cancelled, InvalidInput, NoEquilibrium
 from beamviz.solver.problem import OPTIONS
 from beamviz.solver.solution import Solution
-from beamviz.units import DisplayUnit, Units, display_unit, suited_unit, unit_for
+from beamviz.units import (
+    RAISED as RAISED,
+)
+from beamviz.units import (
+    DisplayUnit,
+    Units,
+    display_unit,
+    gap_number,
+    place_number,
+    suited_unit,
+    unit_for,
+)
+from beamviz.units import (
+    significant as significant,
+)
 
 NUMBER = re.compile(rf"\b({'|'.join(NUMBERS)})\b(?: = (-?[\d.]+(?:e[-+]?\d+)?))?")  # in a message
 OPTION = re.compile(rf"\b({'|'.join(OPTIONS)}) ?= ?('[\w-]+'|True|False)")  # in a message
 TERMS = {"softening": "spin softening", "coriolis": "Coriolis"}  # as the page calls them
 SWITCHED = {"True": "on", "False": "off"}
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LARGE_STRETCH = 0.5  # gamma / mu from which on a stable state has a caution
 
 
@@ -49,14 +62,18 @@ class Measure(NamedTuple):
         shown = significant(self.factor * value, digits)
         return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
 
-    def number(self, value: float, decimals: int) -> str:
-        """The number with `decimals` decimals; in units with one more significant digit."""
-        shown = self.factor * value
-        if not self.unit:
-            return f"{shown:.{decimals}f}"
-        if abs(shown) < 10**decimals:
-            return f"{shown:#.{decimals + 1}g}".rstrip(".")
-        return significant(shown, decimals + 1)
+    def number(self, value: float) -> str:
+        """The number of an event or a limit, without its unit: '4.4640'."""
+        return place_number(self.factor * value)
+
+    def place(self, value: float) -> str:
+        """The same with its symbol or its unit: 'γ = 4.4640' or '42.630 rpm'."""
+        shown = self.number(value)
+        return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
+
+    def gap(self, value: float) -> str:
+        """The gap between two frequencies, without its unit: '0.644'."""
+        return gap_number(self.factor * value)
 
     @property
     def head(self) -> str:
@@ -174,15 +191,6 @@ def frequencies(units: Units | None) -> Measure:
     return Measure(found.unit, "f", *found) if found else Measure("ω [1/T*]", "ω")
 
 
-def significant(value: float, digits: int) -> str:
-    """A number with `digits` significant digits, or more before the point: '1234', '0.00012',
-    '1.2 × 10⁻⁵'."""
-    if abs(value) >= 10.0 ** (digits - 1):
-        return f"{value:.0f}"
-    mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
-    return f"{mantissa} × 10{str(int(exponent)).translate(RAISED)}" if exponent else mantissa
-
-
 def rounded_to_error(value: float, error: float) -> str:
     """`value` with the decimals that are accurate, at most six."""
     decimals = 6 if error <= 0 else min(max(-math.ceil(math.log10(2 * error)), 0), 6)
@@ -201,6 +209,11 @@ def neat(step: float) -> float:
     """The largest of 1, 2 or 5 times a power of ten up to `step`."""
     power = 10.0 ** math.floor(math.log10(step))
     return power * max(digit for digit in (1, 2, 5) if digit * power <= step * (1 + 1e-9))
+
+
+def error_digits(error: float) -> str:
+    """An estimated error with its one digit: '3e-8'."""
+    return f"{error:.0e}".replace("e-0", "e-").replace("e+0", "e+")
 
 
 def stability_warning(solution: Solution) -> str:
@@ -242,6 +255,22 @@ def stretch_caution(solution: Solution) -> str:
     return f"Stretched by up to {percent} %: {named}. Real materials fail long before."
 
 
+def yield_caution(solution: Solution) -> str:
+    """The caution that the material of a beam yields; "" where it does not, or is not known."""
+    found = solution.equilibrium.greatest_stress
+    if not (found and found.yields and found.yield_stress):
+        return ""
+    greatest, limit = (stress_text(value) for value in (found.pascals, found.yield_stress))
+    return (
+        f"Stress up to {greatest}, above the yield stress, {limit}: the deformation would remain."
+    )
+
+
+def stress_text(pascals: float) -> str:
+    """A stress as text: '258 MPa'."""
+    return f"{significant(pascals / 1e6, 3)} MPa"
+
+
 def mode_value(solution: Solution, k: int) -> tuple[str, float]:
     """The frequency of mode k (0-based), or its growth, and the error, in display units."""
     units, error = solution.beam.units, float(solution.errors[k])
@@ -264,7 +293,7 @@ def error_summary(error: BeamvizError | Cancelled, beam: Beam | None) -> str:
         law = " with this material law" if beam.delta >= 0 else ""  # inward, thrust is the limit
         law = law if math.isfinite(error.limit) or not beam.spin_up else " with this spin-up"
         if math.isfinite(error.limit):
-            return f"No equilibrium above {speed.text(error.limit, 4)}{law}"
+            return f"No equilibrium above {speed.place(error.limit)}{law}"
         return f"No equilibrium at {speed.text(beam.gamma, 6)}{law}"
     return {
         "invalid-input": "Out of range",

@@ -283,7 +283,7 @@ def marks(chart: Chart, multiples: Sequence[int]) -> list[Data]:
     for key, event in places.items():
         force = f" with {event.per_rev} per revolution" if event.per_rev else ""
         name = f"{event.kind} of {' and '.join(chart.names_of(event))}{force}"
-        text = f"{name}: {along.text(event.at, 4)}, {across.text(event.frequency, 4)}"
+        text = f"{name}: {along.place(event.at)}, {across.place(event.frequency)}"
         action = {"action": "go_to_event", "value": key}
         data.append(page.mark(key, event.kind, axes, (event.at, event.frequency), text, **action))
     return data

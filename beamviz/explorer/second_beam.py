@@ -2,7 +2,9 @@
 
 from typing import NamedTuple
 
+from beamviz.errors import InvalidInput
 from beamviz.explorer.state import EARLIER, NO_COMPARISON, TERMS, Case, State
+from beamviz.scene import LINKED, Second
 
 
 class ComparisonCase(NamedTuple):
@@ -48,3 +50,20 @@ def comparison_case(state: State, case: Case) -> ComparisonCase:
     elif choice == "effects" and not all(options[term] for term in TERMS):
         title, other = "all effects", case.with_options(**dict.fromkeys(TERMS, True))
     return ComparisonCase(title if other else REASONS.get(choice, ""), other or None, choice)
+
+
+def second_of(state: State) -> Second | None:
+    """The second beam, for scene files and exports; None without one, and where it has a number out
+    of range."""
+    case = state.case.with_options(modes=state.shown_case.options["modes"])
+    title, other, choice = comparison_case(state, case)
+    if other is None:
+        return None
+    names = LINKED["model"]
+    given = choice == EARLIER
+    options = {k: other.options[k] for k in names if given or other.options[k] != case.options[k]}
+    try:
+        beam = other.beam if given or other.numbers != case.numbers else None
+    except InvalidInput:
+        return None
+    return Second(beam, options, title, state.stacked, choice)

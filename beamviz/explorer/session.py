@@ -61,7 +61,7 @@ class Session:
         self.postponed = False
         self.view = view = SceneView(ViserScene(visitor.client.scene))
         self.mass_drag = drag = MassDrag(visitor, view.beam)
-        self.beam_pull = BeamPull(visitor, view.drawn_scene, view.beam, drag.line_of_sight)
+        self.beam_pull = BeamPull(visitor, view.scene.scene, view.beam, drag.line_of_sight)
         self.snapshot = self.with_picture(visitor.next_inputs())
         visitor.clock = self.snapshot.clock
         visitor.client.camera.on_update(self.camera_moved)

@@ -13,6 +13,7 @@ from beamviz.drawing.text import (
     out_of_range,
     stability_warning,
     stretch_caution,
+    yield_caution,
 )
 from beamviz.errors import BeamvizError, Cancelled, NoEquilibrium, to_keep
 from beamviz.explorer.jobs import Answer, Callback, Computation, Job, Workers
@@ -49,8 +50,11 @@ class SolverAnswer(Answer[Case, SampledModes]):
 
     @cached_property
     def caution(self) -> str:
-        """The reason why no real beam has this stable equilibrium; "" where one may."""
-        return stretch_caution(self.solution) if self.solution and not self.warning else ""
+        """The reason why no real beam has this stable equilibrium, or would return from it to its
+        shape; "" where one may."""
+        if self.solution is None or self.warning:
+            return ""
+        return stretch_caution(self.solution) or yield_caution(self.solution)
 
     @property
     def message(self) -> str:

@@ -34,14 +34,24 @@ from beamviz.explorer.declarations import (
 )
 from beamviz.explorer.experiment import PULLED, RANGES, Experiment
 from beamviz.lessons import lesson
-from beamviz.scene import LINKED, MODES, PER_REV, Camera, Scene, ViewOptions, check_per_rev
+from beamviz.scene import (
+    GIVEN,
+    LINKED,
+    MODES,
+    PER_REV,
+    SECOND_BEAMS,
+    Camera,
+    Scene,
+    ViewOptions,
+    check_per_rev,
+)
 from beamviz.solver.problem import CHOICES, METHODS, OPTIONS, supported_options
 from beamviz.units import Units
 
 # Terms of the equations, each on or off.
 TERMS = tuple(name for name, option in OPTIONS.items() if option.kind is bool)
-NO_COMPARISON, EARLIER = "nothing", "earlier"
-COMPARISONS = (NO_COMPARISON, EARLIER, "ancf", "coriolis", "mass", "effects")
+NO_COMPARISON, EARLIER = "nothing", GIVEN
+COMPARISONS = (NO_COMPARISON, *SECOND_BEAMS)
 # View options that neither undo nor a link changes, but for a link to a moment of a motion, which
 # pauses it.
 LASTING = ("playing", "dark")
@@ -313,9 +323,13 @@ class State:
         return cls(scene, Case.of(scene)).loaded(scene)
 
     def loaded(self, scene: Scene) -> Self:
-        """With another scene, and without the case kept for comparison. With reduced motion it
-        moves only if the last one did."""
+        """With another scene, and its second beam; without one, and without the case kept for
+        comparison. With reduced motion it moves only if the last one did."""
+        second, kept, stacked = scene.second, None, self.stacked
         comparison = NO_COMPARISON if self.comparison == EARLIER else self.comparison
+        if second:
+            comparison, stacked = second.choice, second.stacked
+            kept = Case.of(scene.second_scene) if comparison == EARLIER else None
         view = replace(scene.view, playing=self.view.playing) if self.still else scene.view
         state = replace(
             self.ended("scene").without_run_up().with_viewpoint(scene.camera),
@@ -323,7 +337,8 @@ class State:
             view=view,
             per_rev=scene.per_rev,
             comparison=comparison,
-            kept=None,
+            stacked=stacked,
+            kept=kept,
             kept_by_edit=False,
             in_motion=False,
             moment=0.0,

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing import OVERLAY, BeamScene, BeamView, stacked_heights
+from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
+from beamviz.drawing.comparison import pair_heights, pair_of
 from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.motion import drawn
 from beamviz.drawing.objects import Caption
@@ -20,11 +21,7 @@ from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
 from beamviz.explorer.film import Film, time_text
 from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
-from beamviz.frequency_loci.identity import match_modes
 from beamviz.scene import ViewOptions
-
-SPACING = 0.5  # of the two scenes, in beam lengths
-THIS = "this beam"
 
 
 class Compared(NamedTuple):
@@ -69,7 +66,7 @@ class Picture:
         """Heights [beam lengths] of the beams one above the other."""
         if self.drawn.in_rows:
             return stacked_heights(len(self.modes.modes))
-        return [-SPACING / 2, SPACING / 2] if self.second and self.stacked else [0.0]
+        return pair_heights(stacked=self.second is not None and self.stacked)
 
     @property
     def largest(self) -> float:
@@ -125,15 +122,9 @@ def picture_of(
     picture = Picture(answer.shapes, drawn, driven, stacked=compared.stacked, held=held)
     if other is None:
         return picture
-    partner = corresponding(answer.shapes, other)
-    sizes = 0.0 * partner if response else np.append(drawn.amplitudes, 0.0)[partner]
-    return replace(
-        picture,
-        drawn=replace(drawn, title=THIS if compared.stacked else ""),
-        second=DrawnBeam(other, view, scale, sizes, title=title),
-        partner=partner,
-        compared=compared,
-    )
+    pair = pair_of(drawn, other, title, stacked=compared.stacked, swings=response is None)
+    first, second_drawn, partner = pair
+    return replace(picture, drawn=first, second=second_drawn, partner=partner, compared=compared)
 
 
 UNSTIFFENED = "without stiffening"
@@ -181,77 +172,41 @@ def picture_reads(inputs: Any, response: DrawnBeam | None) -> tuple[Any, ...]:
     )
 
 
-def corresponding(first: SampledModes, second: SampledModes) -> np.ndarray:
-    """The mode of one beam (m,) for each mode of another; -1 where none corresponds."""
-    if first.solution is None or second.solution is None:
-        return np.full(len(second.modes), -1)
-    return match_modes(second.solution, first.solution).partner
-
-
 class SceneView:
-    """The objects of the scene. beam: the single one; others: those of the second beam, by whether
-    it is above the first, made when needed."""
+    """The objects of the scene. beam: the single one."""
 
     def __init__(self, scene: DrawnScene):
-        self.scene, self.drawn_scene = BeamScene(scene), scene
+        self.scene = BeamScene(scene)
         self.beam = self.scene.view(0)
-        self.others: dict[bool, BeamView] = {}
 
     def show(self, picture: Picture) -> np.ndarray:
         """Draw a picture. Returns how far the beam's frame was moved (3,) as it was released."""
         before, released = np.array(self.beam.frame.position), self.beam.fixed and not picture.held
         self.beam.fixed = picture.held
-        self.beam.height = 0.0 if picture.drawn.in_rows else picture.heights[0]
-        for view in self.others.values():
-            view.hide()
-        self.scene.show(picture.drawn)
-        if picture.second:
-            other = self.other(stacked=picture.stacked)
-            other.height = picture.heights[-1]
-            other.show(picture.second)
+        self.scene.show(picture.drawn, picture.second, stacked=picture.stacked)
         return self.beam.frame.position - before if released else np.zeros(3)
-
-    def other(self, *, stacked: bool) -> BeamView:
-        """The objects of the second beam."""
-        if stacked not in self.others:
-            root, overlay = ("/other", False) if stacked else (OVERLAY, True)
-            self.others[stacked] = BeamView(self.drawn_scene, root, alone=False, overlay=overlay)
-        return self.others[stacked]
 
     def move(self, picture: Picture, clock: Clock) -> None:
         """Draw a moment."""
         angle, change = clock.angle, clock.transition
-        other = self.other(stacked=picture.stacked) if picture.second else None
         if change:
             angle = change.continued(angle)
-            for view in (self.scene, other):
-                if view:
-                    view.choose_frame(change.rotating_share)
+            self.scene.choose_frame(change.rotating_share)
         if film := picture.film:
-            self.move_in(film, clock.moment, angle)
+            second = film.second.phases(clock.moment) if film.second else None
+            self.scene.move(film.shapes.phases(clock.moment), angle, second)
+            self.scene.tell_speed(film.shapes.gamma(clock.moment))
             return
         phases = clock.drawn_phases(picture.modes)
         if picture.force is not None:  # a whole multiple of the speed
             multiple = picture.force / max(picture.modes.beam.gamma, 1e-300)
             phases = np.array([multiple * clock.angle])
-        self.scene.move(phases, angle)
-        if other and picture.second:
-            other.move(clock.other_phases, angle)
-
-    def move_in(self, film: Film, moment: float, angle: float) -> None:
-        """Draw a moment of a computed motion, the hub rotated by an angle [rad]."""
-        self.scene.move(film.shapes.phases(moment), angle)
-        self.scene.tell_speed(film.shapes.gamma(moment))
-        if film.second:
-            self.other(stacked=False).move(film.second.phases(moment), angle)
+        self.scene.move(phases, angle, clock.other_phases)
 
     @property
     def captions(self) -> list[Caption]:
-        """The texts that the page writes over the scene, those of a beam above the first before its
-        own, as one that would cover another is moved down; the warning is above the scene."""
-        views = [self.others.get(True), self.scene, self.others.get(False)]
-        texts = [caption for view in views if view for caption in view.captions]
-        return [caption for caption in texts if caption is not self.beam.warning]
+        """The texts that the page writes over the scene; the warning is above the scene."""
+        return [caption for caption in self.scene.captions if caption is not self.beam.warning]
 
 
 def fitted_clock(clock: Clock, picture: Picture) -> Clock:

@@ -25,7 +25,7 @@ from beamviz.explorer.declarations import Choice
 from beamviz.explorer.experiment import PULLED, motion_of
 from beamviz.explorer.jobs import Answer, Callback, Job, JobStatus, Workers
 from beamviz.explorer.page import Page
-from beamviz.explorer.second_beam import comparison_case
+from beamviz.explorer.second_beam import comparison_case, second_of
 from beamviz.explorer.snapshot import Inputs, Snapshot
 from beamviz.explorer.solutions import Cases, SolveJob, case_error
 from beamviz.explorer.state import (
@@ -145,11 +145,13 @@ class Visitor:
         self.change(at_home, loads=True, replaced="The scene is reset.")
 
     def scene_to_save(self) -> Scene:
-        """The scene. Raises InvalidInput for a number out of range, in the words of the page."""
+        """The scene with the second beam. Raises InvalidInput for a number out of range, in the
+        words of the page."""
         try:
-            return self.state.to_scene()
+            scene = self.state.to_scene()
         except InvalidInput as error:
             raise InvalidInput(case_error(str(error), self.state.case)) from error
+        return replace(scene, second=second_of(self.state))
 
     def wake(self) -> None:
         """Take a snapshot soon, as something has changed; from any thread."""

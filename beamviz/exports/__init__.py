@@ -1,7 +1,6 @@
 """Files made of a scene: pictures, films, a page that plays offline, a 3D model, numbers."""
 
 import itertools
-import json
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -13,15 +12,13 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from beamviz.beam import Beam
 from beamviz.checks import check_float, check_int
 from beamviz.errors import InvalidInput, Unavailable
+from beamviz.exports.arrays import field_arrays
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene
-from beamviz.files import check_suffix, csv_text, plain, replaced
+from beamviz.files import check_suffix, replaced, write_files
 from beamviz.scene import Scene
-from beamviz.solver.solution import Solution
-from beamviz.units import Units
 
 SUFFIXES = (".html", ".glb", ".csv", ".npz")  # of exports
 # By suffix, the unit [ms] in which a format counts the duration of a frame, 0 for any.
@@ -33,103 +30,38 @@ MAX_FRAMES = 1000
 MAX_WORKERS = 1024
 SAMPLE = 6  # frames that the palette of a GIF is chosen from
 PNG_LEVEL = 1  # of compression: half the time of the default, a third larger
-MODE_ARRAYS = ("labels", "families", "frequencies", "errors", "growth_rates")
-LOADS = ("force", "shear", "moment")  # along the beam
-MODE_COLUMNS = ("label", "family", "frequency", "error", "growth_rate", "bending_fraction")
 
 
-def export(path: str | Path, scene: Scene) -> None:
+def export(path: str | Path, scene: Scene) -> list[Path]:
     """Write a scene as a file of the format its suffix names.
 
     .html: one page with film, chart and table that needs no network; .glb: an animated 3D model;
-    .csv, .npz: frequencies, shapes and equilibrium (see `field_arrays`).
+    .csv: the modes, and in a second file, .shapes.csv, the equilibrium and the shapes along the
+    beam (see `csv_tables`); .npz: all of this (see `field_arrays`).
 
-    Raises InvalidInput, Unavailable, and the errors of `solve`; the file is complete or untouched.
+    Returns the files written. Raises InvalidInput, Unavailable, and the errors of `solve`; each
+    file is complete or untouched.
     """
+    path = Path(path)
     suffix = check_suffix(path, SUFFIXES)
     with replaced(path) as file:
         solved = SolvedScene(scene)
+        if suffix == ".csv":
+            from beamviz.exports.csv_tables import csv_tables
+
+            first, *others = csv_tables(path, solved.solution).items()
+            write_files(path.parent, dict(others))
+            file.write_bytes(first[1])
+            return [path, *(path.with_name(name) for name, _ in others)]
         if suffix in (".html", ".glb"):
             from beamviz.exports import gltf, html_page
 
             write = {".html": html_page.write_html, ".glb": gltf.write_glb}[suffix]
             write(file, solved)
-        elif suffix == ".csv":
-            write_csv(file, solved.solution)
         else:
             with file.open("wb") as stream:  # given a path, numpy would add a suffix
                 np.savez_compressed(stream, **field_arrays(solved.solution))
-
-
-def write_csv(file: Path, solution: Solution) -> None:
-    """Equilibrium and modes, one line for each mode and station; empty where not finite."""
-    modes, line = solution.columns, solution.along_beam
-    (x, y), (u, w) = line["position"].T, np.moveaxis(line["shape"], 2, 0)
-    columns = {"mode": modes["index"][:, None]}
-    columns |= {key: np.array(modes[key])[:, None] for key in MODE_COLUMNS}
-    columns |= {"x": line["x"], "position_x": x, "position_y": y}
-    columns |= {name: line[name] for name in ("stretch", *LOADS)}
-    if units := solution.beam.units:
-        columns |= {name: np.array(modes[name])[:, None] for name in ("hertz", "rad_per_s")}
-        places = {"x_m": line["x"], "position_x_m": x, "position_y_m": y}
-        columns |= {name: units.length * place for name, place in places.items()}
-        columns |= loads_in_si(units, line)
-    columns |= {"shape_x": u.real, "shape_y": w.real}
-    if np.iscomplexobj(u):  # with Coriolis forces
-        columns |= {"shape_x_imag": u.imag, "shape_y_imag": w.imag}
-    full = (plain(np.broadcast_to(column, u.shape).ravel()) for column in columns.values())
-    file.write_text(csv_text(columns, zip(*full, strict=True)), encoding="utf-8")
-
-
-def field_arrays(solution: Solution) -> dict[str, Any]:
-    """Everything in a solution as arrays: (modes,), and along the beam (stations,), position
-    (stations, 2), shapes (modes, stations, 2); lengths in L, unit modal mass."""
-    beam, line = solution.beam, solution.along_beam
-    shapes = line.pop("shape")
-    return {
-        "beam": np.array(list(beam.numbers.values())),
-        "beam_names": np.array(list(beam.numbers)),
-        "structure": np.array(json.dumps(structure_record(beam))),
-        "units": np.array([beam.units.length, beam.units.time] if beam.units else []),
-        "model": np.array(json.dumps(solution.problem.model)),
-        "status": np.array(solution.equilibrium.status),
-        **{key: np.array(getattr(solution, key)) for key in MODE_ARRAYS},
-        "bending_fractions": solution.bending_energy_fraction,
-        **line,
-        "shapes": shapes,
-        **si_arrays(solution, line),
-    }
-
-
-def si_arrays(solution: Solution, line: dict[str, Any]) -> dict[str, Any]:
-    """Of a beam in SI: frequencies in Hz, places [m], and its keywords of `Beam.from_si` as JSON
-    where its mass is known; line: of `Solution.along_beam`."""
-    units = solution.beam.units
-    if units is None:
-        return {}
-    return {
-        "frequencies_hertz": units.hertz(solution.frequencies),
-        "x_m": units.length * line["x"],
-        "position_m": units.length * line["position"],
-        **loads_in_si(units, line),
-        "si": np.array(json.dumps(solution.beam.si)),
-    }
-
-
-def loads_in_si(units: Units, line: dict[str, Any]) -> dict[str, Any]:
-    """The loads along the beam [N, N m] where its mass is known; line: of `Solution.along_beam`."""
-    if units.force is None:
-        return {}
-    return {
-        "force_newtons": units.newtons(line["force"]),
-        "shear_newtons": units.newtons(line["shear"]),
-        "moment_newton_metres": units.newton_metres(line["moment"]),
-    }
-
-
-def structure_record(beam: Beam) -> dict[str, Any]:
-    """The blade, masses and root of a beam that is not uniform, else {}."""
-    return {name: value for name, value in beam.record.items() if name not in beam.numbers}
+    return [path]
 
 
 def screenshot(
@@ -161,8 +93,8 @@ def screenshot(
 def animate(
     path: str | Path,
     scene: Scene,
-    width: int = 640,
-    height: int = 360,
+    width: int = 800,
+    height: int = 450,
     fps: float = 25.0,
     periods: int | None = None,
     direction: Direction | None = None,
@@ -229,16 +161,15 @@ def write_film(
     file: Path, frames: Iterator[Image.Image], fps: float, sample: Iterable[Image.Image]
 ) -> None:
     """Write a looping film in the format of the suffix of a file; sample: frames that the palette
-    of a GIF is chosen from, one for all frames so that nothing flickers."""
+    of a GIF is chosen from."""
     if file.suffix.lower() == ".mp4":
         write_mp4(file, frames, fps)
         return
     options: dict[str, Any] = {"quality": 85, "method": 3}
     if file.suffix.lower() == ".gif":
-        together = Image.fromarray(np.concatenate([*map(np.asarray, sample)]))
-        # This method keeps the colours of small areas.
-        palette = together.quantize(method=Image.Quantize.FASTOCTREE)
-        frames = (frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames)
+        from beamviz.exports.gif_palette import Palette
+
+        frames = map(Palette(sample).indexed, frames)
         options = {"disposal": 1}
     options |= {"duration": round(1000 / fps), "loop": 0}
     next(frames).save(file, save_all=True, append_images=frames, **options)

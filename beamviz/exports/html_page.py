@@ -3,11 +3,10 @@
 import math
 import zlib
 from base64 import b64encode
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from html import escape
-from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -17,13 +16,15 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from beamviz.beam import Beam
-from beamviz.chart_ranges import CHART_POINTS, chart_range
+from beamviz.chart_ranges import chart_range
 from beamviz.drawing import BeamScene, BeamView, camera, colours, row_title
-from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, to_hub_frame
+from beamviz.drawing.beam_mesh import NORMALS, extents, resampled, rings, swept, to_hub_frame
+from beamviz.drawing.comparison import THIS, compared_rows
 from beamviz.drawing.modes import SampledModes, axial_strain, playback_rate
 from beamviz.drawing.objects import RING, equilibrium_body
 from beamviz.drawing.text import (
     described,
+    error_digits,
     frequencies,
     growth,
     measure,
@@ -31,14 +32,15 @@ from beamviz.drawing.text import (
     stability_warning,
 )
 from beamviz.errors import BeamvizError
+from beamviz.exports.chart_files import SceneLoci
 from beamviz.exports.offline_data import OfflineScene, OfflineSpeeds
 from beamviz.exports.solved_scene import SolvedScene
 from beamviz.files import package_text, plain
-from beamviz.frequency_loci import loci
 from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting import STYLE, figure_bytes, new_figure
+from beamviz.plotting.labels import HALO
 from beamviz.plotting.loci import Chart
-from beamviz.scene import Scene, ViewOptions
+from beamviz.scene import GIVEN, Scene, ViewOptions
 from beamviz.server.viser_private import RecordedServer, ViserScene
 from beamviz.solver import solve_many
 from beamviz.solver.problem import MAX_MODES
@@ -46,10 +48,13 @@ from beamviz.solver.solution import Solution
 
 TITLE, ROOT = "<title>Viser</title>", '<div id="root"></div>'  # of viser's page
 POINTS = 72  # an inch, as SVG pictures have them
+# A text in a corner of the chart.
+IN_CORNER: dict[str, Any] = {"va": "top", "fontsize": 8, "color": "#5A5A5A", "path_effects": HALO}
 CHART_SIZE = (4.4, 3.6)  # [in], as wide as the panel, so that letters are of a size with its text
 SPEEDS = 41  # solved over the range of the chart, besides that of the scene
 EXTRA_MODES = 3  # solved for, since the order of modes changes with the speed
 PALETTE = 256  # colours of the map
+SECOND_MODE = "second "  # before the label of a mode of the second beam
 RESOLUTION = 1e-5  # of places, in lengths of the beam, and of strains
 TIME = "T* = √(ρ A L⁴ / E I), the time unit of the beam"
 
@@ -68,7 +73,7 @@ def solution_table(
         rate = float(solution.growth_rates[k])
         if rate > 0 and math.isfinite(solution.frequencies[k]):
             value += f", {growth(rate, units)}"
-        cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, f"{error:.0e}"]
+        cells = [f"{k + 1}", f"<b>{label}</b>", mixtures[k] or family, value, error_digits(error)]
         rows.append('<tr class="shown">' if solution.labels[k] in shown else "<tr>")
         rows += [f"<td>{cell}</td>" for cell in cells]
     return f'<table aria-label="modes">{"".join(rows)}</table>'
@@ -124,7 +129,7 @@ def panel(solved: SolvedScene) -> str:
         if value != defaults[name]
     )
     return (
-        f'<div id="numbers">{numbers(solved, solved.solution)}</div>'
+        f'<div id="numbers">{numbers(solved, solved.solution, solved.second)}</div>'
         + (f"<p>{escape(options)}</p>" if options else "")
         + ("" if solved.warning else controls("speed"))
         + chart(scene)
@@ -133,31 +138,55 @@ def panel(solved: SolvedScene) -> str:
     )
 
 
-def numbers(solved: SolvedScene, solution: Solution) -> str:
-    """What depends on the speed: the heading, a warning and the table of modes of a solution."""
+def numbers(solved: SolvedScene, solution: Solution, second: Solution | None = None) -> str:
+    """What depends on the speed: the heading, a warning, the table of modes of a solution, and the
+    frequencies of the second beam beside it."""
     shown = {solved.solution.labels[k] for k in solved.shown}
     warning = stability_warning(solution)
     return (
         f"<h1>{escape(described(solution.beam))}</h1>"
         + (f'<p class="wrong">{escape(warning)}</p>' if warning else "")
         + solution_table(solution, shown, len(solved.solution.labels))
+        + comparison(solved, solution, second)
     )
 
 
+def comparison(solved: SolvedScene, solution: Solution, second: Solution | None) -> str:
+    """A table (HTML) of the frequencies of both beams, or why there is no second one; "" where none
+    is asked for."""
+    given = solved.scene.second
+    if given is None:
+        return ""
+    if second is None:
+        reason = solved.second_error or "not stable at this speed"
+        return f'<p class="wrong">{escape(f"{given.title}: {reason}")}</p>'
+    unit = frequencies(solution.beam.units).label
+    heads = "mode", f"{THIS}, {unit}", f"{given.title}, {unit}", "change"
+    rows = compared_rows(solution, second)[: len(solved.solution.labels)]
+    cells = (
+        f"<td><b>{row[0]}</b></td>" + "".join(f"<td>{x}</td>" for x in row[1:]) for row in rows
+    )
+    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
+    body = "".join(f"<tr>{row}</tr>" for row in cells)
+    return f'<table aria-label="comparison" class="compared"><tr>{head}</tr>{body}</table>'
+
+
 def chart(scene: Scene) -> str:
-    """The loci (SVG) with per-rev lines and a line at the scene, or why there are none."""
+    """The loci (SVG) with per-rev lines, those of a second beam and a line at the scene, or why
+    there are none."""
     beam, over = scene.beam, scene.over
     multiples = scene.per_rev if over == "gamma" else ()
     try:
-        values = np.linspace(*chart_range(beam, over), CHART_POINTS)
-        most = max(multiples, default=0)
-        tracked = loci(beam, over, values, per_rev=most, **scene.solver_options)
+        found = SceneLoci.of(scene)
     except BeamvizError as error:
         return f'<p class="wrong">{escape(str(error))}</p>'
     with rc_context(STYLE):
         figure = new_figure(*CHART_SIZE, layout="constrained")
         axes = figure.add_subplot()
-        drawn = Chart(tracked, axes, multiples)
+        drawn = Chart(found.first, axes, multiples, found.names)
+        if found.second:
+            drawn.draw_second(found.second)
+            axes.text(0.02, 0.99, f"grey: {found.title}", **IN_CORNER, transform=axes.transAxes)
         drawn.annotate(multiples)
         return figure_element(figure, axes, drawn.x(getattr(beam, over)), moves=over == "gamma")
 
@@ -176,57 +205,110 @@ def figure_element(figure: Figure, axes: Axes, x: float, *, moves: bool) -> str:
     return f'<figure title="click, or press Enter, to enlarge" {own}><svg{svg}</figure>'
 
 
-def solved_speeds(solved: SolvedScene) -> list[Solution]:
+class Speed(NamedTuple):
+    """The solutions at one speed; second: of the second beam, None without one."""
+
+    first: Solution
+    second: Solution | None
+
+
+def solved_speeds(solved: SolvedScene) -> list[Speed]:
     """The solutions at the speeds around that of the scene at which the modes shown vibrate, by
-    ascending speed; in the state that the scene is in."""
+    ascending speed; in the state that the scene is in. A second beam that was given keeps its own
+    speed."""
     beam, (low, high) = solved.scene.beam, chart_range(solved.scene.beam, "gamma")
-    wanted = {solved.solution.labels[k] for k in solved.shown}
-    options = {**solved.scene.solver_options, "state": solved.solution.equilibrium.shape}
-    options["modes"] = min(options["modes"] + EXTRA_MODES, MAX_MODES)
-
-    def usable(answer: Any) -> bool:
-        vibrates = isinstance(answer, Solution) and answer.equilibrium.status != "unstable"
-        return vibrates and wanted <= set(answer.labels)
-
-    answers: list[Any] = []
+    answers: list[Speed] = []
     while len(answers) < SPEEDS and low < high:  # again where a part of the range has no solution
         speeds = np.union1d(np.linspace(low, high, SPEEDS), [beam.gamma])
-        answers = solve_many([beam.replace(gamma=float(speed)) for speed in speeds], **options)
+        first = solved_at(speeds, solved.scene, solved.solution, solved.shown)
+        second = [solved.second] * len(speeds)
+        if solved.second and not is_given(solved.scene):
+            shown = solved.pair.second.shown if solved.pair else []
+            second = solved_at(speeds, solved.scene.second_scene, solved.second, shown)
+        found = list(zip(first, second, strict=True))
         here = int(np.searchsorted(speeds, beam.gamma))
-        slower, faster = takewhile(usable, answers[:here][::-1]), takewhile(usable, answers[here:])
-        answers = [*[*slower][::-1], *faster]
-        low, high = answers[0].beam.gamma, answers[-1].beam.gamma
+
+        slower, faster = drawable(found[:here][::-1], solved), drawable(found[here:], solved)
+        answers = [*slower[::-1], *faster]
+        low, high = answers[0].first.beam.gamma, answers[-1].first.beam.gamma
     return answers
+
+
+def drawable(
+    found: Iterable[tuple[Solution | None, Solution | None]], solved: SolvedScene
+) -> list[Speed]:
+    """The speeds up to the first one at which a beam in the picture has no solution."""
+    speeds = []
+    for first, second in found:
+        if first is None or (second is None and solved.pair):
+            break
+        speeds.append(Speed(first, second))
+    return speeds
+
+
+def is_given(scene: Scene) -> bool:
+    """Whether the second beam of a scene stays as it is when the first one changes."""
+    return scene.second is not None and scene.second.choice == GIVEN
+
+
+def solved_at(
+    speeds: np.ndarray, scene: Scene, solution: Solution, shown: Collection[int]
+) -> list[Solution | None]:
+    """The solutions of the beam of a scene at some speeds, in the state of its solution; None where
+    one of the modes shown does not vibrate. At the speed of the scene it is that solution, whose
+    numbers pages and commands show: one of many that are solved together has another mesh, and
+    other errors."""
+    wanted = {solution.labels[k] for k in shown}
+    options = {**scene.solver_options, "state": solution.equilibrium.shape}
+    options["modes"] = min(options["modes"] + EXTRA_MODES, MAX_MODES)
+    beams = [scene.beam.replace(gamma=float(speed)) for speed in speeds]
+
+    def usable(answer: Any) -> Solution | None:
+        if not isinstance(answer, Solution) or answer.equilibrium.status == "unstable":
+            return None
+        return answer if wanted <= set(answer.labels) else None
+
+    return [
+        solution if beam == scene.beam else usable(answer)
+        for beam, answer in zip(beams, solve_many(beams, **options), strict=True)
+    ]
 
 
 def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
     """What offline.js needs, for each solved speed; modes shown are matched by their labels.
 
     numbers: the texts of the panel; speeds: as displayed; captions: those that hold at each speed;
-    body (3 v, speeds), faces (3 t,): vertices and triangles of the equilibrium; see `steps`.
+    equilibria: of the first beam, and of a second one that is not drawn over it.
     """
     beam, view = solved.scene.beam, solved.scene.view
-    solutions = solved_speeds(solved)
-    shapes: list[SampledModes] = []
-    for solution in solutions:
-        shapes.append(SampledModes.sampled(solution, shapes[-1] if shapes else None))
-    labels = [solved.solution.labels[k] for k in solved.shown]
+    found = solved_speeds(solved)
+    solutions = [one.first for one in found]
+    shapes = sampled_at(solutions)
     speed = measure("gamma", beam.units)
-    stations, section = beams.rows[0].shapes.x, beams.rows[0].section
-    bodies = [equilibrium_body(resampled(shape, stations), section) for shape in shapes]
     gammas = [solution.beam.gamma for solution in solutions]
+    rows = [beam_data(row, shapes) for row in beams.rows]
+    labels = [solved.solution.labels[k] for k in solved.shown]
+    rates = {label: [frequency_of(one, label) for one in solutions] for label in labels}
+    equilibria = [equilibrium_data(beams.rows[0], shapes)]
+    if beams.second:
+        others = [one.second for one in found if one.second]
+        other_shapes = sampled_at(others)
+        data = beam_data(beams.second, other_shapes)
+        own = {SECOND_MODE + name: name for name in data["modes"]}
+        rates |= {key: [frequency_of(one, name) for one in others] for key, name in own.items()}
+        if not beams.second.overlay:
+            equilibria.append(equilibrium_data(beams.second, other_shapes))
+        at = -1 if beams.second.overlay else 1
+        rows.append({**data, "modes": [*own], "equilibrium": at})
     return {
         "gammas": gammas,
         "start": gammas.index(beam.gamma),
         "speeds": [speed.text(gamma, 4) for gamma in gammas],
         "factor": speed.factor,
-        "numbers": [numbers(solved, solution) for solution in solutions],
-        "frequencies": {
-            label: [frequency_of(solution, label) for solution in solutions] for label in labels
-        },
+        "numbers": [numbers(solved, one.first, one.second) for one in found],
+        "frequencies": rates,
         "resolution": RESOLUTION,
-        "body": steps([vertices.ravel() for vertices, _ in bodies]),
-        "faces": bodies[0][1].ravel().tolist(),
+        "equilibria": equilibria,
         "rate": view.pace * playback_rate(solved.shapes.frequencies[solved.shown], beam.gamma),
         "turning": ["floor", -1] if view.rotating_frame else ["rotor", 1],
         "palette": palette(view),
@@ -235,8 +317,23 @@ def speed_data(solved: SolvedScene, beams: BeamScene) -> dict[str, Any]:
         if (around := beams.rows[0].surroundings) and around.alone
         else "",
         "captions": captions(solved, beams, solutions),
-        "beams": [beam_data(row, solved, shapes) for row in beams.rows],
+        "beams": rows,
     }
+
+
+def sampled_at(solutions: list[Solution]) -> list[SampledModes]:
+    """The modes of a beam at several speeds, with the same signs."""
+    shapes: list[SampledModes] = []
+    for solution in solutions:
+        shapes.append(SampledModes.sampled(solution, shapes[-1] if shapes else None))
+    return shapes
+
+
+def equilibrium_data(row: BeamView, shapes: list[SampledModes]) -> dict[str, Any]:
+    """The body at rest of a beam at several speeds."""
+    bodies = [equilibrium_body(resampled(shape, row.shapes.x), row.section) for shape in shapes]
+    vertices = steps([vertices.ravel() for vertices, _ in bodies])
+    return {"vertices": vertices, "faces": bodies[0][1].ravel().tolist()}
 
 
 def palette(view: ViewOptions) -> list[int]:
@@ -278,20 +375,25 @@ def captions_elsewhere(
         text = first.surroundings.speed_text(solution.beam.gamma, solution.beam.units)
         shown.append({**first.surroundings.speed.data, "text": text})
     shown += [caption.data for row in beams.rows for caption in row.bodies.captions if caption.text]
+    if beams.second:
+        titled = (beams.second, *beams.rows)
+        shown += [row.title.data for row in titled if row.title.text]
     if warning := stability_warning(solution):
         shown.append({**first.warning.data, "text": warning})
     return shown
 
 
-def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) -> dict[str, Any]:
-    """One beam with its modes.
+def beam_data(row: BeamView, shapes: list[SampledModes]) -> dict[str, Any]:
+    """One beam with its modes, of which those that it moves in are found by their labels.
 
     states (4 n (1 + 2 m), speeds): axis and strain (n, 4), and their change by the real and the
     imaginary part of each mode; see `steps`.
     """
-    shown, sizes = row.drawn.shown, row.drawn.amplitudes
-    labels = [solved.shapes.labels[k] for k in shown]
-    bends = bool(shown and solved.solution.bending_energy_fraction[shown[0]] >= 0.5)
+    shown, sizes, drawn = row.drawn.shown, row.drawn.amplitudes, row.drawn.shapes
+    labels = [drawn.labels[k] for k in shown]
+    bends = bool(
+        shown and drawn.solution and drawn.solution.bending_energy_fraction[shown[0]] >= 0.5
+    )
     states = []
     for shape in (resampled(shape, row.shapes.x) for shape in shapes):
         at = [shape.labels.index(label) for label in labels]
@@ -301,7 +403,8 @@ def beam_data(row: BeamView, solved: SolvedScene, shapes: list[SampledModes]) ->
         states.append(np.concatenate([still, *(part - still for part in moved)]).ravel())
     return {
         **beam_record(row),
-        "labels": labels,
+        "modes": labels,
+        "equilibrium": 0,
         "states": steps(states),
         "ring": RING,
         "ring_colour": row.nodes.colour[0].tolist(),
@@ -331,7 +434,17 @@ def beam_record(row: BeamView) -> dict[str, Any]:
         "sections": extents(section, normal)[:, 1:].tolist(),
         "capped": row.capped,
         "largest": row.drawn.largest,
+        "surface": surface(row) if row.overlay else None,
     }
+
+
+def surface(row: BeamView) -> dict[str, Any]:
+    """The surface of a beam that is drawn in one piece, as `swept` makes it."""
+    count, normal = len(row.shapes.x), NORMALS[row.shapes.plane]
+    point, sizes = rings(count, row.section)
+    _, faces = swept(np.linspace([0.0, 0, 0], [1, 0, 0], count), normal, row.section)
+    numbers = [(at, *size) for at, size in zip(point.tolist(), sizes.tolist(), strict=True)]
+    return {"rings": numbers, "faces": faces.ravel().tolist()}
 
 
 def state(shapes: SampledModes, moved: np.ndarray) -> np.ndarray:

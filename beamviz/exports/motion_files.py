@@ -17,9 +17,9 @@ from beamviz.exports import (
     SAMPLE,
     check_format,
     rendered,
-    structure_record,
     write_film,
 )
+from beamviz.exports.arrays import structure_record
 from beamviz.exports.motion_scene import MotionScene
 from beamviz.exports.renderer import Renderer
 from beamviz.files import check_suffix, replaced
@@ -87,8 +87,8 @@ def motion_arrays(motion: Motion) -> dict[str, Any]:
 def animate_motion(
     path: str | Path,
     motion: Motion,
-    width: int = 640,
-    height: int = 360,
+    width: int = 800,
+    height: int = 450,
     fps: float = 25.0,
     progress: Callable[[int], Iterable[int]] = range,
     workers: int | None = None,

@@ -88,15 +88,15 @@ def what_happens(motion: Motion) -> str:
 def readings(motion: Motion, t: NDArray) -> list[dict[str, Any]]:
     """The numbers over time (n,) that the panel shows, the first of which is the time, beside its
     slider."""
-    scales, (convert, speed, _) = scales_of(motion.beam.units), axis_of("gamma", motion.beam.units)
+    scales, speed = scales_of(motion.beam.units), axis_of("gamma", motion.beam.units)
     tip = scales.length * motion.position(t, [1.0])[:, 0]
     decimals = significant_decimals(scales.length * motion.error)
-    gamma = convert(np.interp(t, motion.t, motion.gamma))
+    gamma = speed.convert(np.interp(t, motion.t, motion.gamma))
     rows = [
         ("time t", scales.seconds, scales.time * t, 3),
         ("deflection of the tip", scales.metres, tip[:, 1], decimals),
         ("tip along the beam", scales.metres, tip[:, 0], decimals),
-        (speed, "", gamma, 3),
+        (speed.label, "", gamma, 3),
     ]
     return [
         {"label": label, "unit": unit, "values": column.tolist(), "decimals": places}

@@ -15,6 +15,11 @@ interface BodyLabel {
   above: [number, number, number];
 }
 
+interface Surface {
+  rings: Array<[number, number, number]>;
+  faces: Array<number>;
+}
+
 interface OfflineBeam {
   root: string;
   normal: [number, number, number];
@@ -24,6 +29,7 @@ interface OfflineBeam {
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
   labels_of_bodies: Array<BodyLabel>;
+  surface: Surface | null;
 }
 
 interface VibratingBeam {
@@ -35,7 +41,9 @@ interface VibratingBeam {
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
   labels_of_bodies: Array<BodyLabel>;
-  labels: Array<string>;
+  surface: Surface | null;
+  modes: Array<string>;
+  equilibrium: number;
   states: Array<Array<number>>;
   ring: [number, number];
   ring_colour: Array<number>;
@@ -51,6 +59,7 @@ interface MovedBeam {
   capped: Array<number>;
   bodies: Record<string, Array<number>>;
   labels_of_bodies: Array<BodyLabel>;
+  surface: Surface | null;
   fields: Array<Array<number>>;
   parts: Array<Array<number>>;
 }
@@ -62,6 +71,11 @@ interface OfflineScene {
   palette: Array<number>;
   strain: boolean;
   beams: Array<OfflineBeam>;
+}
+
+interface Equilibrium {
+  vertices: Array<Array<number>>;
+  faces: Array<number>;
 }
 
 interface OfflineSpeeds {
@@ -77,8 +91,7 @@ interface OfflineSpeeds {
   factor: number;
   numbers: Array<string>;
   frequencies: Record<string, Array<number>>;
-  body: Array<Array<number>>;
-  faces: Array<number>;
+  equilibria: Array<Equilibrium>;
   arrow: string;
   captions: Array<Array<SceneCaption>>;
 }

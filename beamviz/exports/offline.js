@@ -3,7 +3,8 @@
   const { byId, send, update, ...offline } = beamvizOffline;
   /** @type {OfflineSpeeds} */
   const data = await offline.unpacked("speeds");
-  const columns = [data.body, ...data.beams.map(({ states }) => states)].flat();
+  const bodies = data.equilibria.map(({ vertices }) => vertices);
+  const columns = [...bodies, ...data.beams.map(({ states }) => states)].flat();
   offline.undoSteps(columns, data.resolution); // between speeds
   const [slider, shown] = ["speed", "speed-shown"].map(byId), clock = offline.playButton();
   /** @type {Record<string, number>} */
@@ -21,12 +22,12 @@
    * @param {VibratingBeam} beam
    */
   function draw(beam) {
-    const state = at(beam.states), size = state.length / (1 + 2 * beam.labels.length);
+    const state = at(beam.states), size = state.length / (1 + 2 * beam.modes.length);
     /** @param {number} number */
     const field = (number) => state.slice(number * size, (number + 1) * size);
     const moved = new Float32Array(size);
-    beam.labels.forEach((label, m) => {
-      const s = Math.sin(phases[label]), c = Math.cos(phases[label]);
+    beam.modes.forEach((mode, m) => {
+      const s = Math.sin(phases[mode]), c = Math.cos(phases[mode]);
       const [real, imaginary] = [field(1 + 2 * m), field(2 + 2 * m)];
       for (let i = 0; i < size; i++) moved[i] += s * real[i] + c * imaginary[i];
     });
@@ -37,8 +38,8 @@
   /** @param {number} seconds */
   function advance(seconds) {
     const passed = clock.playing ? data.rate * seconds : 0;
-    for (const label of data.beams.flatMap((beam) => beam.labels))
-      phases[label] = (phases[label] ?? Math.PI / 2) + passed * data.frequencies[label][k];
+    for (const mode of data.beams.flatMap((beam) => beam.modes))
+      phases[mode] = (phases[mode] ?? Math.PI / 2) + passed * data.frequencies[mode][k];
     angle += passed * data.gammas[k];
   }
 
@@ -51,8 +52,9 @@
     const moved = data.factor * (data.gammas[k] - data.gammas[data.start]);
     const marker = chart?.querySelector("#marker");
     marker?.setAttribute("transform", `translate(${Number(chart?.dataset.step) * moved})`);
-    const body = { vertices: at(data.body), faces: data.faces };
-    for (const { root } of data.beams) update(`${root}/rotor/equilibrium`, [body]);
+    const rest = data.equilibria.map(({ vertices, faces }) => ({ vertices: at(vertices), faces }));
+    for (const { root, equilibrium } of data.beams)
+      if (rest[equilibrium]) update(`${root}/rotor/equilibrium`, [rest[equilibrium]]);
     if (data.arrow)
       send("SetSceneNodeVisibilityMessage", data.arrow, { visible: data.gammas[k] > 0 });
     beamvizCaptions.show(data.captions[k]);

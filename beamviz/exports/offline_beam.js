@@ -56,6 +56,24 @@ const beamvizOffline = (() => {
   }
 
   /**
+   * The vertices of a rectangular section swept along points: four of each ring.
+   * @param {Vec3[]} points
+   * @param {Vec3} normal of the plane of motion
+   * @param {[number, number, number][]} rings station, thickness and breadth of each
+   */
+  function swept(points, normal, rings) {
+    const [a, b, c] = normal;
+    return rings.flatMap(([i, thickness, breadth]) => {
+      const before = points[Math.max(i - 1, 0)], after = points[Math.min(i + 1, points.length - 1)];
+      const step = after.map((x, j) => x - before[j]), length = Math.hypot(...step);
+      const [x, y, z] = step.map((component) => component / length);
+      const side = [b * z - c * y, c * x - a * z, a * y - b * x];
+      return [[1, 1], [-1, 1], [-1, -1], [1, -1]].flatMap(([s, u]) => points[i].map((place, j) =>
+        place + (s * thickness * side[j] + u * breadth * normal[j]) / 2));
+    });
+  }
+
+  /**
    * Draws a beam. still, moved: four numbers of each station, x, y, z and strain, at rest and their
    * change; mode: the same of the mode whose nodes are marked, if one is.
    * @param {OfflineScene} data
@@ -88,8 +106,12 @@ const beamvizOffline = (() => {
       const colours = { batched_colors: data.palette.slice(colour, colour + 3) };
       return { ...on(i, 0.5), batched_scales: scales, ...colours };
     });
-    update(`${root}/rotor/beam`, pieces);
-    update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));
+    if (beam.surface) {
+      update(`${root}/rotor/body`, [{ vertices: swept(points, normal, beam.surface.rings), faces: beam.surface.faces }]);
+    } else {
+      update(`${root}/rotor/beam`, pieces);
+      update(`${root}/rotor/ends`, beam.capped.map((i) => pieces[i]));
+    }
     /** @param {number} station */
     const body = (station) => {
       const piece = Math.min(station, pieces.length - 1);
@@ -113,12 +135,13 @@ const beamvizOffline = (() => {
   }
 
   /**
-   * Turns the hub of a beam, or the ground, by an angle.
+   * Turns the hub of a beam, or the ground, by an angle; a beam drawn over another turns with that.
    * @param {OfflineScene} data
    * @param {OfflineBeam} beam
    * @param {number} angle
    */
-  function turn(data, { root }, angle) {
+  function turn(data, { root, surface }, angle) {
+    if (surface) return;
     const half = (data.turning[1] * angle) / 2, wxyz = [Math.cos(half), 0, 0, Math.sin(half)];
     send("SetOrientationMessage", `${root}/${data.turning[0]}`, { wxyz });
   }

@@ -32,12 +32,21 @@ class BodyLabel(Record):
     above: Vec3
 
 
+class Surface(Record):
+    """The surface of a beam that is drawn in one piece. rings: the station of each of its sections,
+    thickness and breadth there; faces: three vertices of each triangle, four of a section."""
+
+    rings: list[tuple[int, float, float]]
+    faces: list[int]
+
+
 class OfflineBeam(Record):
     """A beam in n pieces, of which the last one begins at station n - 1.
 
     root: name of its node; normal: of its plane of motion; largest: the end of the colour map;
     sections, thicknesses: of each piece; capped: the pieces whose ends are seen; bodies: by the
-    names of their nodes, the stations of their instances.
+    names of their nodes, the stations of their instances; surface: of a beam that is drawn over
+    another one, in the frame of its hub, in place of the pieces.
     """
 
     root: str
@@ -48,16 +57,19 @@ class OfflineBeam(Record):
     capped: list[int]
     bodies: dict[str, list[int]]
     labels_of_bodies: list[BodyLabel]
+    surface: Surface | None
 
 
 class VibratingBeam(OfflineBeam):
-    """A beam that moves in modes of these labels; states: see `html_page.beam_data`.
+    """A beam that moves in modes of these names; states: see `html_page.beam_data`; equilibrium:
+    the number of its body at rest, -1 without one.
 
     ring: the length of the mark of a node along the beam, and its size over that of the section;
     component: of the displacement whose zeros are nodes.
     """
 
-    labels: list[str]
+    modes: list[str]
+    equilibrium: int
     states: Steps
     ring: tuple[float, float]
     ring_colour: list[int]
@@ -87,6 +99,13 @@ class OfflineScene(Record):
     beams: Sequence[OfflineBeam]
 
 
+class Equilibrium(Record):
+    """A body at rest: vertices (3 v, speeds) and the triangles of these."""
+
+    vertices: Steps
+    faces: list[int]
+
+
 class OfflineSpeeds(OfflineScene):
     """Modes of vibration at several speeds: see `html_page.speed_data`."""
 
@@ -97,8 +116,7 @@ class OfflineSpeeds(OfflineScene):
     factor: float
     numbers: list[str]
     frequencies: dict[str, list[float]]
-    body: Steps
-    faces: list[int]
+    equilibria: list[Equilibrium]
     arrow: str
     captions: list[list[SceneCaption]]
 

@@ -10,12 +10,14 @@ import numpy as np
 from beamviz.checks import check_float, check_floats
 from beamviz.drawing import BeamScene, camera, stacked_heights
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
+from beamviz.drawing.comparison import Pair, pair_heights, pair_of
 from beamviz.drawing.modes import SampledModes, playback_rate
 from beamviz.drawing.scene_graph import DrawnScene
-from beamviz.drawing.text import stability_warning
-from beamviz.errors import InvalidInput
+from beamviz.drawing.text import error_text, stability_warning
+from beamviz.errors import BeamvizError, InvalidInput
 from beamviz.scene import Camera, Scene
 from beamviz.solver import solve
+from beamviz.solver.solution import Solution
 
 Direction = tuple[float, float, float]
 ZOOMS = (0.1, 100.0)
@@ -25,13 +27,18 @@ MAX_CHANGE = 0.05  # relative change of a motion's rate that is not noticed
 LOOP_SECONDS, FILM_SECONDS, CYCLE_SECONDS = 10.0, 3.0, 0.4
 GROUND_SYMMETRY = 4  # the ground looks the same after a quarter turn
 ROTATION = "rotation"
+# Two frequencies that are compared and differ by this much stay different in a loop, which is
+# sought up to this number of periods for that, and is played within this time [s].
+APART, COMPARED_PERIODS, COMPARED_SECONDS = 0.04, 25, 15.0
 
 
 class Moment(NamedTuple):
-    """Phase (m,) [rad] of every mode, and the angle [rad] by which the hub has rotated."""
+    """Phase (m,) [rad] of every mode, the angle [rad] by which the hub has rotated, and the phases
+    of the modes of the second beam."""
 
     phases: np.ndarray
     angle: float
+    other_phases: np.ndarray
 
 
 class DrawableScene(Protocol):
@@ -47,7 +54,9 @@ class DrawableScene(Protocol):
 class SolvedScene:
     """A scene with its solution; direction, zoom: replace its camera.
 
-    warning: of an unstable equilibrium, else ""; note: of vibrations that grow, else ""; heights:
+    warning: of an unstable equilibrium, else ""; note: of vibrations that grow, else ""; second:
+    the solution of the second beam, None without one; second_error: why it has none, else "";
+    pair: both as drawn, None where there is one beam in the picture, as beside all modes; heights:
     of the beams drawn, around the middle of the picture; shown: the modes (0-based) in it. Raises
     InvalidInput and the errors of `solve`.
     """
@@ -65,8 +74,21 @@ class SolvedScene:
         self.warning, self.note = ("", text) if growing else (text, "")
         self.drawn = DrawnBeam(self.shapes, scene.view, warning=self.warning, note=self.note)
         rows = range(len(self.shapes.modes)) if self.drawn.in_rows else []
+        self.second, self.second_error = solved_second(scene)
+        self.pair = None if rows else self.compared()
         self.heights = stacked_heights(len(rows) or 1)
+        if self.pair and scene.second:
+            self.drawn = self.pair.first
+            self.heights = pair_heights(stacked=scene.second.stacked)
         self.shown = [*rows] or self.drawn.shown
+
+    def compared(self) -> Pair | None:
+        """Both beams as drawn; None without a second one, and where that is not stable."""
+        given = self.scene.second
+        if self.second is None or given is None or stability_warning(self.second):
+            return None
+        modes = SampledModes.sampled(self.second)
+        return pair_of(self.drawn, modes, given.title, stacked=given.stacked)
 
     def moment(self, phase: float = 0.25) -> Moment:
         """The scene when the first mode shown is at `phase` [periods]; at 0.25 every mode has its
@@ -74,8 +96,11 @@ class SolvedScene:
         shown = self.shapes.frequencies[self.shown]
         vibrating = shown[np.isfinite(shown) & (shown > 0)]
         time = (phase - 0.25) * 2 * math.pi / vibrating[0] if len(vibrating) else 0.0
-        phases = math.pi / 2 + time * np.nan_to_num(self.shapes.frequencies)
-        return Moment(phases, time * self.scene.beam.gamma)
+        other = self.pair.second.shapes.frequencies if self.pair else np.zeros(0)
+        phases, others = (
+            math.pi / 2 + time * np.nan_to_num(rates) for rates in (self.shapes.frequencies, other)
+        )
+        return Moment(phases, time * self.scene.beam.gamma, others)
 
     def camera(self, aspect: float) -> Camera:
         """The camera of a picture with width / height = `aspect`."""
@@ -91,12 +116,25 @@ class SolvedScene:
     def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
         """The beams drawn into a scene, at `scale` [pixels per beam length]."""
         beams = BeamScene(scene)
-        beams.show(replace(self.drawn, scale=scale))
+        second = replace(self.pair.second, scale=scale) if self.pair else None
+        stacked = self.scene.second is not None and self.scene.second.stacked
+        beams.show(replace(self.drawn, scale=scale), second, stacked=stacked)
         return beams
 
     def move(self, beams: BeamScene, moment: Moment) -> None:
         """Move the beams drawn to a moment."""
         beams.move(*moment)
+
+
+def solved_second(scene: Scene) -> tuple[Solution | None, str]:
+    """The solution of the second beam, and why there is none: "" where none is asked for."""
+    if scene.second is None:
+        return None, ""
+    other = scene.second_scene
+    try:
+        return solve(other.beam, **other.solver_options), ""
+    except BeamvizError as error:
+        return None, error_text(error, other.beam)
 
 
 def check_direction(direction: Iterable[float]) -> Direction:
@@ -117,9 +155,9 @@ class Loop:
     else a model without ground, within LOOP_SECONDS. With `periods` it may be longer. Raises
     InvalidInput where nothing moves or an unstable mode is shown.
 
-    seconds: its length; periods: of the first motion; phases (m,) and angle [rad]: the advance of
-    every mode and of the hub; changes: relative change of each motion's rate that closes the film,
-    by name (-1: it stands still).
+    seconds: its length; periods: of the first motion; phases (m,), other_phases and angle [rad]:
+    the advance of every mode of the first and the second beam, and of the hub; changes: relative
+    change of each motion's rate that closes the film, by name (-1: it stands still).
     """
 
     def __init__(self, solved: SolvedScene, periods: int | None = None, *, film: bool = True):
@@ -129,27 +167,35 @@ class Loop:
         rate = playback_rate(shapes.frequencies[solved.shown], solved.scene.beam.gamma)
         if view.pace == 0:
             raise InvalidInput("pace = 0: a film needs a pace above 0")
-        period = 2 * math.pi / rates[0]
-        most = max(1, int(LOOP_SECONDS * rate / period))
+        period, apart = 2 * math.pi / rates[0], differences(solved)
+        most = max(1, int(LOOP_SECONDS * rate / period), COMPARED_PERIODS if apart else 0)
+        largest = min([MAX_CHANGE, *(one / 2 for one in apart)])
         tried = np.array([periods]) if periods else np.arange(1, most + 1)
         cycles_run = tried[:, None] * rates / rates[0]  # cycles of each motion
         cycles = np.rint(cycles_run)
         changes = cycles / cycles_run - 1
-        # The first film whose rates change by at most MAX_CHANGE, else the one with least change.
-        best = int(np.maximum(np.abs(changes).max(axis=1), MAX_CHANGE).argmin())
+        # The first film whose rates change by so little, else the one with least change.
+        best = int(np.maximum(np.abs(changes).max(axis=1), largest).argmin())
         self.periods = int(tried[best])
         self.changes = dict(zip(motions, changes[best].tolist(), strict=True))
         advance = dict(zip(motions, 2 * math.pi * cycles[best], strict=True))
         self.phases = np.array([advance.get(label, 0.0) for label in shapes.labels])
+        other = solved.pair.second if solved.pair else None
+        names = [second_name(other, label) for label in other.shapes.labels] if other else []
+        self.other_phases = np.array([advance.get(name, 0.0) for name in names])
         symmetry = GROUND_SYMMETRY if view.rotating_frame else 1
         self.angle = float(advance.get(ROTATION, 0.0) / symmetry)
         within = max(FILM_SECONDS if film else LOOP_SECONDS, CYCLE_SECONDS * cycles[best].max())
+        within = min(within, COMPARED_SECONDS) if apart else within
         length = min(self.periods * period / rate, math.inf if periods else within)
         self.seconds = float(length / view.pace)
 
     def moment(self, part: float) -> Moment:
         """The scene when a part (0 .. 1) of the film has passed."""
-        return Moment(math.pi / 2 + part * self.phases, part * self.angle)
+        phases, others = (
+            math.pi / 2 + part * advance for advance in (self.phases, self.other_phases)
+        )
+        return Moment(phases, part * self.angle, others)
 
     @property
     def note(self) -> str:
@@ -169,6 +215,21 @@ def described_change(change: float) -> str:
     return f"runs {100 * abs(change):.1f} % {'faster' if change > 0 else 'slower'}"
 
 
+def second_name(second: DrawnBeam, label: str) -> str:
+    """The name of a motion of the second beam."""
+    return f"{label} of {second.title!r}"
+
+
+def differences(solved: SolvedScene) -> list[float]:
+    """The relative differences, of at least APART, between the frequencies of modes of the second
+    beam that move and of their partners."""
+    if solved.pair is None:
+        return []
+    own, (_, second, partner) = solved.shapes.frequencies, solved.pair
+    pairs = [(second.shapes.frequencies[j], own[partner[j]]) for j in second.shown]
+    return [apart for a, b in pairs if b > 0 and (apart := abs(float(a / b) - 1)) >= APART]
+
+
 def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:
     """The angular rate [1/T*] at which each motion repeats, by its name."""
     motions = {}
@@ -181,6 +242,11 @@ def motion_rates(solved: SolvedScene, *, ground: bool) -> dict[str, float]:
             )
         if frequency > 0:
             motions[label] = frequency
+    if solved.pair:
+        second = solved.pair.second
+        for k in second.shown:
+            if (frequency := float(second.shapes.frequencies[k])) > 0:
+                motions[second_name(second, second.shapes.labels[k])] = frequency
     rotating, gamma = solved.scene.view.rotating_frame, solved.scene.beam.gamma
     if gamma > 0 and (ground or not rotating):
         motions[ROTATION] = gamma * (GROUND_SYMMETRY if rotating else 1)

@@ -12,8 +12,10 @@ def described_numbers(beam: Beam, without: str = "") -> str:
 
 
 def units_record(units: Units) -> dict[str, float]:
-    """The size of a beam in SI: length [m], time [s] and, where it is known, mass [kg]."""
-    sizes = {"length": units.length, "time": units.time, "mass": units.mass}
+    """The size of a beam in SI: length [m], time [s] and, where they are known, mass [kg] and yield
+    stress [Pa]."""
+    names = "length", "time", "mass", "yield_stress"
+    sizes = {name: getattr(units, name) for name in names}
     return {name: size for name, size in sizes.items() if size is not None}
 
 

@@ -90,18 +90,27 @@ def events_csv(loci: Loci) -> str:
     return csv_text(columns, ([record.get(name) for name in columns] for record in records))
 
 
-def loci_table(loci: Loci) -> str:
-    """The sweep, its frequencies and its events, to be read in a terminal."""
-    heading = [
+def heading(loci: Loci) -> list[str]:
+    """The lines that state the beam, the sweep and the model."""
+    return [
         "Beam         " + described_numbers(loci.beam, without=loci.over),
         f"Sweep        {loci.over} = {loci.values[0]:.7g} .. {loci.values[-1]:.7g},"
         f" {len(loci.values)} values{described_range(loci)}",
         "Model        " + loci.problem.described,
         *([described_units(loci.units)] if loci.units else []),
     ]
+
+
+def loci_notes(loci: Loci) -> list[str]:
+    """The lines of the events and the limits."""
+    return [*event_lines(loci), *(limit.message for limit in loci.limits)]
+
+
+def loci_table(loci: Loci) -> str:
+    """The sweep, its frequencies and its events, to be read in a terminal."""
     footer = f"{plural(loci.solves, 'solve')}, {1000 * loci.seconds:.3g} ms"
     limits = [limit.message for limit in loci.limits]
-    parts = [heading, frequency_lines(loci), event_lines(loci), limits, [footer]]
+    parts = [heading(loci), frequency_lines(loci), event_lines(loci), limits, [footer]]
     return "\n\n".join("\n".join(part) for part in parts if part)
 
 

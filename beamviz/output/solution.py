@@ -4,7 +4,7 @@ from typing import Any
 
 from beamviz.files import csv_text, json_text, plain
 from beamviz.output import described_numbers, described_units, units_record
-from beamviz.solver.solution import Solution
+from beamviz.solver.solution import GreatestStress, Solution
 from beamviz.tables import aligned_table, mode_columns, plural
 
 EQUILIBRIUM_KEYS = (
@@ -20,7 +20,8 @@ def solution_json(solution: Solution) -> str:
         "beam": solution.beam.record,
         "model": solution.problem.model,
         "equilibrium": {key: getattr(state, key) for key in EQUILIBRIUM_KEYS}
-        | loads_in_si(solution),
+        | loads_in_si(solution)
+        | stress_record(solution),
         "modes": mode_records(solution),
         "stats": solution.stats,
     }
@@ -39,6 +40,22 @@ def loads_in_si(solution: Solution) -> dict[str, float]:
         "root_shear_newtons": units.newtons(root.shear),
         "root_moment_newton_metres": units.newton_metres(root.moment),
     }
+
+
+def stress_record(solution: Solution) -> dict[str, float]:
+    """The greatest stress [Pa] and its place x / L; {} where it is not known."""
+    found = solution.equilibrium.greatest_stress
+    return {"max_stress_pascals": found.pascals, "max_stress_at": found.at} if found else {}
+
+
+def described_stress(found: GreatestStress) -> str:
+    """The line of the greatest stress of a beam, and of its yield stress where it is known."""
+    without = "" if found.with_bending else " without that of bending (section_height is not known)"
+    text = f"Stress       greatest {found.pascals / 1e6:.5g} MPa at x/L = {found.at:.4g}{without}"
+    if found.yield_stress is None:
+        return text
+    above = "above" if found.yields else "below"
+    return f"{text}, {above} the yield stress of {found.yield_stress / 1e6:.5g} MPa"
 
 
 def mode_records(solution: Solution) -> list[dict[str, Any]]:
@@ -60,25 +77,29 @@ def solution_csv(solution: Solution) -> str:
     return csv_text(keys, ([record.get(key) for key in keys] for record in records))
 
 
-def solution_table(solution: Solution) -> str:
-    """The beam, its equilibrium and its modes, to be read in a terminal."""
-    beam, state, stats = solution.beam, solution.equilibrium, solution.stats
-    heading = ["Beam         " + described_numbers(beam)]
+def heading(solution: Solution) -> list[str]:
+    """The lines that state the beam, its model and its equilibrium."""
+    beam, state = solution.beam, solution.equilibrium
+    lines = ["Beam         " + described_numbers(beam)]
     if units := beam.units:
-        heading.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
+        lines.append(f"{described_units(units)}, {units.rpm(beam.gamma):.7g} rpm")
     (x, y), bent = state.tip, ", bent" if state.shape == "bent" else ""
-    heading += [
+    lines += [
         "Model        " + solution.problem.described,
         f"Equilibrium  {described_status(solution)}{bent},"
         f" tip at ({x:.7g}, {y:.7g}) L from the clamp, greatest stretch {state.max_stretch:.7g}",
     ]
+    return lines + ([described_stress(state.greatest_stress)] if state.greatest_stress else [])
+
+
+def solution_table(solution: Solution) -> str:
+    """The beam, its equilibrium and its modes, to be read in a terminal."""
+    stats, modes = solution.stats, mode_columns(solution.columns, solution.beam.units)
     footer = (
         f"{stats.method}: {plural(stats.elements, 'element')} of order {stats.order},"
         f" {stats.dof} unknowns, {1000 * stats.seconds:.3g} ms"
     )
-    return "\n".join(
-        [*heading, "", *aligned_table(mode_columns(solution.columns, beam.units)), "", footer]
-    )
+    return "\n".join([*heading(solution), "", *aligned_table(modes), "", footer])
 
 
 def described_status(solution: Solution) -> str:

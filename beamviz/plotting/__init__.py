@@ -3,13 +3,13 @@
 import io
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS
 from beamviz.files import check_suffix, replaced
-from beamviz.units import SCALES, Units, display_unit
+from beamviz.units import SCALES, Units, display_unit, gap_number, place_number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,21 +55,34 @@ def current_axes() -> "Axes":
     return pyplot.gca()
 
 
-def axis_of(name: str, units: Units | None) -> tuple[Callable[[Any], Any], str, str]:
-    """Of the axis of a parameter or of the "frequency": the function from numbers to its units, its
-    label, and the template of a text in these units: as on the page, in rpm, kg, mm or m, and Hz
+class Axis(NamedTuple):
+    """An axis of a parameter or of the "frequency". convert: from numbers to its units; unit:
+    "" without one; symbol: of the parameter."""
+
+    convert: Callable[[Any], Any]
+    label: str
+    unit: str
+    symbol: str
+
+    def place(self, value: float) -> str:
+        """A place on it, as on the page: "γ = 9.3733" or "42.630 rpm"."""
+        shown = place_number(self.convert(value))
+        return f"{shown} {self.unit}" if self.unit else f"{self.symbol} = {shown}"
+
+    def gap(self, value: float) -> str:
+        """A gap between two frequencies: "0.644" or "0.164 Hz"."""
+        return f"{gap_number(self.convert(value))} {self.unit}".rstrip()
+
+
+def axis_of(name: str, units: Units | None) -> Axis:
+    """The axis of a parameter or of the "frequency": as on the page, in rpm, kg, mm or m, and Hz
     for a beam in SI."""
+    symbol = "ω" if name == "frequency" else NUMBERS[name].symbol
     if found := display_unit(name, units):
         unit, factor = found
-        digits = 3 if name == "frequency" else 5
-        return (
-            lambda value: factor * value,
-            f"{QUANTITIES[name]} [{unit}]",
-            f"{{:.{digits}g}} {unit}",
-        )
-    if name == "frequency":
-        return lambda value: value, "frequency ω [1/T*]", "{:.3g}"
-    return lambda value: value, NUMBERS[name].axis_label, NUMBERS[name].symbol + " = {:#.5g}"
+        return Axis(lambda value: factor * value, f"{QUANTITIES[name]} [{unit}]", unit, symbol)
+    label = "frequency ω [1/T*]" if name == "frequency" else NUMBERS[name].axis_label
+    return Axis(lambda value: value, label, "", symbol)
 
 
 def figure_bytes(figure: "Figure", extension: str) -> bytes:

@@ -1,7 +1,7 @@
 """The loci chart as a picture: a Campbell diagram where the parameter is the speed."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,7 @@ FAMILIES = LinearSegmentedColormap.from_list(
 MARK: dict[str, Any] = {"ms": 6, "mew": 1.1, "ls": ""}
 GROWTH_HEIGHT, GROWTH_SHARE = 0.26, 0.72  # of the figure for growth rates; of it, their axes
 LINE: dict[str, Any] = {"lw": 1.7, "zorder": 3}
+SECOND: dict[str, Any] = {"color": "#B4B4B4", "lw": 1.3, "zorder": 2}
 PER_REV: dict[str, Any] = {"color": FAINT, "lw": 0.8, "ls": (0, (5, 3)), "zorder": 1}
 ALL_ALONG: dict[str, Any] = {"color": INK, "alpha": 0.18, "lw": 7, "zorder": 2}
 ALL_ALONG |= {"solid_capstyle": "butt"}
@@ -47,17 +48,28 @@ ON_LIMIT: dict[str, Any] = {**CENTRED, "color": MUTED, "multialignment": "center
 WIDE = 0.28  # of the frame: a limit that is wider is labelled horizontally
 
 
-def draw_chart(loci: Loci, per_rev: Sequence[int] = (), marker: float | None = None) -> Figure:
+def draw_chart(
+    loci: Loci,
+    per_rev: Sequence[int] = (),
+    marker: float | None = None,
+    second: Loci | None = None,
+    second_title: str = "",
+    names: "Names | None" = None,
+) -> Figure:
     """The chart: loci in the colours of their families, events, limits, per-rev lines
-    omega = k gamma for each k of `per_rev`, and an upright line at the value `marker`; above them
-    the parameters held fixed, the model, and the meaning of colours and marks; below them the
-    growth rates where modes grow."""
+    omega = k gamma for each k of `per_rev`, an upright line at the value `marker`, and behind them
+    in grey the loci of a second beam over the same values; above them the parameters held fixed,
+    the model, and the meaning of colours and marks; below them the growth rates where modes grow.
+    names: those of the modes, by the labels of the branches, at a value; by default these
+    labels."""
     growing = [branch for branch in loci.branches if np.nan_to_num(branch.growth_rate).any()]
     bottom = BOTTOM + (GROWTH_HEIGHT if growing else 0.0)
     with rc_context(STYLE):
         figure = new_figure(WIDTH, HEIGHT)
         axes = figure.add_axes((LEFT, bottom, RIGHT - LEFT, TOP - bottom))
-        chart = Chart(loci, axes, per_rev)
+        chart = Chart(loci, axes, per_rev, names)
+        if second:
+            chart.draw_second(second)
         chart.annotate(per_rev)
         if growing:
             lower = figure.add_axes((LEFT, BOTTOM, RIGHT - LEFT, GROWTH_SHARE * GROWTH_HEIGHT))
@@ -68,7 +80,8 @@ def draw_chart(loci: Loci, per_rev: Sequence[int] = (), marker: float | None = N
         title = f"Loci over {NUMBERS[loci.over].symbol} at {held}".replace("-", "−")
         figure.text(0.012, 0.965, title, va="center", weight="bold")
         figure.text(0.012, 0.927, loci.problem.described, va="center", color=MUTED, fontsize=8)
-        draw_legend(figure, _legend(chart, per_rev), 0.0085, 0.887)
+        legend = _legend(chart, per_rev) | ({second_title: SECOND} if second else {})
+        draw_legend(figure, legend, 0.0085, 0.887)
     return figure
 
 
@@ -79,23 +92,31 @@ def plot_loci(loci: Loci, axes: Axes | None = None) -> Axes:
     return axes
 
 
+Names = Callable[[float], Mapping[str, str]]  # value -> names of modes by labels of branches
+
+
 class Chart:
     """Loci on axes, which are in SI where the beam has units; resonances with the multiples
-    `per_rev` of the speed alone."""
+    `per_rev` of the speed alone; names: see `draw_chart`."""
 
-    def __init__(self, loci: Loci, axes: Axes, per_rev: Sequence[int] = ()):
+    def __init__(
+        self, loci: Loci, axes: Axes, per_rev: Sequence[int] = (), names: Names | None = None
+    ):
         self.loci, self.axes = loci, axes
+        labels = {branch.label: branch.label for branch in loci.branches}
+        self.first, self.last = (
+            {**labels, **(names(float(end)) if names else {})} for end in loci.values[[0, -1]]
+        )
         events = loci.events
         self.events = [event for event in events if not event.per_rev or event.per_rev in per_rev]
-        # Functions from numbers to the units of the axes, and templates of a text in these units.
-        self.x, xlabel, self.value = axis_of(loci.over, loci.units)
-        self.y, ylabel, self.height = axis_of("frequency", loci.units)
+        self.along, self.across = (axis_of(name, loci.units) for name in (loci.over, "frequency"))
+        self.x, self.y = self.along.convert, self.across.convert
         for branch in loci.branches:
             self.draw_branch(axes, loci, branch)
         highest = float(axes.dataLim.y1)
         top = 1.05 * highest if math.isfinite(highest) and highest > 0 else 1.0  # no mode vibrates
         axes.set(xlim=self.x(loci.values[[0, -1]]), ylim=(0, top))
-        axes.set(xlabel=xlabel, ylabel=ylabel)
+        axes.set(xlabel=self.along.label, ylabel=self.across.label)
         axes.locator_params(nbins=10, steps=(1, 2, 5, 10))
 
     def draw_growth_rates(self, axes: Axes, branches: Sequence[Branch]) -> None:
@@ -131,7 +152,7 @@ class Chart:
 
     def text(self, value: float) -> str:
         """A value of x as text."""
-        return self.value.format(self.x(value)).replace("-", "−")
+        return self.along.place(value).replace("-", "−")
 
     def draw_branch(self, axes: Axes, loci: Loci, branch: Branch, **style: Any) -> None:
         """One locus, through its frequencies at events; its colour changes from one family to the
@@ -152,6 +173,11 @@ class Chart:
             piece = slice(start, stop + 1)  # a point more, so that the colours join
             colour = FAMILIES(shade[start] / SHADES)
             axes.plot(self.x(x[piece]), self.y(y[piece]), color=colour, **{**LINE, **style})
+
+    def draw_second(self, loci: Loci) -> None:
+        """The loci of a second beam, behind those of the first."""
+        for branch in loci.branches:
+            self.axes.plot(self.x(loci.values), self.y(branch.frequency), **SECOND)
 
     def draw_limit(self, limit: Limit) -> None:
         """Shade and label a range without an equilibrium, or without a stable one."""
@@ -197,7 +223,7 @@ class Chart:
         branches = [
             (
                 self.y(branch.frequency[-1]),
-                branch.label,
+                self.last[branch.label],
                 FAMILIES(branch.bending_fraction[-1]),
                 "bold",
             )
@@ -212,7 +238,7 @@ class Chart:
         events = [event for event in self.events if not event.per_rev]
         for event in events if len(events) <= MAX_LABELLED else ():
             lines = [event.kind, self.text(event.at)]
-            lines += [f"gap {self.height.format(self.y(event.gap))}"] if event.gap else []
+            lines += [f"gap {self.across.gap(event.gap)}"] if event.gap else []
             placer.annotate("\n".join(lines), self.x(event.at), self.y(event.frequency))
 
     def label_starts(self) -> None:
@@ -227,7 +253,8 @@ class Chart:
                 continue
             place = self.x(self.loci.values[first]), self.y(branch.frequency[first])
             colour = FAMILIES(branch.bending_fraction[first])
-            self.axes.annotate(branch.label, place, (4, 2), color=colour, **START)
+            name = self.first[branch.label] if first == 0 else branch.label
+            self.axes.annotate(name, place, (4, 2), color=colour, **START)
 
 
 def _through(event: Event, label: str) -> list[float]:

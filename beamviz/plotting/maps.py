@@ -92,15 +92,15 @@ def draw_map(
         met = ", ".join(STATUSES[code] for code in np.unique(status))
         raise InvalidInput(f"there is no {what} to draw here; the beams are: {met}")
     ax = ax or current_axes()
-    (to_x, xlabel, _), (to_y, ylabel, _) = (axis_of(name, units) for name in over)
-    x, y = to_x(axes[over[0]]), to_y(axes[over[1]])
+    along, up = (axis_of(name, units) for name in over)
+    x, y = along.convert(axes[over[0]]), up.convert(axes[over[1]])
     unit = display_unit("frequency", units)
     values = unit.factor * values if unit else values
     draw_values(ax, x, y, values, gap, f"{what} [{unit.unit if unit else '1/T*'}]")
     draw_statuses(ax, x, y, status, np.isfinite(values))
     held = {**dataset.attrs, **{name: axes[name][k] for name, k in place.items()}}
     ax.set_title(title(what, over, held), loc="left", fontsize=8)
-    ax.set(xlabel=xlabel, ylabel=ylabel, xlim=x[[0, -1]], ylim=y[[0, -1]])
+    ax.set(xlabel=along.label, ylabel=up.label, xlim=x[[0, -1]], ylim=y[[0, -1]])
     name_regions(ax, x, y, shown)
     return ax
 

@@ -54,9 +54,9 @@ def plot_spectrum(
 ) -> None:
     """Draw amplitudes (k,) over frequencies (k,), up to the last that is seen; in mm or m, and Hz,
     for a beam in SI."""
-    scales, (convert, label, _) = scales_of(units), axis_of("frequency", units)
-    frequency, amplitude = convert(frequency), scales.length * amplitude
-    axes.set(xlabel=label, ylabel=f"amplitude [{scales.metres}]", yscale="log")
+    scales, across = scales_of(units), axis_of("frequency", units)
+    frequency, amplitude = across.convert(frequency), scales.length * amplitude
+    axes.set(xlabel=across.label, ylabel=f"amplitude [{scales.metres}]", yscale="log")
     top = amplitude.max()
     if top == 0:
         return
@@ -83,10 +83,12 @@ def draw_motion(
         above, below = figure.subplots(2, 1)
         plot_deflection(t, deflection, above, units)
         if np.ptp(gamma) > 0:
-            right, (convert, label, _) = above.twinx(), axis_of("gamma", units)
-            right.plot(scales_of(units).time * t, convert(gamma), color=FAINT, lw=1.0, ls="--")
-            right.set_ylabel(f"{label}\n(dashed)", color=INK)
+            right, speed = above.twinx(), axis_of("gamma", units)
+            right.plot(
+                scales_of(units).time * t, speed.convert(gamma), color=FAINT, lw=1.0, ls="--"
+            )
+            right.set_ylabel(f"{speed.label}\n(dashed)", color=INK)
             right.spines["right"].set_visible(True)
-            right.set_ylim(bottom=min(0.0, float(convert(gamma.min()))))
+            right.set_ylim(bottom=min(0.0, float(speed.convert(gamma.min()))))
         plot_spectrum(*spectrum, below, units)
     return figure

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.solver.loads import Curve, Loads, Outboard
 from beamviz.solver.problem import Problem
+from beamviz.solver.stress import GreatestStress, Stress, greatest_stress, stress
 
 BENDING, STRETCHING, MIXED = "bending", "stretching", "mixed"
 PURE = 0.9  # share of the kinetic energy from which a mode belongs to one family
@@ -109,6 +110,18 @@ class Equilibrium:
         """Bending moment (len(x),) in units of E I / L that the part outboard of x exerts, positive
         where it turns the beam the way its angle grows, on the side of the root."""
         return self.loads.at(_points(x)).moment
+
+    def stress(self, x: NDArray) -> Stress:
+        """Stress [Pa] (len(x),): `axial`, tension positive; `bending` in the outermost fibres, None
+        for a deflected beam whose section_height is not known; and the `greatest` of both. Raises
+        InvalidInput for a beam whose material is not known."""
+        return stress(self.loads, _points(x))
+
+    @cached_property
+    def greatest_stress(self) -> GreatestStress | None:
+        """The greatest stress along the beam, `pascals`, its place x / L, `at`, and whether it
+        `yields`; None for a beam whose material is not known."""
+        return greatest_stress(self.loads)
 
     @cached_property
     def root(self) -> Outboard:

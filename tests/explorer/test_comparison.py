@@ -14,10 +14,11 @@ from live.visitor import PAPER, Visitor, catch_up, pause
 from beamviz.beam import Beam
 from beamviz.drawing import stacked_heights
 from beamviz.drawing.beam_mesh import to_hub_frame
+from beamviz.drawing.comparison import number, percent
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.surroundings import HUB_HEIGHT, MIN_HUB
 from beamviz.explorer.features import comparison as comparisons
-from beamviz.explorer.features.comparison import ComparisonTab, comparison_table, percent
+from beamviz.explorer.features.comparison import ComparisonTab, comparison_table
 from beamviz.explorer.second_beam import LABELS, ComparisonCase, comparison_case
 from beamviz.explorer.state import COMPARISONS, EARLIER, NO_COMPARISON, State
 from beamviz.scene import Scene
@@ -62,7 +63,7 @@ def test_modes_are_matched_when_their_order_changes():
     assert (one.labels.index("S1"), two.labels.index("S1")) == (3, 2)
     (cells,) = (row for row in rows(comparison_table(("a", one), ("b", two))) if row[0] == "S1")
     before, after = one.frequencies[3], two.frequencies[2]
-    assert cells[1:3] == [comparisons.number(before), comparisons.number(after)]
+    assert cells[1:3] == [number(before), number(after)]
     assert float(cells[3].split()[0]) == pytest.approx(100 * (after / before - 1), abs=0.5)
     html = comparison_table(("a", solve(PAPER)), ("b", solve(PAPER, modes=4)))
     assert [row[2:] == ["–", "–"] for row in rows(html)] == [False] * 4 + [True]
@@ -93,7 +94,7 @@ def test_both_beams_run_on_one_clock(guest, session, stacked):
     after = clock.advanced(0.01, picture.modes, picture.second.shapes)
     advanced = (after.other_phases - clock.other_phases - 0.01 * solution.frequencies) % math.tau
     assert np.minimum(advanced, math.tau - advanced).max() < 1e-9
-    view = session.view.others[stacked]
+    view = session.view.scene.others[stacked]
     shapes = view.shapes
     moved = displacement(shapes, clock.other_phases, 0.15 * np.eye(5)[1])
     centreline, _ = to_hub_frame(shapes, shapes.centreline + moved)
@@ -139,7 +140,7 @@ def test_each_row_shows_one_mode(guest, session, beam):
 
 def frequency(beam: Beam, mode: int = 0, **options: Any) -> str:
     """A frequency as the comparison prints it."""
-    return comparisons.number(solve(beam, **options).frequencies[mode])
+    return number(solve(beam, **options).frequencies[mode])
 
 
 def overlay_is(guest: Visitor, *, visible: bool) -> None:

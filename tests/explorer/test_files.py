@@ -63,7 +63,7 @@ def test_a_loaded_scene_is_shown(guest):
 
 
 BEGINNINGS = {".gif": b"GIF89a", ".webp": b"RIFF", ".html": b"<!", ".glb": b"glTF", ".npz": b"PK"}
-BEGINNINGS[".csv"] = b"mode,label"
+BEGINNINGS |= {".csv": b"# beamviz", ".shapes.csv": b"# beamviz"}
 
 
 @pytest.mark.parametrize(("kind", "begin"), BEGINNINGS.items())
@@ -110,7 +110,7 @@ def test_films_wait_for_each_other_and_tables_for_none(url, guest, monkeypatch):
     with visitor(url) as second, visitor(url) as third:
         second.do("export", ".webp", until="waits for 1 other")
         third.do("export", ".csv")
-        assert heard(third, "FileTransferPart")[0]["content"].startswith(b"mode,label")
+        assert heard(third, "FileTransferPart")[0]["content"].startswith(b"# beamviz")
         guest.do("cancel_export", until=lambda _: guest.props["export-work"]["hidden"])
         assert heard(second, "FileTransferPart")[0]["content"][8:12] == b"WEBP"
         second.wait(lambda _: second.said and second.props["export-work"]["hidden"])

@@ -280,7 +280,7 @@ CHALLENGES = {
     "crossing": [("mu", 80.0, "Not yet."), ("gamma", 4.5, SLENDER), ("mu", 70.0, RIGHT)],
     "no-equilibrium": [
         ("gamma", 31.0, "the root is stretched"),
-        ("gamma", 40.0, "No equilibrium above γ = 31.49 with this material law"),
+        ("gamma", 40.0, "No equilibrium above γ = 31.489 with this material law"),
         ("gamma", 41.0, "Not yet."),
         ("gamma", 31.5, RIGHT),
     ],

@@ -8,6 +8,7 @@ from live.server import wait_until
 from live.visitor import Visitor, catch_up
 
 from beamviz.beam import Beam
+from beamviz.drawing.text import yield_caution
 from beamviz.explorer.features.loads import chart_data, loads_along, sentence, text
 from beamviz.explorer.features.real_beam import RULER
 from beamviz.presets import PRESETS
@@ -86,6 +87,50 @@ def test_the_root_of_a_beam_that_spins_up_holds_its_inertia():
 def test_a_sentence_says_what_loads_the_beam(beam, words):
     it = solve(beam, state="stable")
     assert words in sentence(it, loads_along(it)[1])
+
+
+def test_the_stress_is_beside_the_force_and_a_note_beyond_the_yield_stress():
+    """A 1 m bar of steel: at 1500 rpm rho Omega^2 L^2 / 2 = 96.8 MPa, 41 % of the yield stress; at
+    2450 rpm 258 MPa, above it, which the headline says too. Without a yield stress none is said,
+    and without a material no stress."""
+    bar = {"length": 1.0, "density": 7850.0, "area": 5e-4, "youngs_modulus": 210e9}
+    bar |= {"second_moment": 0.05 * 0.01**3 / 12, "section_height": 0.01}
+    strong = bar | {"yield_stress": 235e6}
+    slow, fast, unknown = (
+        solve(Beam.from_si(**values, rotation_rpm=rpm))
+        for values, rpm in ((strong, 1500), (strong, 2450), (bar, 2450))
+    )
+    shown = [text(it, loads_along(it)[1]) for it in (slow, fast, unknown, solve(Beam(gamma=5)))]
+    assert "<td>48.44 kN</td><td>96.9 MPa</td>" in shown[0]
+    assert "Greatest stress: 96.9 MPa at the root: 41 % of the yield stress, 235 MPa." in shown[0]
+    assert [one.count('class="yields"') for one in shown] == [0, 1, 0, 0]
+    note = "Greatest stress: 259 MPa at the root: 110 % of the yield stress, 235 MPa."
+    assert f'<p class="yields">{note}' in shown[1]
+    assert "Greatest stress: 259 MPa at the root.</p>" in shown[2]
+    assert "MPa" not in shown[3]
+    told = [yield_caution(it) for it in (slow, fast, unknown, solve(Beam(gamma=5)))]
+    assert [bool(one) for one in told] == [False, True, False, False]
+    assert "Stress up to 259 MPa, above the yield stress, 235 MPa" in told[1]
+
+
+def test_the_stress_of_bending_is_beside_the_moment():
+    """M h / (2 I) at the root of a beam that spins up, of either sign; without a height it is not
+    known, which is said."""
+    bar = {"length": 1.2, "density": 7850.0, "area": 5e-4, "youngs_modulus": 210e9}
+    bar |= {"second_moment": 0.05 * 0.01**3 / 12, "rotation_speed": 1.0}
+    bar |= {"angular_acceleration": 20.0}
+    known, unknown = (
+        solve(Beam.from_si(**bar, **height), state="stable")
+        for height in ({"section_height": 0.01}, {})
+    )
+    moment = 20 * 7850 * 5e-4 * 1.2**3 / 3
+    shown = text(known, loads_along(known)[1])
+    found = re.search(r"bending moment</td><td>(-?[\d.]+) N m</td><td>± ([\d.]+) MPa<", shown)
+    assert abs(float(found[1])) == pytest.approx(moment, rel=5e-3)
+    assert float(found[2]) == pytest.approx(moment * 0.005 / bar["second_moment"] / 1e6, rel=5e-3)
+    shown = text(unknown, loads_along(unknown)[1])
+    assert "N m</td><td>not known</td>" in shown
+    assert "without that of bending, for which the height of the section is not known" in shown
 
 
 # The page

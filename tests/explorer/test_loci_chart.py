@@ -124,9 +124,9 @@ def test_the_loci_compared_with_are_drawn_behind_the_chart(tip):
 def test_marks_are_buttons_with_names(tip):
     """The key of an event is the same if Coriolis forces make a crossing a veering."""
     crossing, *_ = chart_data(tip)["marks"]
-    assert crossing["text"] == "crossing of S1 and B3: γ = 4.464, ω = 60.56"
+    assert crossing["text"] == "crossing of S1 and B3: γ = 4.4641, ω = 60.559"
     veering, *_ = chart_data(chart_of(TIP, coriolis=True))["marks"]
-    assert veering["text"] == "veering of S1 and B3: γ = 4.65, ω = 61.3"
+    assert veering["text"] == "veering of S1 and B3: γ = 4.6502, ω = 61.298"
     assert crossing["value"] == veering["value"] == "B3 S1 1"
     assert (crossing["kind"], veering["kind"]) == ("crossing", "veering")
 
@@ -218,11 +218,25 @@ def test_gaps_are_explained_by_their_limit(delta, law):
     """biot at mu = 10: none beyond 8.603, where the lines end; inward, thrust is the limit."""
     chart = chart_of(TIP.replace(mu=10, delta=delta), strain="biot")
     limit, found = chart.limits[-1], loci_of(chart)
-    sentence = f"No equilibrium above γ = {limit.start:.4g}{law}."
+    sentence = f"No equilibrium above γ = {limit.start:#.5g}{law}."
     assert sentence in loci_chart.notes(chart)
     assert chart_data(chart)["gaps"][-1] == [limit.start, limit.stop, "No equilibrium"]
     ends = [found.values[np.isfinite(one.frequency)].max() for one in found.branches]
     assert limit.start - 0.5 < max(ends) <= limit.start
+
+
+def test_a_range_that_a_chart_ends_in_is_not_said_to_go_on():
+    """An inward beam is unstable in bending as far as the chart goes, or up to a value in it;
+    beyond a limit of equilibrium there is none at any speed."""
+    inward = TIP.replace(delta=-1)
+    plain, thick = chart_of(inward), chart_of(inward.replace(mu=10), strain="biot")
+    ((buckled,), (first, lost)) = plain.limits, thick.limits
+    assert buckled.stop == plain.request.stop
+    told = loci_chart.range_of(buckled, plain.request)
+    assert told == f"from γ = {buckled.start:#.5g} to the end of the chart"
+    told = [loci_chart.range_of(one, thick.request) for one in (first, lost)]
+    unstable, none = (f"γ = {one:#.5g}" for one in (first.start, lost.start))
+    assert told == [f"from {unstable} to γ = {first.stop:#.5g}", f"above {none}"]
 
 
 def test_a_chart_without_events_says_so():

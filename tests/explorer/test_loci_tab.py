@@ -55,11 +55,11 @@ def test_the_tab_veering_magnifies_the_nearest_event(guest, session):
     chart_shown(guest, TIP)
     pause(guest)
     assert session.visitor.jobs[JOB].latest is None
-    guest.do("tab", "veering", until="they cross at γ 4.464")
-    guest.choose("gamma", 15.0, until="they cross at γ 16.3")
+    guest.do("tab", "veering", until="they cross at γ = 4.4641")
+    guest.choose("gamma", 15.0, until="they cross at γ = 16.3")
     guest.do("go_to_event", EVENT)
     guest.shows(TIP.replace(gamma=chart_of(TIP).events[EVENT].at))
-    guest.says("at γ 4.650 (gap 0.241)")
+    guest.says("at γ = 4.6502 (gap 0.241)")
     guest.wait(lambda _: guest.charts["loci-chart"]["chosen"] == EVENT)
     guest.choose("alpha", 1.1)
     chart_shown(guest, TIP.replace(alpha=1.1))
@@ -78,7 +78,7 @@ def test_no_event_is_missing_while_it_is_computed(url, monkeypatch):
         pause(guest)
         assert INVITATION not in guest.text
         release.set()
-        guest.says("they cross at γ 4.464")
+        guest.says("they cross at γ = 4.4641")
 
 
 # The chart on the page

@@ -177,7 +177,7 @@ def test_without_stiffening_it_diverges_and_the_scene_says_so(guest, session):
     catch_up(guest)
     assert "diverged" not in captions()
     guest.do("moment", start + 0.5, until=lambda _: "diverged at t = " in captions())
-    last = session.view.others[False].line[-1, 1]
+    last = session.view.scene.others[False].line[-1, 1]
     assert abs(last) == pytest.approx(1.0, abs=0.01)
     assert abs(tip_drawn(session)[1]) < 0.3
 

@@ -86,6 +86,7 @@ def test_a_steel_beam_is_entered_in_one_panel(guest, caplog):
     guest.shows(Beam.from_si(**values))
     shown = {name: guest.values[f"real.{name}"] for name in real_beam.FIELDS.keys() - SIZES}
     expected = {"length": 1200, "youngs_modulus": 210, "density": 7850, "rotation_speed": 600}
+    expected |= {"yield_stress": 235}  # MPa
     expected = dict.fromkeys(shown, 0) | expected | {real_beam.PERCENT: 100}
     assert shown == pytest.approx(expected, rel=1e-7)
     assert (guest.values["real.width"], guest.values["real.material"]) == (30, "steel")
@@ -187,6 +188,33 @@ def test_a_section_is_a_rectangle_a_tube_or_two_values(guest):
     guest.choose("real.length", 900, until=lambda _: "must be above 0" not in guest.text)
     guest.wait(lambda _: guest.values["real.length"] == 900)
     assert guest.values["real.wall"] == pytest.approx(2)
+
+
+def test_the_height_is_that_of_the_section_and_the_yield_stress_that_of_the_material():
+    """Of a rectangle the thickness, of a tube the diameter, of A and I none; other edits keep it.
+    Glass fibre has no yield stress, and 0 means none."""
+
+    def strength(beam: Beam) -> tuple[float | None, float | None]:
+        assert beam.units
+        return beam.units.section_height, beam.units.yield_stress
+
+    bar = real_beam.STEEL_BEAM.beam
+    assert strength(bar) == (5e-3, 235e6)
+    thick = real_beam.edited(real_beam.edited(bar, "thickness", 8), "length", 900)
+    assert strength(thick) == (pytest.approx(8e-3), 235e6)
+    pipe = real_beam.edited(real_beam.with_section(thick, "tube"), "diameter", 30)
+    assert strength(pipe) == (pytest.approx(30e-3), 235e6)
+    assert strength(real_beam.with_section(pipe, "own")) == (None, 235e6)
+    assert strength(real_beam.edited(pipe, "area", 200)) == (None, 235e6)
+    strong = real_beam.edited(bar, "yield_stress", 355)
+    assert strength(strong)[1] == 355e6
+    assert real_beam.material(strong) == "steel"
+    assert strength(real_beam.with_material(strong, "titanium"))[1] == 828e6
+    for other in (
+        real_beam.with_material(strong, "glass fibre"),
+        real_beam.edited(strong, "yield_stress", 0),
+    ):
+        assert strength(other) == (5e-3, None)
 
 
 @pytest.mark.parametrize(

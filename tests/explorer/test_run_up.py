@@ -164,7 +164,7 @@ def test_a_beam_compared_with_is_at_rest_in_a_run_up(guest, session):
 
     def is_moving(_: Any = None) -> bool:
         """Whether the beam compared with is out of its straight line."""
-        second = session.view.others.get(False)
+        second = session.view.scene.others.get(False)
         places = (
             second.bodies.places()[0] if second else np.zeros((0, 3))
         )  # none before it is drawn

@@ -35,8 +35,8 @@ def test_the_numbers_of_a_real_beam_are_displayed_in_si_units():
     assert rounded_to_error(22.034491561, 3e-12) == "22.034492"
     assert rounded_to_error(120.9019161, 7e-5) == "120.902"
     hertz = messages.Measure("Hz", "f", "Hz")
-    column = [hertz.number(value, 3) for value in (4.28, 32.28, 9999.97)]
-    assert column == ["4.280", "32.28", "10000"]
+    column = [hertz.number(value) for value in (4.28, 32.28, 9999.97)]
+    assert column == ["4.2800", "32.280", "10000"]
     texts = [messages.significant(value, 4) for value in (48170.4, 1234.56, 123.456, 0.0123456)]
     assert texts == ["48170", "1235", "123.5", "0.01235"]
 
@@ -116,7 +116,7 @@ def test_sliders_of_a_real_beam_take_rpm_grams_and_millimetres(guest):
     guest.shows(same.replace(gamma=450 / RULER.units.rpm(1)))
     (resonance,) = chart_of(same, per_rev=2).resonances_at((2,)).values()
     rpm = RULER.units.rpm(resonance.at)
-    guest.says(f"<td>2 ×</td><td>{rpm:.5g}</td><td>{2 * rpm / 60:.4g}</td>")
+    guest.says(f"<td>2 ×</td><td>{rpm:#.5g}</td><td>{2 * rpm / 60:#.5g}</td>")
 
 
 def test_the_help_says_what_the_letters_in_its_formulas_are():
@@ -154,7 +154,10 @@ def test_warnings_name_their_reason_in_the_units_of_the_beam():
     assert messages.growth(0.01, None) == "grows tenfold in 2.3e+02 T*"
     tenfold = f"tenfold in {1000 * 0.01 * math.log(10) / rate:.3g} ms"
     assert tenfold in messages.stability_warning(real)
-    for words in (messages.growth(rate, units), f"{real.errors[0] / 0.01:.0e}"):
+    for words in (
+        messages.growth(rate, units),
+        f"{real.errors[0] / 0.01:.0e}".replace("e-0", "e-"),
+    ):
         assert words in solution_table(real, [])
     assert "T*" not in answer.pace(0.1, units)
     assert "1 ms (1000 times slower)" in answer.pace(0.1, units)

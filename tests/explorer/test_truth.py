@@ -265,9 +265,9 @@ def test_a_part_of_the_page_must_say_what_it_shows():
 def test_a_limit_of_the_speed_has_the_same_digits_everywhere(guest):
     """Those of the scene: in the charts, of which one over the mass begins without one, in the tabs
     and in what is said of a file."""
-    told = "No equilibrium above γ = 31.3 with this material law"
+    told = "No equilibrium above γ = 31.300 with this material law"
     guest.do("link", "?gamma=60&alpha=1&beta=0.5&strain=hencky&over=alpha&methods=true", told)
-    unloaded = "No equilibrium above γ = 45.42 with this material law, at α = 0"
+    unloaded = "No equilibrium above γ = 45.420 with this material law, at α = 0"
     guest.wait(lambda _: guest.charts["loci-chart"]["message"] == unloaded)
     assert unloaded in guest.texts["loci-events"]
     for tab, text, words in (
@@ -286,4 +286,4 @@ def test_a_method_without_an_equilibrium_says_its_limit_as_the_scene_does():
     """In the words of the page."""
     fast = Beam(gamma=60)
     timing = time_method(solve(fast), "tolerance", 1e-4, {"method": "auto", "strain": "hencky"})
-    assert timing.reason == "No equilibrium above γ = 45.42 with this material law"
+    assert timing.reason == "No equilibrium above γ = 45.420 with this material law"

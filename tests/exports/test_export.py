@@ -15,6 +15,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+import pandas
 import pygltflib
 import pytest
 import trimesh
@@ -29,7 +30,7 @@ from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import displacement
 from beamviz.drawing.scene_graph import SceneGraph
 from beamviz.drawing.sizes import section_size, sections
-from beamviz.drawing.text import measure
+from beamviz.drawing.text import error_digits, measure
 from beamviz.dynamics import motion
 from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports import animate, export, screenshot
@@ -72,6 +73,17 @@ def values(gltf: pygltflib.GLTF2, index: int) -> np.ndarray:
 def by_name(entries: list, name: str):
     """The node or mesh of a name."""
     return next(entry for entry in entries if entry.name == name)
+
+
+def read_csv(file: Path) -> dict[str, np.ndarray]:
+    """The columns of a table by their heads, as pandas reads it."""
+    table = pandas.read_csv(file, comment="#")
+    return {name: table[name].to_numpy() for name in table}
+
+
+def close(numbers: np.ndarray) -> Any:
+    """These numbers, to what a reader may round."""
+    return pytest.approx(numbers, rel=1e-14, abs=1e-300)
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["plain", "coriolis"])
@@ -158,31 +170,37 @@ def test_an_unstable_beam_is_a_still_model_and_has_growth_rates(tmp_path):
     assert not gltf.animations
     colours = values(gltf, by_name(gltf.meshes, "beam").primitives[0].attributes.COLOR_0)
     assert np.ptp(colours, axis=0) == pytest.approx(0)
-    cells = (tmp_path / "a.csv").read_text().splitlines()[1].split(",")
-    assert (cells[3], float(cells[5]) > 0) == ("", True)
+    table = read_csv(tmp_path / "a.csv")
+    assert np.isnan(table["frequency [1/T*]"][0])
+    assert table["growth rate [1/T*]"][0] > 0
 
 
 @pytest.mark.parametrize("coriolis", [False, True])
 def test_csv_and_npz_hold_the_solution(tmp_path, coriolis):
-    """Read by numpy, both are what `solve` says, to the last digit."""
+    """Read by pandas and numpy, both are what `solve` says, to the last digit. A table has a line
+    for each mode, the other for each place along the beam; both state the beam and the model."""
     scene = Scene.of(PAPER.replace(beta=0.503), coriolis=coriolis)
     solution = solve(scene.beam, coriolis=coriolis)
-    for ending in ("csv", "npz"):
-        export(tmp_path / f"a.{ending}", scene)
-    reading: dict[str, Any] = {"delimiter": ",", "dtype": None, "encoding": "utf-8"}
-    table = np.genfromtxt(tmp_path / "a.csv", names=True, **reading)
+    export(tmp_path / "a.npz", scene)
+    files = export(tmp_path / "a.csv", scene)
+    assert files == [tmp_path / "a.csv", tmp_path / "a.shapes.csv"]
+    modes, along = map(read_csv, files)
+    for file in files:
+        stated = [line for line in file.read_text().splitlines() if line.startswith("# ")]
+        assert any("alpha 1, beta 0.503, gamma 10, delta 0, mu 70" in line for line in stated)
+        assert any("Coriolis" in line and "green strain" in line for line in stated)
     arrays = np.load(tmp_path / "a.npz", allow_pickle=False)
     x = arrays["x"]
     assert len(x) == STATIONS + 1  # the mass lies between two of the stations
-    assert len(table) == 5 * len(x)
+    assert modes["label"].tolist() == [*solution.labels]
+    assert modes["frequency [1/T*]"] == close(solution.frequencies)
+    assert along["x [L]"] == close(x)
+    assert along["stretch"] == close(solution.equilibrium.stretch(x))
     for k, label in enumerate(solution.labels):
-        rows, shape = table[table["mode"] == k + 1], solution.shape(k, x)
-        assert set(rows["label"]) == {label}
-        assert set(rows["frequency"]) == {solution.frequencies[k]}
-        for name, column in zip(("shape_x", "shape_y"), shape.T, strict=True):
-            assert (rows[name] == column.real).all()
-            assert not coriolis or (rows[f"{name}_imag"] == column.imag).all()
-        assert (rows["stretch"] == solution.equilibrium.stretch(x)).all()
+        shape = solution.shape(k, x)
+        for name, column in zip(("along", "across"), shape.T, strict=True):
+            assert along[f"{label} {name}"] == close(column.real)
+            assert not coriolis or along[f"{label} {name}, imaginary"] == close(column.imag)
         assert (arrays["shapes"][k] == shape).all()
     assert (arrays["frequencies"] == solution.frequencies).all()
     assert (arrays["position"] == solution.equilibrium.position(x)).all()
@@ -194,9 +212,11 @@ def test_exports_of_a_real_beam_are_in_si(tmp_path):
     """Beside the numbers without dimension: Hz, and places in m; a model is in metres."""
     beam = Beam.from_si(
         length=2.0,
-        mass_per_length=3.0,
-        bending_stiffness=2500.0,
-        axial_stiffness=8e7,
+        density=7850.0,
+        area=4e-4,
+        second_moment=1.2e-8,
+        youngs_modulus=2.1e11,
+        section_height=0.02,
         rotation_rpm=300.0,
     )
     for ending in ("csv", "npz", "glb"):
@@ -207,14 +227,18 @@ def test_exports_of_a_real_beam_are_in_si(tmp_path):
     assert (arrays["x_m"] == 2 * arrays["x"]).all()
     assert (arrays["position_m"] == 2 * arrays["position"]).all()
     assert Beam.from_si(**json.loads(str(arrays["si"]))) == beam
-    reading: dict[str, Any] = {"delimiter": ",", "dtype": None, "encoding": "utf-8"}
-    table = np.genfromtxt(tmp_path / "a.csv", names=True, **reading)
-    assert (np.unique(table["hertz"]) == hertz).all()
-    assert (table["position_x_m"] == 2 * table["position_x"]).all()
-    newtons = beam.units.newtons(solve(beam).equilibrium.force(table["x"]))
+    modes, along = read_csv(tmp_path / "a.csv"), read_csv(tmp_path / "a.shapes.csv")
+    assert modes["frequency [Hz]"] == close(hertz)
+    assert modes["frequency [rad/s]"] == pytest.approx(2 * math.pi * hertz)
+    assert along["position along [m]"] == close(2 * along["position along [L]"])
+    newtons = beam.units.newtons(solve(beam).equilibrium.force(along["x [L]"]))
     assert newtons.max() > 1
-    assert table["force_newtons"] == pytest.approx(newtons)
+    assert along["force [N]"] == pytest.approx(newtons)
+    assert along["axial stress [Pa]"] == pytest.approx(newtons / 4e-4)
+    assert (along["bending stress [Pa]"] == 0).all()
     assert arrays["force_newtons"] == pytest.approx(beam.units.newtons(arrays["force"]))
+    assert arrays["axial_stress_pascals"] == pytest.approx(newtons / 4e-4)
+    assert "length = 2, density = 7850," in (tmp_path / "a.csv").read_text()
     extent = np.ptp(trimesh.load(tmp_path / "a.glb").bounds, axis=0)
     assert extent.max() == pytest.approx(2.0, rel=0.1)  # with a part of the hub
 
@@ -251,6 +275,12 @@ def document(tmp_path_factory) -> Path:
     return path
 
 
+def speeds_of(document: Path) -> dict[str, Any]:
+    """What the script of a page plays."""
+    (packed,) = re.findall('id="speeds">(.*?)</script>', document.read_text())
+    return json.loads(zlib.decompress(base64.b64decode(packed)))
+
+
 def test_a_page_needs_nothing_but_itself(document):
     """The table, the chart and the scene are in it; nothing is loaded from elsewhere."""
     text = document.read_text()
@@ -263,6 +293,20 @@ def test_a_page_needs_nothing_but_itself(document):
     assert "gamma = 10.0" in head
     assert "<title>beamviz: α = 1, β = 0.5, γ = 10, δ = 0, μ = 70</title>" in text
     assert not re.findall(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?!data:)', text)
+
+
+def test_a_page_has_the_frequencies_at_another_speed(document):
+    """Of the modes it shows, by which the beam moves, and of all in its table, as `solve` has them
+    there. At the speed of the scene also the errors are those that `solve` and the page have."""
+    data = speeds_of(document)
+    for k in (0, 7, len(data["gammas"]) - 1):
+        there = solve(PAPER.replace(gamma=data["gammas"][k]))
+        assert abs(data["gammas"][k] - PAPER.gamma) > 1
+        assert data["frequencies"]["B2"][k] == pytest.approx(there.frequencies[1], rel=1e-6)
+        shown = re.findall(r"<td>(\d+\.\d+)</td>", data["numbers"][k])
+        assert [float(text) for text in shown] == pytest.approx(there.frequencies, rel=1e-5)
+    errors = re.findall(r"<td>(\de-\d+)</td>", data["numbers"][data["start"]])
+    assert errors == [error_digits(error) for error in solve(PAPER).errors]
 
 
 @pytest.mark.parametrize("wrong", [{"gammas": ["0"]}, {"beams": [{}]}, {"speed": 1.0}], ids=str)

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import imageio_ffmpeg
 import numpy as np
@@ -213,6 +214,25 @@ def test_a_film_shows_a_beam_that_swings_and_closes(tmp_path, kind):
     assert steps[-1] <= 1.5 * steps[:-1].max()
     assert ways.max() > 2 * steps.max() / 1.5
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_the_shadow_of_a_gif_has_no_steps(tmp_path, dark):
+    """Where shades change little by little, each pixel has its shade to two levels of 255 in the
+    mean, although there are 256 colours in all."""
+    scene = Scene.of(mode=2, gamma=5, alpha=1, beta=0.5, rotating_frame=False, dark=dark)
+    options: dict[str, Any] = {"width": 320, "height": 180, "fps": 5.0}
+    loop = animate(tmp_path / "a.gif", scene, **options)
+    shown = decoded(tmp_path / "a.gif").astype(int)
+    solved = SolvedScene(scene)
+    renderer, errors = Renderer(solved, 320, 180), []
+    for k in range(len(shown)):
+        true = np.asarray(renderer.picture(loop.moment(k / len(shown))), int)
+        step = np.abs(np.diff(true, axis=1)).max(axis=2)
+        soft = (step > 0) & (step <= 6)
+        assert soft.sum() > 300
+        errors.append(np.sqrt(((shown[k] - true)[:, 1:][soft] ** 2).mean()))
+    assert np.mean(errors) < 2
 
 
 @pytest.mark.slow

@@ -8,13 +8,17 @@ from matplotlib.image import imread
 from matplotlib.text import Text
 
 from beamviz import Beam, solve, sweep
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.plotting.maps import draw_map
 from beamviz.sweeps import open_sweep
+from beamviz.sweeps.arrays import FAMILIES
+from beamviz.sweeps.quantities import frequency_of, smallest_gap
 
 SPEEDS = np.linspace(0, 40, 21)
 MASSES = np.array([0, 0.5, 1, 2])
 BEAM = Beam(gamma=SPEEDS[3], alpha=MASSES[2], beta=0.5, mu=60)
 LINE, AT = "loci --over gamma --sweep STORE --at", "alpha=1,beta=0.5"
+KEYS = ("frequency", "family", "status")
 MAP = "--over gamma,alpha --at beta=0.5 --sweep STORE"
 
 
@@ -43,12 +47,12 @@ def drawn(store, **options):
 
 
 def test_a_map_shows_a_frequency(store):
-    """Colours are the frequencies of solve; families, parameters, unit and gaps are named."""
+    """Colours are the frequencies of solve; modes, parameters, unit and gaps are named."""
     ax, values, texts = drawn(store, mode=2)
     assert values.shape == (4, 21)
     assert values[2, 3] == pytest.approx(solve(BEAM, strain="hencky").frequencies[1], rel=1e-5)
     assert values.mask[3, -1]
-    assert texts == {"bending", "stretching"}
+    assert texts == {"B2", "S1"}
     assert ("rotation speed γ" in ax.get_xlabel(), "mass ratio α" in ax.get_ylabel()) == (True,) * 2
     assert "mode 2 at β = 0.5, δ = 0, μ = 60" in ax.get_title(loc="left")
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["no equilibrium"]
@@ -56,11 +60,34 @@ def test_a_map_shows_a_frequency(store):
 
 
 def test_a_map_shows_the_smallest_gap(store):
-    """The smallest difference of neighbouring frequencies, its modes and families named."""
+    """The smallest difference of neighbouring frequencies, between modes by their labels."""
     _, values, texts = drawn(store, gap=True)
     frequencies = solve(BEAM, modes=3, strain="hencky").frequencies
     assert values[2, 3] == pytest.approx(np.diff(frequencies).min(), rel=1e-4)
-    assert "modes 1, 2:\nboth\nbending" in texts
+    assert "B1, B2" in texts
+
+
+@pytest.mark.parametrize("coriolis", [False, True])
+def test_modes_of_a_map_have_their_labels(coriolis):
+    """Those of a solution: of each mode, of the two of the smallest gap, and also where Coriolis
+    forces mix two modes, which are then those without these forces."""
+    speeds, masses = np.linspace(0, 20, 9), np.array([0.5, 1.0])
+    options = {"workers": 1, "coriolis": coriolis}
+    data = sweep({"gamma": speeds, "alpha": masses}, None, 5, beam=Beam(beta=0.5), **options)
+    frequency, family, status = (data[key].transpose("alpha", "gamma", ...).values for key in KEYS)
+    shown = smallest_gap(frequency, family, status)
+    modes = [frequency_of(mode, frequency, family, status) for mode in range(1, 6)]
+    mixed = 0
+    for row, column in np.ndindex(status.shape):
+        beam = Beam(alpha=masses[row], beta=0.5, gamma=speeds[column])
+        labels = identify_modes(solve(beam, coriolis=coriolis)).labels
+        k = int(np.diff(frequency[row, column]).argmin())
+        pair = sorted(labels[k : k + 2], key=lambda label: (label[0] != "S", label))
+        assert shown.names[shown.kinds[row, column]] == ", ".join(pair)
+        mixed += int((family[row, column] == FAMILIES.index("mixed")).sum())
+        if (family[row, column] != FAMILIES.index("mixed")).all():
+            assert [one.names[one.kinds[row, column]] for one in modes] == [*labels]
+    assert (mixed > 0) is coriolis
 
 
 def test_names_lie_within_the_frame_and_apart_from_each_other():

@@ -12,6 +12,7 @@ from beamviz.drawing.modes import SampledModes
 from beamviz.drawing.text import (
     described,
     duration,
+    error_digits,
     frequencies,
     length_text,
     measure,
@@ -338,9 +339,9 @@ def numbers(solution: Solution, k: int) -> str:
 def rounded(value: float, error: float, factor: float, unit: str = "", name: str = "") -> str:
     """A value to its error, both times `factor`, with a unit, and the error below, after a name."""
     value, error = factor * value, factor * error
-    digits = f"{error:.0e}".replace("e-0", "e-")
     kind = ' class="grows"' if name else ""
-    return f"<div{kind}>{rounded_to_error(value, error)}{unit}<small>{name}± {digits}</small></div>"
+    small = f"<small>{name}± {error_digits(error)}</small>"
+    return f"<div{kind}>{rounded_to_error(value, error)}{unit}{small}</div>"
 
 
 def strip(nodes: np.ndarray) -> str:

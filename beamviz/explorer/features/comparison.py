@@ -3,12 +3,12 @@
 Modes of both beams are matched by the correlation of their shapes, not by their labels.
 """
 
-import math
 from collections.abc import Iterable
 from functools import partial
 from html import escape
 
-from beamviz.drawing.text import frequencies, significant
+from beamviz.drawing.comparison import THIS, compared_rows
+from beamviz.drawing.text import frequencies
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, waiting_content
@@ -18,9 +18,8 @@ from beamviz.explorer.second_beam import KEEP, LABELS
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
 from beamviz.explorer.state import EARLIER, State
-from beamviz.explorer.view import THIS
 from beamviz.explorer.visitor import Visitor
-from beamviz.frequency_loci.identity import identify_modes, match_modes
+from beamviz.frequency_loci.identity import identify_modes
 from beamviz.solver.solution import Solution
 
 INVITATION = (
@@ -113,38 +112,11 @@ def not_drawn(second: SolverAnswer, *, all_modes: bool) -> str:
 def comparison_table(first: tuple[str, Solution], second: tuple[str, Solution]) -> str:
     """A table (HTML) of the frequencies of two beams with titles, modes matched by shape."""
     (title, this), (other_title, other) = first, second
-    partner = match_modes(this, other).partner
     unit = frequencies(this.beam.units).label
     heads = ("mode", f"{title}, {unit}", f"{other_title}, {unit}", "change")
-    rows = [row(this, k, other, int(j)) for k, j in enumerate(partner)]
-    rows += [row(this, -1, other, j) for j in range(len(other.labels)) if j not in partner]
+    rows = [(f"<b>{name}</b>", *cells) for name, *cells in compared_rows(this, other)]
     notes = mixture_note(title, this) + mixture_note(other_title, other)
     return page.table("comparison", heads, rows) + notes
-
-
-def row(this: Solution, k: int, other: Solution, j: int) -> tuple[str, ...]:
-    """The row of mode k of a beam and mode j of another; -1 for one that is not solved."""
-    pair = (this, k), (other, j)
-    labels = dict.fromkeys(identify_modes(solution).labels[i] for solution, i in pair if i >= 0)
-    first, second = (
-        frequencies(one.beam.units).factor * float(one.frequencies[i]) if i >= 0 else math.nan
-        for one, i in pair
-    )
-    change = 100 * (second / first - 1) if first > 0 else math.nan
-    return f"<b>{' → '.join(labels)}</b>", number(first), number(second), percent(change)
-
-
-def percent(change: float) -> str:
-    """A change [%] with its sign and two digits; a dash for nan."""
-    if not math.isfinite(change):
-        return "–"
-    sign = "\u2212" if change < 0 else "+"
-    return f"{sign}{significant(abs(change), 2)} %"
-
-
-def number(frequency: float) -> str:
-    """A frequency as text, with six digits; a dash for nan."""
-    return f"{frequency:#.6g}".rstrip(".") if math.isfinite(frequency) else "–"
 
 
 def mixture_note(title: str, solution: Solution) -> str:

@@ -22,12 +22,14 @@ from beamviz.explorer.computed_motion import wanted
 from beamviz.explorer.declarations import Choice, Tab, name_key
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.links import within_limits
+from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.explorer.features.motion import MOTION_KINDS
 from beamviz.explorer.jobs import Answer, Job, JobStatus
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.visitor import Visitor
 from beamviz.exports import FORMATS, animate, export
+from beamviz.exports.chart_files import export_chart
 from beamviz.exports.motion_files import animate_motion, export_motion
 from beamviz.input_files import MAX_TOML_BYTES
 from beamviz.scene import Scene
@@ -42,20 +44,22 @@ KINDS = {
     ".mp4": ("Film (MP4)", "The same, for video software"),
     ".html": ("Page (HTML)", "One file that plays offline, light or dark as this page is now"),
     ".glb": ("3D model (GLB)", "Animated, for 3D software"),
-    ".csv": ("Numbers (CSV)", "Frequencies, shapes and equilibrium, for spreadsheets"),
-    ".npz": ("Numbers (NPZ)", "The same, for Python"),
+    ".csv": ("Modes (CSV)", "A table of frequencies and nodes, for spreadsheets"),
+    ".shapes.csv": ("Shapes (CSV)", "Equilibrium, loads and mode shapes along the beam"),
+    ".npz": ("Numbers (NPZ)", "All of these, for Python"),
 }
 
 
 @dataclass(eq=False)
 class File:
-    """A scene, or a motion in time, to be written as a file; film: keywords of `animate`, None for
-    other files."""
+    """A scene, its frequency chart, or a motion in time, to be written as a file; film: keywords of
+    `animate`, None for other files; is_chart: the chart."""
 
     scene: Scene
     name: str
     film: dict[str, Any] | None
     motion: Motion | None = None
+    is_chart: bool = False
 
     @property
     def beam(self) -> Beam:
@@ -67,8 +71,11 @@ class File:
 
 
 JOB = "file"
-# Ids of the elements that show the progress of a file, in the tabs Export and Motion.
-PROGRESS = "export-work", "export-progress", "export-state", "motion-file-work", "motion-file-state"
+# Ids of elements that show the progress of a file, in the tabs Export, Motion and Frequencies.
+PROGRESS = (
+    *("export-work", "export-progress", "export-state"),
+    *("motion-file-work", "motion-file-state", "chart-file-work", "chart-file-state"),
+)
 
 
 FILM_LENGTHS = {"shortest loop": None, "1 period": 1, "2 periods": 2, "4 periods": 4}
@@ -91,6 +98,7 @@ class Files(Feature):
         self.page.on("load", self.load, str, max_text=2 * MAX_TOML_BYTES)
         self.page.on("export", self.start, str)
         self.page.on("export_motion", self.start_motion, str)
+        self.page.on("export_chart", self.start_chart, str)
         self.page.on("cancel_export", lambda _: self.job.cancel())
 
     @property
@@ -118,9 +126,8 @@ class Files(Feature):
         """Export the scene."""
         if suffix not in tuple(KINDS):
             return
-        size = film_size(suffix)
         periods = FILM_LENGTHS[self.visitor.state[FILM]]
-        film = {"periods": periods, **size} if suffix in FORMATS else None
+        film = {"periods": periods} if suffix in FORMATS else None
         with self.visitor.reporting("Nothing to export"):
             self.begin(File(self.visitor.scene_to_save(), f"beam{suffix}", film))
 
@@ -131,9 +138,16 @@ class Files(Feature):
         if computed and computed.request != wanted(self.visitor.state):
             self.page.say("The motion is still being computed: download it after that.", error=True)
         elif suffix in MOTION_KINDS and computed:
-            film = film_size(suffix) if suffix in FORMATS else None
+            film: dict[str, Any] | None = {} if suffix in FORMATS else None
             scene = Scene(computed.beam, view=self.visitor.state.view)
             self.begin(File(scene, f"motion{suffix}", film, computed.motion))
+
+    def start_chart(self, suffix: Any) -> None:
+        """Export the frequency chart."""
+        if suffix in CHART_KINDS:
+            with self.visitor.reporting("Nothing to export"):
+                scene = self.visitor.scene_to_save()
+                self.begin(File(scene, f"chart{suffix}", None, is_chart=True))
 
     def begin(self, file: File) -> None:
         """Write a file after those that the visitor waits for: in place of one of its name that has
@@ -164,6 +178,8 @@ class Files(Feature):
                     animate_motion(path, file.motion, progress=frames, **options)
                 elif file.motion:
                     export_motion(path, file.motion, dark=dark)
+                elif file.is_chart:
+                    export_chart(path, file.scene)
                 elif file.film is None:
                     export(path, file.scene)
                 else:  # one thread, so that pages stay responsive
@@ -212,11 +228,6 @@ class Files(Feature):
         self.page.say(f"{'Nothing to export' if known else 'The export failed'}: {reason}", True)
 
 
-def film_size(suffix: str) -> dict[str, int]:
-    """The size of a film, where it is not the usual one: the files of some formats are large."""
-    return {"width": 480, "height": 270} if suffix == ".gif" else {}
-
-
 def progress_reads(snapshot: Snapshot) -> tuple[object, ...]:
     """The progress of the file that is being written."""
     job: JobStatus = snapshot.jobs[JOB]
@@ -227,8 +238,9 @@ def progress_content(busy: bool, note: str, done: float) -> Content:
     """The progress, and a button that cancels it, while a file is being written."""
     content = page.props("export-work", hidden=not busy)
     content |= page.props("export-progress", value=done or None)
-    content |= page.props("motion-file-work", hidden=not busy)
-    content |= page.html("motion-file-state", escape(note))
+    for tab in ("motion", "chart"):
+        content |= page.props(f"{tab}-file-work", hidden=not busy)
+        content |= page.html(f"{tab}-file-state", escape(note))
     return content | page.html("export-state", escape(note))
 
 
@@ -241,6 +253,12 @@ def export_tab() -> str:
         text = "Needs the package PyAV (pip install av)" if missing else text
         export_button = page.button(name, data_do="export", data_value=suffix, disabled=missing)
         files += f'<div class="file">{export_button}<span class="soft">{escape(text)}</span></div>'
+    charts = "".join(
+        page.button(name, data_do="export_chart", data_value=key)
+        for key, name in CHART_KINDS.items()
+    )
+    files += f'<div class="file"><span class="row">{charts}</span>'
+    files += '<span class="soft">The frequency chart: two pictures, its numbers</span></div>'
     return (
         f'<div class="files"><div class="file">{page.button("Picture (PNG)", id="save-picture")}'
         f'<span class="soft">The scene as you see it</span></div>{files}'

@@ -90,8 +90,9 @@ PAGE_LIMITS = {"elements": 200, "terms": 100}
 
 def within_limits(scene: Scene) -> Scene:
     """Return a scene from a file or link. Raises InvalidInput if it exceeds PAGE_LIMITS."""
+    options = [scene.options, scene.second_scene.options]
     for name, most in PAGE_LIMITS.items():
-        if (value := scene.options.get(name) or 0) > most:
+        if (value := max(one.get(name) or 0 for one in options)) > most:
             limit = f"a page solves with at most {most}; the command line takes more"
             raise InvalidInput(f"{name} = {value}: {limit}")
     return scene

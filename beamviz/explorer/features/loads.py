@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from beamviz.drawing.text import Measure, lengths, si_measure, significant
+from beamviz.drawing.text import Measure, lengths, si_measure, significant, stress_text
 from beamviz.explorer import page
 from beamviz.explorer.declarations import Tab
 from beamviz.explorer.feature import Feature, Part, fading, waiting
@@ -165,6 +165,7 @@ BENT = (
 STRAIGHT = " A straight beam has no shear force and no bending moment."
 ROUNDING = 1e-12  # of a stretch of 1
 AT_REST = "The beam is at rest: nothing loads it."
+REMAINS = "A real beam would not return to its shape."
 
 
 def sentence(solution: Solution, loads: dict[str, np.ndarray]) -> str:
@@ -178,22 +179,61 @@ def sentence(solution: Solution, loads: dict[str, np.ndarray]) -> str:
 
 
 def text(solution: Solution, loads: dict[str, np.ndarray]) -> str:
-    """The sentence, the reaction at the root, and the greatest stretch."""
+    """The sentence, the reaction at the root with its stress, and the greatest stretch and
+    stress."""
     units = solution.beam.units
+    stress = stress_at_root(solution)
     rows = []
     for name, values in loads.items():
         if has_load(values, loads):
             measure = load_measure(name, units, values[0])
             unit = measure.label.partition("[")[2].removesuffix("]")
-            rows.append((LOADS[name].name, value_text(measure, values[0], unit)))
+            row = (LOADS[name].name, value_text(measure, values[0], unit))
+            rows.append((*row, stress.get(name, "")) if stress else row)
+    heads = ("load", "value", "stress") if stress else ("load", "value")
     caption = "On the beam at its root; the hub feels the opposite"
-    table = page.table("loads at the root", ("load", "value"), rows, caption)
+    table = page.table("loads at the root", heads, rows, caption)
     sentences = stretch_text(solution), sentence(solution, loads)
-    return (table if rows else "") + "".join(f"<p>{escape(one)}</p>" for one in sentences)
+    paragraphs = "".join(f"<p>{escape(one)}</p>" for one in sentences)
+    return strength_text(solution) + (table if rows else "") + paragraphs
 
 
 def value_text(measure: Measure, value: float, unit: str) -> str:
     return escape(f"{significant(measure.factor * value, 4)} {unit}")
+
+
+def stress_at_root(solution: Solution) -> dict[str, str]:
+    """The stress of the axial force and of the bending moment at the root, by their names; {}
+    where the material is not known."""
+    units = solution.beam.units
+    if units is None or units.youngs_modulus is None:
+        return {}
+    found = solution.equilibrium.stress(np.zeros(1))
+    texts = {"axial": stress_text(float(found.axial[0]))}
+    if found.bending is None:
+        return texts | {"moment": "not known"}
+    return texts | {"moment": f"± {stress_text(float(found.bending[0]))}"}
+
+
+def strength_text(solution: Solution) -> str:
+    """The greatest stress (HTML) beside the yield stress, above which it is a warning; "" where it
+    is not known, or nothing is loaded."""
+    found = solution.equilibrium.greatest_stress
+    if found is None or not found.pascals:
+        return ""
+    place = position_measure(solution.beam.units).text(found.at, 3) if found.at else "the root"
+    told = f"Greatest stress: {stress_text(found.pascals)} at {place}"
+    if not found.with_bending:
+        told += ", without that of bending, for which the height of the section is not known"
+    if found.yield_stress is None:
+        return f"<p>{escape(told)}.</p>"
+    share = significant(100 * found.pascals / found.yield_stress, 2)
+    told += f": {share} % of the yield stress, {stress_text(found.yield_stress)}."
+    return (
+        f'<p class="yields">{escape(told)} {REMAINS}</p>'
+        if found.yields
+        else f"<p>{escape(told)}</p>"
+    )
 
 
 def stretch_text(solution: Solution) -> str:

@@ -27,6 +27,7 @@ from beamviz.explorer.state import State
 from beamviz.explorer.visitor import Visitor
 from beamviz.frequency_loci import Event
 from beamviz.frequency_loci.events import EVENT_KINDS
+from beamviz.frequency_loci.limits import Limit
 from beamviz.scene import PER_REV
 
 PER_REV_HELP = (
@@ -35,6 +36,7 @@ PER_REV_HELP = (
 )
 CHART, SECOND_CHART = "chart", "chart compared with"  # names of the jobs
 LISTS = "loci-resonances", "loci-events"
+CHART_KINDS = {".svg": "Chart (SVG)", ".png": "Chart (PNG)", ".csv": "Chart (CSV)"}  # files of it
 
 
 def tools() -> str:
@@ -44,7 +46,20 @@ def tools() -> str:
         names = {"data_set": f"per_rev_{k}", "aria_label": f"{k} × per revolution"}
         lines += page.button(f"{k} ×", class_="toggle", **names)
     lines = page.group("per-rev lines", lines, id="per-rev")
-    return page.select("over", "horizontal axis", AXES) + lines
+    files = page.group(
+        "Download the chart",
+        '<span class="soft">download</span>',
+        *(
+            page.button(suffix[1:].upper(), data_do="export_chart", data_value=suffix)
+            for suffix in CHART_KINDS
+        ),
+        id="chart-files",
+    )
+    files += (
+        '<div id="chart-file-work" class="row" hidden><span id="chart-file-state"></span>'
+        f"{page.button('Cancel', data_do='cancel_export')}</div>"
+    )
+    return page.select("over", "horizontal axis", AXES) + lines + files
 
 
 class LociTab(Feature):
@@ -156,7 +171,7 @@ def no_chart(answer: Answer[ChartRequest, Chart]) -> str:
     beam, which may be another one than that in the scene."""
     request, text = answer.request, answer.message
     if isinstance(answer.error, NoEquilibrium) and request.over != "gamma":
-        return f"{text}, at {request.measures[0].text(request.start, 4)}"
+        return f"{text}, at {request.measures[0].place(request.start)}"
     return text
 
 
@@ -204,7 +219,7 @@ def event_table(chart: Chart) -> str:
     heads = ("go to", f"at {along.head}", across.label, "smallest gap")
     rows = []
     for key, event in chart.events.items():
-        sign, gap = page.sign(event.kind), f"{across.factor * event.gap:.3g}"
+        sign, gap = page.sign(event.kind), across.gap(event.gap)
         rows.append((*cells(chart, key, sign, event), gap))
     kinds = {event.kind for event in chart.events.values()}
     shown = {name: kind.sign for name, kind in EVENT_KINDS.items() if name in kinds}
@@ -217,7 +232,7 @@ def event_buttons(chart: Chart) -> str:
     """Buttons that move the beam to the crossings and veerings."""
     along, buttons = chart.request.measures[0], ""
     for key, event in chart.pairs.items():
-        label = f"{' and '.join(chart.names_of(event))}, {along.text(event.at, 4)}"
+        label = f"{' and '.join(chart.names_of(event))}, {along.place(event.at)}"
         buttons += page.button(label, data_set="go_to_event", data_value=key)
     return page.group("go to", f'<span class="soft">go to</span>{buttons}')
 
@@ -227,7 +242,7 @@ def cells(chart: Chart, key: str, sign: str, one: Event) -> tuple[str, str, str]
     along, across = chart.request.measures
     label = f"{sign} {', '.join(chart.names_of(one))}"
     go_to = page.button(label, data_set="go_to_event", data_value=key, class_="quiet")
-    return go_to, along.number(one.at, 4), across.number(one.frequency, 3)
+    return go_to, along.number(one.at), across.number(one.frequency)
 
 
 def resonance_table(chart: Chart, multiples: tuple[int, ...]) -> str:
@@ -265,13 +280,18 @@ def notes(chart: Chart) -> str:
     """The reasons why loci end, with the ranges."""
     request, text = chart.request, ""
     for limit in chart.limits:
-        first, last = (request.measures[0].text(end, 4) for end in (limit.start, limit.stop))
-        place = f"from {first} to {last}"
-        if limit.stop == request.stop:
-            place = f"above {first}"
-        elif limit.start == request.start:
-            place = f"below {last}"
         stretched = limit.kind == "no-equilibrium" and request.beam.delta >= 0  # else compressed
         law = " with this material law" if stretched else ""
-        text += page.note(f"{FAILURES[limit.kind]} {place}{law}.")
+        text += page.note(f"{FAILURES[limit.kind]} {range_of(limit, request)}{law}.")
     return text
+
+
+def range_of(limit: Limit, request: ChartRequest) -> str:
+    """The range of a limit in words. Where it reaches an end of the chart, no value is known beyond
+    that; but equilibrium does not begin again at higher speeds."""
+    first, last = (request.measures[0].place(end) for end in (limit.start, limit.stop))
+    if limit.stop == request.stop:
+        over_speed = limit.kind == "no-equilibrium" and request.over == "gamma"
+        return f"above {first}" if over_speed else f"from {first} to the end of the chart"
+    begin = "the beginning of the chart" if limit.start == request.start else first
+    return f"from {begin} to {last}"

@@ -42,11 +42,11 @@ QUANTITIES: dict[str | int, str] = {
 }
 GAP_NOTE = (
     "Dark: two frequencies are nearly equal, as modes cross or veer. Lines separate regions in"
-    " which different pairs of modes have the smallest gap."
+    " which other modes have the smallest gap."
 )
 MODE_NOTE = (
-    "Modes are counted by frequency. Lines separate regions in which the mode has different shapes,"
-    " or beams are not stable."
+    "Modes are counted by frequency. Lines separate regions in which the mode is another one, or"
+    " beams are not stable."
 )
 CLICK = "Click on the map, or move its ring by arrow keys, to give the beam these two numbers."
 
@@ -220,7 +220,7 @@ class ShownMap:
         self.is_gap = mapped == "gap"
         arrays = found.frequency, found.family, found.status
         if self.is_gap:
-            self.shown = smallest_gap(*arrays, families=False)
+            self.shown = smallest_gap(*arrays)
         else:
             self.shown = frequency_of(int(mapped), *arrays)
         known = self.shown.values[np.isfinite(self.shown.values)]
@@ -281,7 +281,7 @@ class ShownMap:
             x, y = float(found.x[column]), float(found.y[row])
             place = f"{along.factor * x!r} {up.factor * y!r}"
             go_to = page.button(name, data_do="move_beam", data_value=place, class_="quiet")
-            numbers = along.number(x, 3), up.number(y, 3), significant(across.factor * value, 3)
+            numbers = along.number(x), up.number(y), across.gap(value)
             rows.append((go_to, *numbers, escape(shown.names[int(shown.kinds[row, column])])))
         mapped = f"gap [{across.unit or '1/T*'}]" if self.is_gap else across.label
         heads = ("go to", along.head, up.head, mapped, "there")

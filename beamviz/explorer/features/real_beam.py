@@ -22,7 +22,7 @@ from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.state import Case, Refused, State
 from beamviz.explorer.visitor import Visitor
 from beamviz.presets import PRESETS as BLADES
-from beamviz.si import SI_REQUIRED, PhysicalBeam
+from beamviz.si import SI_REQUIRED, STRENGTH, PhysicalBeam
 from beamviz.units import Units, display_unit
 
 RPM = math.pi / 30  # [rad/s]
@@ -31,7 +31,7 @@ MIN_VALUE = 1e-30  # in that unit: the second moment of a smaller section would 
 DIGITS = 8
 ROUNDING = 1e-9
 PERCENT = "mass_percent"
-OPTIONAL = ("hub_radius", "rotation_speed", "angular_acceleration", "mass")
+OPTIONAL = ("hub_radius", "rotation_speed", "angular_acceleration", "mass", "yield_stress")
 
 Pair = tuple[float, float]
 
@@ -53,13 +53,15 @@ def own_section(area: float, second_moment: float) -> dict[str, float]:
 
 
 def rectangle(width: float, thickness: float) -> dict[str, float]:
-    return own_section(width * thickness, width * thickness**3 / 12)
+    section = own_section(width * thickness, width * thickness**3 / 12)
+    return section | {"section_height": thickness}
 
 
 def tube(diameter: float, wall: float) -> dict[str, float]:
-    """Area and second moment of a tube; a rod for a wall of half the diameter."""
+    """Area, second moment and height of a tube; a rod for a wall of half the diameter."""
     area = math.pi * wall * (diameter - wall)
-    return own_section(area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16)
+    section = own_section(area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16)
+    return section | {"section_height": diameter}
 
 
 def tube_sizes(area: float, moment: float) -> Pair:
@@ -83,6 +85,7 @@ FIELDS = {  # their labels, their units, and the SI values of these
     "length": ("length L", "mm", 1e-3),
     "youngs_modulus": ("Young's modulus E", "GPa", 1e9),
     "density": ("density ρ", "kg/m³", 1.0),
+    "yield_stress": ("yield stress", "MPa", 1e6),
     "hub_radius": ("hub radius a", "mm", 1e-3),
     "rotation_speed": ("rotation speed Ω", "rpm", RPM),
     "angular_acceleration": ("spin-up", "rad/s²", 1.0),
@@ -102,7 +105,11 @@ THICK = {
 }  # units of a section whose parts are far from its axis
 FAR = 0.1  # [m] radius of gyration of such a section
 ALONG = "along"  # the section varies along the span: see blade.py
-OF_MATERIAL = ("youngs_modulus", "density")  # fields; other numbers of FIELDS have sliders
+OF_MATERIAL = (
+    "youngs_modulus",
+    "density",
+    "yield_stress",
+)  # fields; other numbers of FIELDS have sliders
 SECTION_NAMES = {
     "rectangle": "rectangle b × h",
     "tube": "tube",
@@ -112,10 +119,12 @@ SECTION_NAMES = {
 
 # Materials and presets
 
-MATERIALS = {  # usual values
-    "steel": {"youngs_modulus": 210e9, "density": 7850.0},
-    "aluminium": {"youngs_modulus": 70e9, "density": 2700.0},
-    "titanium": {"youngs_modulus": 110e9, "density": 4500.0},
+# Usual values. Yield stress: S235 (EN 10025-2), EN AW-6061-T6 (EN 1999-1-1), Ti-6Al-4V (ASTM B265);
+# glass fibre breaks without yielding.
+MATERIALS = {
+    "steel": {"youngs_modulus": 210e9, "density": 7850.0, "yield_stress": 235e6},
+    "aluminium": {"youngs_modulus": 70e9, "density": 2700.0, "yield_stress": 240e6},
+    "titanium": {"youngs_modulus": 110e9, "density": 4500.0, "yield_stress": 828e6},
     "glass fibre": {"youngs_modulus": 30e9, "density": 1900.0},
 }
 MATERIAL_NAMES = {**{name: name for name in MATERIALS}, "own": "own E and ρ"}
@@ -173,11 +182,13 @@ PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
 
 
 def entries(beam: Beam) -> dict[str, float]:
-    """The values of the fields in SI: keywords of `Beam.from_si`, and the dimensions of all
-    sections with the area and second moment of the beam; {} where its material is not known."""
+    """The values of the fields in SI: keywords of `Beam.from_si`, of which an unknown yield stress
+    is 0, and the dimensions of all sections with the area and second moment of the beam; {} where
+    its material is not known."""
     if "area" not in (si := beam.si):
         return {}
-    values = {name: si[name] for name in FIELDS if name in si} | {PERCENT: beam.beta}
+    values = {name: si[name] for name in (*FIELDS, *STRENGTH) if name in si}
+    values = {"yield_stress": 0.0, **values, PERCENT: beam.beta}
     for section in SECTIONS.values():
         with contextlib.suppress(ValueError):  # no tube has this area and second moment
             sizes = section.of(si["area"], si["second_moment"])
@@ -215,8 +226,15 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
         raise InvalidInput(f"{label} = {value:g}: the wall is at most half the diameter")
     for section in SECTIONS.values():
         if name in section.sizes:
-            values |= section.values(*(values[one] for one in section.sizes))
+            values = with_sizes_of(section, values)
     return built(values)
+
+
+def with_sizes_of(section: Section, values: dict[str, float]) -> dict[str, float]:
+    """Values with the area, the second moment and the height of a section, if it has one, of its
+    dimensions among them."""
+    others = {name: value for name, value in values.items() if name != "section_height"}
+    return others | section.values(*(values[one] for one in section.sizes))
 
 
 def built(values: dict[str, float]) -> Beam:
@@ -235,6 +253,7 @@ def built(values: dict[str, float]) -> Beam:
             " shorter or thicker"
         )
     si = {name: values[name] for name in SI_REQUIRED}
+    si |= {name: values[name] for name in STRENGTH if values.get(name)}
     units = PhysicalBeam.of(si).units
     assert units.mass
     max_gamma = min(PARAMETERS["gamma"].limits[1], MAX_GAMMA_OVER_MU * slenderness)
@@ -258,21 +277,25 @@ def with_section(beam: Beam, kind: str) -> Beam:
     """The beam with another kind of section, of the same area and second moment if there is one,
     else of the same thickness."""
     values, section = entries(beam), SECTIONS[kind]
-    if not values or set(section.sizes) <= values.keys():
+    if not values:
         return beam
+    if set(section.sizes) <= values.keys():  # the same but for its height
+        height = with_sizes_of(section, values).get("section_height", 0.0)
+        return built(values | {"section_height": height})
     return built(values | section.values(values["thickness"], values["thickness"] / 10))
 
 
 def with_material(beam: Beam, name: str) -> Beam:
     """The beam of another material, unless its section is not known."""
     values = entries(beam)
-    return built(values | MATERIALS[name]) if values else beam
+    return built(values | {"yield_stress": 0.0} | MATERIALS[name]) if values else beam
 
 
 def material(beam: Beam) -> str:
     """The name of the material with the modulus and density of a beam, else "own"."""
     for name, values in MATERIALS.items():
-        if all(math.isclose(beam.si[key], value, rel_tol=1e-6) for key, value in values.items()):
+        pairs = [(beam.si[key], values[key]) for key in ("youngs_modulus", "density")]
+        if all(math.isclose(own, usual, rel_tol=1e-6) for own, usual in pairs):
             return name
     return "own"
 
@@ -380,8 +403,12 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
     content = page.html("real-beam", panel(section, beam, refused))
     content |= page.value("real.section", section) | page.value("real.material", material(beam))
     for name, number in entries(beam).items():
+        if name not in FIELDS:
+            continue
         key = f"real.{name}"
         shown: Any = float(f"{number / field_of(name, beam.units, beam.mu)[1]:.{DIGITS}g}")
+        if name == "yield_stress" and not number:
+            shown = ""
         if refused and refused.key == key:
             shown = refused.entry
         content |= page.value(key, shown)

@@ -265,6 +265,6 @@ def resonance_table(run: RunUp) -> str:
     for one in run.resonances:
         speed = {"data_do": "gamma", "data_value": along.factor * one.at, "data_unit": along.unit}
         go_to = page.button(f"{page.sign('resonance')} {one.branches[0]}", class_="quiet", **speed)
-        place = along.number(one.at, 4), across.number(one.frequency, 3)
+        place = along.number(one.at), across.number(one.frequency)
         rows.append((go_to, *place, f"{run.peak(one):.3g} ×"))
     return page.table("resonances of the run-up", heads, rows)

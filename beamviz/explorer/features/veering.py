@@ -264,7 +264,7 @@ def pairs_data(pairs: Pairs, request: ChartRequest) -> page.Data:
             ends = {"at": page.sent(np.full(2, along.factor * pair.at)), "y": page.sent(y)}
             gap = [{"label": "", **ends, "runs": [[0, 1, "measure", ""]]}]
         elif pair.event and pair.event.kind == "crossing":
-            place, text = (pair.at, pair.event.frequency), f"crossing: {along.text(pair.at, 5)}"
+            place, text = (pair.at, pair.event.frequency), f"crossing: {along.place(pair.at)}"
             marks.append(page.mark("crossing", "crossing", request.measures, place, text))
     frequency = np.array([line.frequency for pair in pairs for line in pair.lines])
     low, high = np.nanmin(frequency), np.nanmax(frequency)
@@ -283,11 +283,10 @@ def sentence(pair: LociPair, along: Measure, across: Measure) -> str:
     case = "<b>Coriolis on</b> (thick): " if pair.coriolis else "<b>Coriolis off</b> (dashed): "
     if pair.event is None:
         return case + "the gap is too large for a veering."
-    value = along.number(pair.at, 3)
-    at = f"at {value} {along.unit}" if along.unit else f"at {along.symbol} {value}"
+    at = f"at {along.place(pair.at)}"
     if pair.event.kind == "crossing":
         return f"{case}they cross {at}, uncoupled (gap 0)."
-    gap = f"{across.factor * pair.event.gap:.3g} {across.unit}".strip()
+    gap = f"{across.gap(pair.event.gap)} {across.unit}".strip()
     first, _, last = pair.shapes[0]
     change = abs(last.bending_fraction - first.bending_fraction)
     exchange = "they exchange part of their shapes"

@@ -96,15 +96,31 @@ const BeamvizMap = (() => {
     }
 
     /**
+     * The value at a place, in columns and rows: between the beams around it, or that of the nearest
+     * one where some of them have none.
+     * @param {number} column
+     * @param {number} row
+     */
+    valueAt(column, row) {
+      const { columns, values } = this.data, rows = values.length / columns;
+      const left = clamp(Math.floor(column), 0, columns - 2), low = clamp(Math.floor(row), 0, rows - 2);
+      const x = column - left, y = row - low, first = low * columns + left;
+      const around = [0, 1, columns, columns + 1].map((k) => values[first + k]);
+      if (around.includes(null)) return values[Math.round(row) * columns + Math.round(column)];
+      const shares = [(1 - x) * (1 - y), x * (1 - y), (1 - x) * y, x * y];
+      return shares.reduce((sum, share, k) => sum + share * Number(around[k]), 0);
+    }
+
+    /**
      * Show the value at the pointer.
      * @param {Pixel} pixel
      */
     hover(pixel) {
       if (!this.isDrawn || !this.inside(pixel)) return this.hideReadout();
       const { columns, values, value } = this.data, rows = values.length / columns;
-      const column = Math.round(((pixel[0] - this.left) / (this.right - this.left)) * (columns - 1));
-      const row = Math.round(((this.bottom - pixel[1]) / (this.bottom - TOP)) * (rows - 1));
-      const one = values[row * columns + column];
+      const column = ((pixel[0] - this.left) / (this.right - this.left)) * (columns - 1);
+      const row = ((this.bottom - pixel[1]) / (this.bottom - TOP)) * (rows - 1);
+      const one = this.valueAt(column, row);
       const found = one === null ? "no frequency" : `${value.symbol} ${minus(Number(one.toPrecision(3)))} ${value.unit}`;
       const place = this.coordinates.map(({ scale }, k) => scale.invert(pixel[k]));
       this.write(pixel, [["b", this.describe(place)], ["span", found]]);

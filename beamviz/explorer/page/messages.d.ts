@@ -140,6 +140,7 @@ interface Actions { // the types of their values
   "dimensionless": null;
   "experiment": string;
   "export": string;
+  "export_chart": string;
   "export_motion": string;
   "film_length": string;
   "following": boolean;
@@ -205,6 +206,7 @@ interface Actions { // the types of their values
   "real.thickness": number;
   "real.wall": number;
   "real.width": number;
+  "real.yield_stress": number;
   "real.youngs_modulus": number;
   "redo": null;
   "reset": null;
