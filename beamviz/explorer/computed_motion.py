@@ -60,8 +60,8 @@ class MotionRequest(NamedTuple):
         options, own, units = dict(self.options), self.experiment, self.beam.units
         if not self.beam.is_uniform:
             return Obstacle(
-                "A motion in time is computed for a uniform clamped beam with at most one mass.",
-                page.button("Make it uniform, as at the root", data_do="blade.uniform"),
+                "A motion in time is computed for a uniform clamped beam with at most one mass; this"
+                " one has its modes, charts and loads."
             )
         if own.body != "stays" and own.body_at > own.until:
             return Obstacle(

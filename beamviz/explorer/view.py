@@ -23,6 +23,7 @@ from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.frequency_loci.identity import match_modes
 from beamviz.scene import ViewOptions
 
+SAME_END = 0.005  # relative difference of colour maps that the digits of a legend do not show
 SPACING = 0.5  # of the two scenes, in beam lengths
 THIS = "this beam"
 
@@ -80,13 +81,18 @@ class Picture:
         return [-SPACING / 2, SPACING / 2] if self.second and self.stacked else [0.0]
 
     @property
-    def largest(self) -> float:
-        """The end of the colour map: of the beam, or of the row whose colours go furthest."""
-        if not self.drawn.in_rows:
-            return self.drawn.largest
-        view, scale = self.drawn.view, self.drawn.scale
-        alone = view.amplitude * np.eye(len(self.modes.modes))
-        return max(DrawnBeam(self.modes, view, scale, sizes).largest for sizes in alone)
+    def colour_ends(self) -> list[float]:
+        """The ends of the colour maps in the scene, at most two, the smallest first: of the beam and
+        one above it, or of the rows. A beam over another has no colours."""
+        beams = [self.drawn]
+        if self.drawn.in_rows:
+            view, scale = self.drawn.view, self.drawn.scale
+            alone = view.amplitude * np.eye(len(self.modes.modes))
+            beams = [DrawnBeam(self.modes, view, scale, sizes) for sizes in alone]
+        elif self.second and self.stacked:
+            beams.append(self.second)
+        ends = [beam.largest for beam in beams]
+        return [min(ends), max(ends)] if not np.allclose(ends, ends[0], SAME_END) else ends[:1]
 
     @cached_property
     def rate(self) -> float:

@@ -1,7 +1,7 @@
 """The answer around the scene: state of the equilibrium, table of modes, legend, running jobs."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 from html import escape
 
@@ -94,7 +94,7 @@ def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
 def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
     """The legend; the colours have no scale where the beam is grey."""
     drawn, units = picture.drawn, picture.modes.beam.units
-    text = legend(drawn.view.colouring, picture.largest, units)
+    text = legend(drawn.view.colouring, picture.colour_ends, units)
     return page.html("legend", "" if drawn.warning or answer is None else text)
 
 
@@ -204,15 +204,17 @@ def invitation(met: frozenset[str], drag: str, *, with_mass: bool) -> str:
 # The scene: its legend and its pace
 
 
-def legend(colouring: str, largest: float, units: Units | None) -> str:
-    """The colours of the beam, up to the strain or displacement `largest`."""
+def legend(colouring: str, ends: Sequence[float], units: Units | None) -> str:
+    """The colours of the beam, up to the strain or displacement at their end; of several beams,
+    each of which has its own, from the least to the largest of these."""
+    own = ", of each beam" if len(ends) > 1 else ""
     if colouring == "axial strain":
-        most = significant(largest, 2)
-        ends = (f"-{most} shorter", "0", f"longer +{most}")
-        return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
-    far = length_text(largest, units, 2)
-    ends = ("0 at rest", "", far if largest > NOTHING else "")
-    return page.colour_scale("displacement, as drawn", colours.SEQUENTIAL, *ends)
+        most = " .. ".join(significant(end, 2) for end in ends)
+        texts = (f"-({most})", "0", f"+({most})") if own else (f"-{most} shorter", "0", f"longer +{most}")
+        return page.colour_scale(f"axial strain, as drawn{own}", colours.DIVERGING, *texts)
+    far = " .. ".join(length_text(end, units, 2) for end in ends)
+    texts = ("0 at rest", "", far if ends[-1] > NOTHING else "")
+    return page.colour_scale(f"displacement, as drawn{own}", colours.SEQUENTIAL, *texts)
 
 
 def pace(rate: float, units: Units | None) -> str:

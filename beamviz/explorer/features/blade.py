@@ -74,7 +74,8 @@ def read_draft(text: Any) -> Draft:
     return draft
 
 
-# The tables as typed, while they describe no beam. They have no room beside those of a long blade.
+# The tables as typed, while they describe no beam, or one that has not all of their rows. They have
+# no room beside those of a long blade.
 DRAFT: Choice[Draft | None] = Choice(
     "draft", None, key=Key("draft", read_draft, text_of_draft, is_long=True), until=("scene",)
 )
@@ -88,22 +89,12 @@ class BladePanel(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        self.added = ""  # the id of the cell that is to have the focus once it is on the page
         on = partial(self.page.on, max_text=2 * MAX_TOML_BYTES)
         for name in TABLES:
             on(f"blade.{name}", partial(self.type, name), str)
             on(f"blade.{name}.remove", partial(self.remove, name), int)
-        on(
-            "blade.stations.add",
-            lambda _: self.edit(
-                lambda draft, _: draft._replace(stations=with_station(draft.stations))
-            ),
-        )
-        on(
-            "blade.masses.add",
-            lambda _: self.edit(
-                lambda draft, beam: draft._replace(masses=with_mass(draft.masses, beam))
-            ),
-        )
+            on(f"blade.{name}.add", partial(self.add, name))
         on(
             "blade.stations.sort",
             lambda _: self.edit(
@@ -131,6 +122,12 @@ class BladePanel(Feature):
             Part(chart_read, chart_content, ("blade-chart",)),
         )
 
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+        """Give a row that was added the focus, in the message that has it."""
+        if self.added:
+            self.page.focus(self.added)
+            self.added = ""
+
     # Edits
 
     def edit(self, change: Callable[[Draft, PhysicalBeam], Draft]) -> None:
@@ -154,13 +151,27 @@ class BladePanel(Feature):
             if beam is None:
                 visitor.change(partial(with_draft, draft=draft))
                 return
-            load(visitor, "", lambda _: beam, then=partial(with_draft, draft=None))
+            kept = None if has_rows(beam, draft) else draft
+            load(visitor, "", lambda _: beam, then=partial(with_draft, draft=kept))
 
     def type(self, name: str, text: Any) -> None:
         """Take a table as the page sends it: the texts of all its cells."""
         columns, rows = len(TABLES[name]), rows_sent(str(text))
         if all(len(row) == columns for row in rows):
             self.edit(lambda draft, _: with_rows(draft, name, rows))
+
+    def add(self, name: str, _: Any) -> None:
+        """Add a station or a body, whose first cell gets the focus."""
+
+        def change(draft: Draft, beam: PhysicalBeam) -> Draft:
+            if name == "stations":
+                rows, k = with_station(draft.stations)
+            else:
+                rows, k = with_mass(draft.masses, beam), len(draft.masses)
+            self.added = cell_id(name, k, 0)
+            return with_rows(draft, name, rows)
+
+        self.edit(change)
 
     def remove(self, name: str, k: Any) -> None:
         self.edit(lambda draft, _: with_rows(draft, name, removed(name, getattr(draft, name), k)))
@@ -200,6 +211,12 @@ class BladePanel(Feature):
 def with_draft(state: State, draft: Draft | None) -> State:
     """With these tables as typed, None for those of the beam, in the panel."""
     return state.with_choice(DRAFT, draft).with_choice(SECTION, ALONG)
+
+
+def has_rows(beam: Beam, draft: Draft) -> bool:
+    """Whether the tables of a beam have the rows of a draft: a uniform one has two stations."""
+    physical = beam.physical
+    return physical is not None and len(physical.stations) == len(draft.stations)
 
 
 def with_rows(draft: Draft, name: str, rows: Rows) -> Draft:
@@ -285,7 +302,7 @@ def tables_content(
     masses: tuple[Mass, ...],
     root: float,
 ) -> Content:
-    """The tables, as they are typed while they describe no beam."""
+    """The tables: as they are typed, where the beam has no such tables."""
     if not shown:
         return page.html("blade", "")
     physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
@@ -401,17 +418,17 @@ def reasons_content(
     is not there."""
     if not shown:
         return page.html("blade-reasons", "") | page.value(PASTE, "")
-    reasons = reasons_of(draft, case) if draft and case else []
-    entry = ""
+    wrong = reasons_of(draft, case) if draft and case else []
+    reasons, entry = [*wrong], ""
     if refused and refused.key.startswith("blade"):
         reasons.append(refused.reason)
         entry = refused.entry
     more = len(reasons) - MOST
     reasons = [*reasons[:MOST], *([f"and {more} more"] if more > 0 else [])]
     text = "".join(map(page.note, reasons))
-    if draft and wrong_order(draft.stations):
+    if draft and wrong_order(draft.stations) and sorted_rows(draft.stations) != draft.stations:
         text += page.button("sort the stations", data_do="blade.stations.sort")
-    text += "<p>Until then the scene shows the beam before.</p>" if draft else ""
+    text += "<p>Until then the scene shows the beam before.</p>" if wrong else ""
     return page.html("blade-reasons", text) | page.value(PASTE, entry)
 
 
@@ -458,9 +475,14 @@ def head_html(column: Column) -> str:
     return f"{escape(column.label)} <br>[{column.unit}]"
 
 
+def cell_id(name: str, row: int, k: int) -> str:
+    return f"{name}-{row}-{k}"
+
+
 def cell(name: str, row: int, k: int, is_wrong: bool) -> str:
     column, title = TABLES[name][k], "station" if name == "stations" else "mass"
     own = page.attributes(
+        id=cell_id(name, row, k),
         type="text",
         class_="cell",
         inputmode="decimal",

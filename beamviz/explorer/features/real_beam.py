@@ -322,8 +322,10 @@ class RealBeamPanel(Feature):
             load(self.visitor, "", lambda _: real.beam, then=with_sizes(real.section))
 
     def choose_material(self, name: Any) -> None:
-        """Set the material; "own" keeps the values."""
-        if name in MATERIALS:
+        """Set the material; "own" keeps the values, of which the first is to be typed then."""
+        if name == "own":
+            self.page.focus(field_id("youngs_modulus"))
+        elif name in MATERIALS:
             key = "real.material"
             self.load(key, lambda beam: with_material(beam, name))
 
@@ -436,6 +438,10 @@ def invitation(*, is_open: bool) -> str:
     )
 
 
+def field_id(name: str) -> str:
+    return f"real.{name}-field"
+
+
 def number_field(name: str, beam: Beam, refused: Refused | None) -> str:
     """A field, below it the reason why its last entry was refused."""
     assert beam.units
@@ -444,8 +450,8 @@ def number_field(name: str, beam: Beam, refused: Refused | None) -> str:
     if refused and refused.key == key:
         own = {"aria_invalid": True, "aria_describedby": "refused"}
         reason = f'<p id="refused" class="note" role="alert">{escape(refused.reason)}</p>'
-    box = page.number_box(f"{key}-field", key, **own)
-    return f'<div class="field"><label for="{key}-field">{label}</label>{box}{reason}</div>'
+    box = page.number_box(field_id(name), key, **own)
+    return f'<div class="field"><label for="{field_id(name)}">{label}</label>{box}{reason}</div>'
 
 
 def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:

@@ -101,6 +101,7 @@ interface Update {
   captions?: Array<Caption>;
   open?: string;
   point?: Array<string>;
+  focus?: string;
   dark?: boolean;
   address?: string;
   met?: Array<string>;

@@ -144,7 +144,7 @@ class Update(Message, omit_defaults=True):
     handled: the number of the last action whose effect is shown from now on; html: of elements, by
     id; values: shown by controls, by key; props: attributes of controls and
     elements; charts: by the id of their element; captions: over the scene; open: the open tab;
-    point: controls to highlight; dark: the theme; address: the query of the page's address; met:
+    point: controls to highlight; focus: the id of the field that gets the focus; dark: the theme; address: the query of the page's address; met:
     lessons whose challenge is met, for the browser to keep; say: announcements; ready: all actions
     have handlers.
     """
@@ -158,6 +158,7 @@ class Update(Message, omit_defaults=True):
     captions: list[Caption] | UnsetType = UNSET
     open: str | UnsetType = UNSET
     point: list[str] | UnsetType = UNSET
+    focus: str | UnsetType = UNSET
     dark: bool | UnsetType = UNSET
     address: str | UnsetType = UNSET
     met: list[str] | UnsetType = UNSET
