@@ -93,7 +93,7 @@ class PhysicalBeam:
     """A beam in SI units; properties of the section at the stations, which are 0 and the length
     where it is uniform.
 
-    density and youngs_modulus are known of a uniform beam by its material.
+    density and youngs_modulus are known of a beam by its material, whose section does not vary.
     """
 
     length: float
@@ -114,10 +114,15 @@ class PhysicalBeam:
     angular_acceleration: float = 0.0
 
     @property
+    def is_prismatic(self) -> bool:
+        """Whether no property varies along the span."""
+        rows = (getattr(self, name) for name in (*SECTION, *FLAP))
+        return all(row is None or len(set(row)) == 1 for row in rows)
+
+    @property
     def is_uniform(self) -> bool:
         """Whether no property varies along the span, nor with the plane of bending."""
-        rows = self.mass_per_length, self.bending_stiffness, self.axial_stiffness
-        return self.flap_stiffness is None and all(len(set(row)) == 1 for row in rows)
+        return self.flap_stiffness is None and self.is_prismatic
 
     @property
     def time(self) -> float:
@@ -132,7 +137,7 @@ class PhysicalBeam:
         for name, value in {"T* [s]": time, f"{self.formulas['mass']} [kg]": whole}.items():
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
-        E = self.youngs_modulus if self.is_uniform else None
+        E = self.youngs_modulus if self.is_prismatic else None
         return Units(self.length, time, whole, E)
 
     @property
@@ -210,12 +215,14 @@ class PhysicalBeam:
     def values(self) -> dict[str, Any]:
         """The keywords that describe this beam; those of no effect are left out."""
         values: dict[str, Any] = {"length": self.length}
-        if self.density is not None and self.youngs_modulus is not None and self.is_uniform:
+        if self.density is not None and self.youngs_modulus is not None and self.is_prismatic:
             area = self.mass_per_length[0] / self.density
             values["density"] = self.density
             values["area"] = area
             values["second_moment"] = self.bending_stiffness[0] / self.youngs_modulus
             values["youngs_modulus"] = self.youngs_modulus
+            if self.flap_stiffness:
+                values["flap_stiffness"] = self.flap_stiffness[0]
         else:
             values |= self.section_values
         values["hub_radius"] = self.hub_radius
@@ -235,8 +242,8 @@ class PhysicalBeam:
     def section_values(self) -> dict[str, Any]:
         """The keywords of the section: numbers, or lists with the stations where they vary."""
         rows = {name: getattr(self, name) for name in (*SECTION, *FLAP)}
-        if self.is_uniform:
-            return {name: rows[name][0] for name in SECTION}
+        if len(self.stations) == 2 and self.is_prismatic:
+            return {name: row[0] for name, row in rows.items() if row is not None}
         values: dict[str, Any] = {name: list(row) for name, row in rows.items() if row is not None}
         values["stations"] = list(self.stations)
         return values | ({"degree": self.degree} if self.degree > 1 else {})
@@ -448,7 +455,7 @@ def physical_beam(
         return None
     one = (1.0, 1.0)
     shape = blade or Blade((0.0, 1.0), one, one, one)
-    E = E if blade is None else None
+    E = E if shape.is_prismatic else None
 
     def row(base: float, relative: Row) -> Row:
         return tuple(base * value for value in relative)

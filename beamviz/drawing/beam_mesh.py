@@ -147,8 +147,8 @@ class DrawnBeam:
 
     @cached_property
     def largest(self) -> float:
-        """The end of the colour map, not 0: the largest displacement or |axial strain| along the beam
-        over time, in which all modes are once at their largest together."""
+        """The end of the colour map, not 0: the largest displacement or |axial strain| over time,
+        as all modes are at their largest together at some time."""
         if self.view.colouring == "axial strain":
             largest = (np.abs(self.shapes.strain) + self.amplitudes @ self.shapes.strains).max()
             return max(float(largest), LEAST_STRAIN)

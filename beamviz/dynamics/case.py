@@ -84,7 +84,7 @@ class Case:
                 " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
                 " and --within"
             )
-        if not self.beam.is_uniform:
+        if not self.beam.is_prismatic:
             raise InvalidInput(
                 "motion in time: the beam has to be uniform and clamped, with at most one"
                 " concentrated mass; `solve` and `loci` take this one"

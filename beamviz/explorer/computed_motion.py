@@ -58,10 +58,10 @@ class MotionRequest(NamedTuple):
     def obstacle(self) -> "Obstacle | None":
         """What a motion has not; None if it can be computed."""
         options, own, units = dict(self.options), self.experiment, self.beam.units
-        if not self.beam.is_uniform:
+        if not self.beam.is_prismatic:
             return Obstacle(
-                "A motion in time is computed for a uniform clamped beam with at most one mass; this"
-                " one has its modes, charts and loads."
+                "A motion in time is computed for a uniform clamped beam with at most one mass. Of"
+                " this one there are modes, charts and loads."
             )
         if own.body != "stays" and own.body_at > own.until:
             return Obstacle(

@@ -82,8 +82,8 @@ class Picture:
 
     @property
     def colour_ends(self) -> list[float]:
-        """The ends of the colour maps in the scene, at most two, the smallest first: of the beam and
-        one above it, or of the rows. A beam over another has no colours."""
+        """The ends of the colour maps in the scene, the least and the largest where they differ: of
+        the beam and one above it, or of the rows. A beam over another has no colours."""
         beams = [self.drawn]
         if self.drawn.in_rows:
             view, scale = self.drawn.view, self.drawn.scale

@@ -210,7 +210,8 @@ def legend(colouring: str, ends: Sequence[float], units: Units | None) -> str:
     own = ", of each beam" if len(ends) > 1 else ""
     if colouring == "axial strain":
         most = " .. ".join(significant(end, 2) for end in ends)
-        texts = (f"-({most})", "0", f"+({most})") if own else (f"-{most} shorter", "0", f"longer +{most}")
+        texts = (f"-{most} shorter", "0", f"longer +{most}")
+        texts = ("shorter", f"0, at the ends {most}", "longer") if own else texts
         return page.colour_scale(f"axial strain, as drawn{own}", colours.DIVERGING, *texts)
     far = " .. ".join(length_text(end, units, 2) for end in ends)
     texts = ("0 at rest", "", far if ends[-1] > NOTHING else "")

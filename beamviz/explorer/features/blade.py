@@ -44,6 +44,7 @@ from beamviz.explorer.features.real_beam import (
     MATERIALS,
     SECTION,
     STEEL_BEAM,
+    in_tables,
     load,
     with_sizes,
 )
@@ -111,7 +112,7 @@ class BladePanel(Feature):
         on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]), str)
         on("blade.preset", self.choose, str)
         on("blade.begin", self.begin)
-        on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("own")))
+        on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("")))
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -232,7 +233,7 @@ def removed(name: str, rows: Rows, k: Any) -> Rows:
 
 
 def uniform(beam: Beam) -> Beam:
-    """The uniform clamped beam with the section at the root and no more than one concentrated mass.
+    """The clamped beam with the section at the root throughout and at most one concentrated mass.
     In SI units its material is that of the nearest speed of sound, which its stiffnesses do not
     tell."""
     physical = beam.physical
@@ -247,7 +248,7 @@ def uniform(beam: Beam) -> Beam:
         return abs(math.log(material["youngs_modulus"] / material["density"] / (EA / m)))
 
     E = min(MATERIALS.values(), key=distance)["youngs_modulus"]
-    ends = (0.0, physical.length)
+    ends, flap = (0.0, physical.length), physical.flap_stiffness
     return Beam.of_physical(
         replace(
             physical,
@@ -255,7 +256,7 @@ def uniform(beam: Beam) -> Beam:
             mass_per_length=(m, m),
             bending_stiffness=(EI, EI),
             axial_stiffness=(EA, EA),
-            flap_stiffness=None,
+            flap_stiffness=flap and (flap[0], flap[0]),
             degree=1,
             density=m * E / EA,
             youngs_modulus=E,
@@ -279,8 +280,8 @@ def physical_of(state: State) -> PhysicalBeam | None:
 def is_shown(state: State) -> bool:
     """Whether the panel is that of a blade."""
     case = state.case
-    is_blade = bool(case.blade or case.masses or case.root != math.inf)
-    return bool(case.units and case.units.mass) and (is_blade or state[SECTION] == ALONG)
+    has_size = bool(case.units and case.units.mass)
+    return has_size and in_tables(case.nearest_beam(), state[SECTION])
 
 
 # The panel: its tables do not depend on the speed, which a slider moves

@@ -142,11 +142,11 @@ class Update(Message, omit_defaults=True):
 
     bridge: the id of the control that takes actions, first in a session, which begins anew;
     handled: the number of the last action whose effect is shown from now on; html: of elements, by
-    id; values: shown by controls, by key; props: attributes of controls and
-    elements; charts: by the id of their element; captions: over the scene; open: the open tab;
-    point: controls to highlight; focus: the id of the field that gets the focus; dark: the theme; address: the query of the page's address; met:
-    lessons whose challenge is met, for the browser to keep; say: announcements; ready: all actions
-    have handlers.
+    id; values: shown by controls, by key; props: attributes of controls and elements; charts: by
+    the id of their element; captions: over the scene; open: the open tab; point: controls to
+    highlight; focus: the id of the field that gets the focus; dark: the theme; address: the query
+    of the page's address; met: lessons whose challenge is met, for the browser to keep; say:
+    announcements; ready: all actions have handlers.
     """
 
     bridge: str | UnsetType = UNSET
