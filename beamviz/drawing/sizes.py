@@ -5,12 +5,8 @@ its place in the hub's frame whatever plane it moves in:
 
     size in the plane of rotation ~ sqrt(bending / axial),    out of it ~ sqrt(flap / axial)
 
-A section with thin walls has another area than that, axial. Its sizes are then the geometric mean
-of those and of such as have its area.
-
-Dimensionless numbers without `flap` are those of planar theory, which leaves the breadth open. They
-are drawn with their thickness in the plane of motion, and a breadth in proportion to that, or at
-stations axial / thickness.
+where flap is bending if it is not given. A section with thin walls has another area than that,
+axial. Its sizes are then the geometric mean of those and of such as have its area.
 """
 
 import math
@@ -20,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beamviz.beam import Beam
-from beamviz.blade import Mass
+from beamviz.blade import Blade, Mass
 
 VISIBLE_THICKNESS = 0.04
-LARGER = (0.01, 0.2)  # [beam lengths] least and largest of the larger size, where both are known
+LARGER = (0.01, 0.2)  # [beam lengths] least and largest of the larger size
 RELATIVE_SIZES = (0.25, 2.0)  # of a section over that of the root: the tip of a taper is visible
 COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
 COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it encloses
@@ -32,22 +28,13 @@ BOX_SIZES = (0.03, 0.25)  # [beam lengths] least size along the beam, largest si
 NO_MASS = 1e-12  # in place of a mass of 0 that has an inertia
 
 
-def has_two_sizes(beam: Beam) -> bool:
-    """Whether both sizes of the section are known: a real beam is as stiff out of the plane as in
-    it, where it has no other stiffness there."""
-    return beam.units is not None or (beam.blade is not None and beam.blade.flap is not None)
-
-
 def section_size(
     beam: Beam, thicken: bool = False, plane: str = "chordwise"
 ) -> tuple[float, float]:
-    """At the root, thickness in the plane of motion, h = sqrt(12) / mu of a rectangle, and breadth
-    along its normal. A section whose sizes are known has its true proportions, unless its larger
-    one would be above LARGER."""
+    """At the root, thickness in the plane of motion and breadth along its normal; h = sqrt(12) / mu
+    in the plane of rotation. They have their true proportion, unless the larger one would be above
+    LARGER."""
     h = math.sqrt(12) / beam.mu
-    if not has_two_sizes(beam):
-        thickness = max(h, VISIBLE_THICKNESS if thicken else 0.0)
-        return thickness, min(max(1.5 * thickness, 0.05), 0.1)
     flap = beam.blade.flap[0] if beam.blade and beam.blade.flap else 1.0
     small, large = sorted((h, h * math.sqrt(flap)))
     larger = max(1.0, LARGER[0] / large, VISIBLE_THICKNESS / small if thicken else 0.0)
@@ -57,18 +44,14 @@ def section_size(
     return (small, large) if is_flat == (plane == "flapwise") else (large, small)
 
 
-def relative_sections(beam: Beam, plane: str, x: NDArray, inboard: bool = False) -> NDArray:
-    """Thickness and breadth (n, 2) of a blade at x (n,) over those at the root, within
-    RELATIVE_SIZES; where they jump, as in `Blade.at`."""
-    blade, at = beam.blade, np.append(0.0, x)
-    assert blade
-    axial = blade.at("axial", at, inboard)
-    stiffness = [blade.at(name, at, inboard) for name in ("bending", "flap")]
-    moving, other = stiffness if plane == "chordwise" else stiffness[::-1]
-    thickness = np.sqrt(moving / axial)
-    breadth = np.sqrt(other / axial) if has_two_sizes(beam) else axial / thickness
-    sizes = np.stack([thickness, breadth], 1)
-    sizes *= (axial / (thickness * breadth))[:, None] ** 0.25  # 1 of a breadth that is not known
+def relative_sections(blade: Blade, plane: str, x: NDArray, inboard: bool = False) -> NDArray:
+    """Thickness and breadth (n, 2) at x (n,) over those at the root, within RELATIVE_SIZES; where
+    they jump, as in `Blade.at`."""
+    at = np.append(0.0, x)
+    names = ("bending", "flap") if plane == "chordwise" else ("flap", "bending")
+    axial, moving, other = (blade.at(name, at, inboard) for name in ("axial", *names))
+    sizes = np.sqrt(np.stack([moving, other], 1) / axial[:, None])
+    sizes *= (axial / sizes.prod(axis=1))[:, None] ** 0.25
     return np.clip(sizes[1:] / sizes[0], *RELATIVE_SIZES)
 
 
@@ -78,8 +61,8 @@ def sections(beam: Beam, plane: str, x: NDArray, thicken: bool = False) -> NDArr
     sizes = np.empty((len(x) - 1, 2, 2))
     sizes[:] = section_size(beam, thicken, plane)
     if beam.blade:
-        starts = relative_sections(beam, plane, x[:-1])
-        ends = relative_sections(beam, plane, x[1:], inboard=True)
+        starts = relative_sections(beam.blade, plane, x[:-1])
+        ends = relative_sections(beam.blade, plane, x[1:], inboard=True)
         sizes *= np.stack([starts, ends], 1)
     return sizes
 
@@ -103,7 +86,7 @@ def local_section(
     if beam.blade is None:
         return thickness, breadth
     x = np.array([body.beta])
-    sides = [relative_sections(beam, plane, x, inboard)[0] for inboard in (False, True)]
+    sides = [relative_sections(beam.blade, plane, x, inboard)[0] for inboard in (False, True)]
     larger = np.maximum(*sides)
     return thickness * larger[0], breadth * larger[1]
 

@@ -22,7 +22,7 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
 from beamviz.explorer.feature import Feature, Part, cancelled, fading, progress, told_elsewhere
 from beamviz.explorer.features.comparison import not_drawn
-from beamviz.explorer.features.motion import MotionTab
+from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
@@ -56,7 +56,7 @@ class AnswerPanel(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.answer, s.picture), answer_content, ANSWER),
+            Part(lambda s: (s.answer, s.picture, *motion_now(s)), answer_content, ANSWER),
             Part(lambda s: (s.picture, s.answer), scene_content, ("legend",)),
             Part(pace_reads, pace_content, ("pace-text",)),
             Part(self.caption_reads, caption_content, ("scene-caption", "replaced")),
@@ -80,14 +80,27 @@ class AnswerPanel(Feature):
         return note, state.replaced, first, has_mass(state.case), dragged(state), state.met
 
 
-def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
-    """The state of the equilibrium and the table of modes; nothing before the first answer."""
+def motion_now(snapshot: Snapshot) -> tuple[str, str, bool]:
+    """What the motion that the scene plays is at this moment, "" where there is none; and of the
+    modes `Modes`."""
+    found, beam = played_motion(snapshot), snapshot.beam
+    if found is None or beam is None:
+        return "", "", True
+    moment = snapshot.clock.moment
+    return phase_words(found, moment), *modes_beside(found, moment, beam)
+
+
+def answer_content(
+    answer: SolverAnswer | None, picture: Picture, motion: str, beside: str, present: bool
+) -> Content:
+    """The state of the equilibrium, or the motion that is played, and the table of modes; nothing
+    before the first answer. motion, beside, present: see `motion_now`."""
     solved = answer.result if answer else None
     rows = NO_MODES if answer else ""
     if solved and solved.solution:
-        rows = mode_table(solved.solution, solved, picture.shown)
+        rows = mode_table(solved.solution, solved, picture.shown, beside, present=present)
     stopped = page.props("playing", disabled=solved is None)
-    text = status(answer, in_motion=picture.film is not None) if answer else ""
+    text = status(answer, motion, present=present) if answer else ""
     return stopped | page.html("mode-rows", rows) | page.html("equilibrium", text)
 
 
@@ -232,15 +245,14 @@ def pace(rate: float, units: Units | None) -> str:
 # The equilibrium
 
 
-def status(answer: SolverAnswer, in_motion: bool) -> str:
+def status(answer: SolverAnswer, motion: str, *, present: bool) -> str:
     """The state of the equilibrium: stable, with any caution, or the warning; up to three lines.
-    in_motion: the scene shows a motion in time, which may have another speed, so the title names
-    that of the equilibrium."""
+    motion: that which the scene plays is told instead, with the state where that is `present`."""
     speed = ""
     if answer.beam and answer.beam.gamma:
         speed = measure("gamma", answer.beam.units).text(answer.beam.gamma, 4)
     if answer.result and not answer.warning:
-        text = answer.caution or stretch_text(answer.result, "" if in_motion else speed)
+        text = answer.caution or stretch_text(answer.result, speed)
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
         if answer.solution and answer.solution.equilibrium.buckled_chordwise:
             title, kind, text = "Stable out of plane only", "bad", BUCKLED
@@ -248,10 +260,14 @@ def status(answer: SolverAnswer, in_motion: bool) -> str:
         title, _, text = answer.warning.partition("\n")
         text = text if answer.message == answer.warning else answer.message
         kind = "bad"
-    if in_motion and speed:
-        title += f" at {speed}"
+    switch = state_switch(answer)
+    if motion:
+        text = {"good": f"about its {title.lower()}", "warn": text, "bad": title}[kind]
+        title = motion
+        if not present:
+            text, kind, switch = "", "plays", ""
     line = f"<br>{escape(text)}" if text else ""
-    return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
+    return f'<p class="state {kind}"><b>{escape(title)}</b>{switch}{line}</p>'
 
 
 def state_switch(answer: SolverAnswer) -> str:
@@ -289,8 +305,11 @@ def stretch_text(shapes: SampledModes, speed: str) -> str:
 # The table of modes: a click on a row shows one mode alone, its slider mixes it with others
 
 
-def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int]) -> str:
-    """The table of the modes of a solution; those `shown` (0-based) are marked."""
+def mode_table(
+    solution: Solution, shapes: SampledModes, shown: Collection[int], beside: str, *, present: bool
+) -> str:
+    """The table of the modes of a solution; those `shown` (0-based) are marked. beside: what they
+    are those of, beside a motion; it is pale where they are not of its `present` moment."""
     units, modes = solution.beam.units, identify_modes(solution)
     unit = "" if units else UNIT_HINT
     heads = ("mode", f"{frequencies(units).label} {unit}<small>± error</small>", "amount")
@@ -303,8 +322,10 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
         for k, label in enumerate(modes.labels)
     )
     head = f"<thead><tr><th>{'</th><th>'.join(heads)}</th></tr></thead>"
-    table = f'<table aria-label="modes">{head}<tbody>{rows}</tbody></table>'
-    return f'{table}<p class="soft">{escape(modes.summary)}</p>'
+    note = f"<p>{escape(beside)}</p>" if beside else ""
+    own = page.attributes(aria_label="modes", class_=None if present else "pale")
+    table = f"<table{own}>{head}<tbody>{rows}</tbody></table>"
+    return f'{note}{table}<p class="soft">{escape(modes.summary)}</p>'
 
 
 @lru_cache(256)

@@ -109,8 +109,8 @@ FIELDS = {  # their labels, their units, and the SI values of these
     "diameter": ("outer diameter D", "mm", 1e-3),
     "wall": ("wall t", "mm", 1e-3),
     "area": ("area A", "mm²", 1e-6),
-    "second_moment": ("second moment I", "mm⁴", 1e-12),
-    "flap_moment": ("the same out of plane", "mm⁴", 1e-12),
+    "second_moment": ("I in plane", "mm⁴", 1e-12),
+    "flap_moment": ("I out of plane", "mm⁴", 1e-12),
 }
 ALONG_BEAM = ("length", "hub_radius")  # fields in m for a long beam
 THICK = {
