@@ -258,10 +258,11 @@ def field_of(name: str, units: Units, slenderness: float) -> tuple[str, float]:
     return f"{label} [{unit}]", size
 
 
-def edited(beam: Beam, kind: str, name: str, value: Any) -> Beam:
-    """The beam with one field set, in the unit of the field, where the fields of a kind of section
-    are shown; the others keep their values. Raises InvalidInput, which names the field, the value
-    and the values allowed in its unit."""
+def edited(beam: Beam, name: str, value: Any, chosen: str = "") -> Beam:
+    """The beam with one field set, in the unit of the field; the others keep their values. chosen:
+    as for `kind_of`, of whose section there are fields. Raises InvalidInput, which names the field,
+    the value and the values allowed in its unit."""
+    kind = kind_of(beam, chosen)
     values, section = entries(beam, kind), SECTIONS[kind]
     if name not in values:  # the beam or its section was changed meanwhile
         return beam
@@ -321,9 +322,11 @@ def built(values: Values) -> Beam:
     return Beam.of_physical(PhysicalBeam.of(si))
 
 
-def with_section(beam: Beam, kind: str, before: str) -> Beam:
-    """The beam with another kind of section than that shown before: a rectangle is turned; else one
-    of the same area and second moment in the plane, or if there is none, of the same thickness."""
+def with_section(beam: Beam, kind: str, chosen: str = "") -> Beam:
+    """The beam with another kind of section than that of before, see `kind_of`: a rectangle is
+    turned; else one of the same area and second moment in the plane, or if there is none, of the
+    same thickness."""
+    before = kind_of(beam, chosen)
     values, section = entries(beam, before), SECTIONS[kind]
     if not values or kind == before:
         return beam
@@ -390,11 +393,11 @@ class RealBeamPanel(Feature):
         )
 
     def edit(self, name: str, value: Any) -> None:
-        self.load(f"real.{name}", lambda beam: edited(beam, self.shown(beam), name, value), value)
 
-    def shown(self, beam: Beam) -> str:
-        """The kind of section that the panel shows of a beam."""
-        return kind_of(beam, self.visitor.state[SECTION])
+        def edit(beam: Beam) -> Beam:
+            return edited(beam, name, value, self.visitor.state[SECTION])
+
+        self.load(f"real.{name}", edit, value)
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
@@ -415,7 +418,7 @@ class RealBeamPanel(Feature):
         elif kind in SECTIONS:
 
             def edit(beam: Beam) -> Beam:
-                return with_section(beam, kind, self.shown(beam))
+                return with_section(beam, kind, self.visitor.state[SECTION])
 
             load(self.visitor, "real.section", edit, then=with_sizes(kind))
 
