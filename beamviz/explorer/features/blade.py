@@ -40,6 +40,7 @@ from beamviz.explorer.declarations import Choice, Key
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.real_beam import (
     ALONG,
+    AS_AT_ROOT,
     BUTTONS,
     MATERIALS,
     SECTION,
@@ -233,9 +234,9 @@ def removed(name: str, rows: Rows, k: Any) -> Rows:
 
 
 def uniform(beam: Beam) -> Beam:
-    """The clamped beam with the section at the root throughout and at most one concentrated mass.
-    In SI units its material is that of the nearest speed of sound, which its stiffnesses do not
-    tell."""
+    """The clamped beam with the section at the root throughout and at most one concentrated mass;
+    without a size, as stiff in both planes. In SI units its material is that of the nearest speed
+    of sound, which its stiffnesses do not tell."""
     physical = beam.physical
     if physical is None:
         return beam.replace(blade=None, masses=(), root=math.inf)
@@ -364,7 +365,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
     return (
         '<details class="real" open><summary>Blade</summary>'
         f'<div class="choices">{BUTTONS}'
-        f"{page.button('uniform, as at the root', data_do='blade.uniform')}"
+        f"{AS_AT_ROOT}"
         f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{''.join(f'<p>{escape(text)}</p>' for text in about)}"
         '<div id="blade-chart" class="chart" data-chart></div>'

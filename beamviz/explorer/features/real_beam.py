@@ -519,6 +519,7 @@ BUTTONS = "".join(
     for name, one in BLADES.items()
 )
 OWN_BLADE = page.button("your blade", data_do="blade.begin")
+AS_AT_ROOT = page.button("uniform, as at the root", data_do="blade.uniform")
 
 
 def invitation(beam: Beam) -> str:
@@ -526,6 +527,7 @@ def invitation(beam: Beam) -> str:
     other panels had that before."""
     own = page.attributes(class_="real", open=not beam.is_uniform)
     structure = f"<p>This beam has: {escape(', '.join(beam.structure))}.</p>"
+    structure += f'<div class="choices">{AS_AT_ROOT}</div>'
     return (
         f"<details{own}><summary>Real beam (m, kg, rpm, Hz)</summary>"
         f"{'' if beam.is_uniform else structure}"
