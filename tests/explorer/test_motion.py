@@ -759,7 +759,7 @@ def test_modes_of_another_mass_are_pale(moved, body, first):
         now = at_moment(desk, moment)
         assert (now.modes, now.pale) == (words[pale], pale)
         assert now.title.startswith("The hub turns at γ = 3")
-        assert now.title.endswith("without the mass" if pale else "with the mass")
+        assert now.title.endswith("mass off the beam" if pale else "mass on the beam")
 
 
 def test_a_motion_at_the_speed_of_the_table_is_about_its_equilibrium(moved):

@@ -324,7 +324,7 @@ def phase_words(found: Computed, moment: float) -> str:
     elif own.ramps and gamma and moment < own.within:
         text = f"The hub speeds up to {speed}"
     if own.body != "stays":
-        text += ", the beam with the mass" if found.film.has_body(moment) else ", without the mass"
+        text += f", mass {'on' if found.film.has_body(moment) else 'off'} the beam"
     return text
 
 

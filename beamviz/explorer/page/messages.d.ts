@@ -198,6 +198,7 @@ interface Actions { // the types of their values
   "real.area": number;
   "real.density": number;
   "real.diameter": number;
+  "real.flap_moment": number;
   "real.length": number;
   "real.material": string;
   "real.preset": string;
