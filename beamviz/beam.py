@@ -150,6 +150,13 @@ class Beam:
         return self.blade is None and not self.masses and self.root == math.inf
 
     @property
+    def is_prismatic(self) -> bool:
+        """Whether it is uniform but for the bending stiffness out of the plane of rotation, which
+        has no effect in that plane."""
+        one_section = self.blade is None or self.blade.is_prismatic
+        return one_section and not self.masses and self.root == math.inf
+
+    @property
     def bodies(self) -> tuple[Mass, ...]:
         """All bodies on the beam: the concentrated mass and `masses`, from the root outward."""
         first = (Mass(self.alpha, self.beta),) if self.alpha else ()
@@ -181,7 +188,10 @@ class Beam:
     def structure(self) -> list[str]:
         """What is not uniform, in words: a blade of 5 stations, 2 more masses, hinged root."""
         texts = []
-        if self.blade:
+        if self.blade and self.blade.is_prismatic:
+            stiffness = f"{self.blade.flap[0]:g} E I" if self.blade.flap else "E I"
+            texts.append(f"flapwise stiffness {stiffness}")
+        elif self.blade:
             texts.append(f"a blade of {len(self.blade.x)} stations")
         if self.masses:
             more, s = " more" if self.alpha else "", "" if len(self.masses) == 1 else "es"
@@ -227,10 +237,11 @@ class Beam:
         length [m]. The section: mass_per_length [kg/m], bending_stiffness [N m^2] and
         axial_stiffness [N]; each a number, or a sequence of one for each of the stations [m] from 0
         at the root to the length. Between stations they are linear (or polynomials of a `degree`,
-        see `Blade`); a station named twice is a jump. flap_stiffness [N m^2]: bending out of the
-        plane of rotation, where it is another one. Or, of a uniform beam: density [kg/m^3], area
+        see `Blade`); a station named twice is a jump. Or, of a uniform beam: density [kg/m^3], area
         [m^2], second_moment [m^4] and youngs_modulus [Pa]; then, for its stress, also yield_stress
-        [Pa] and section_height [m], its size in the plane of bending.
+        [Pa] and section_height [m], its size in the plane of bending. All bend in the plane of
+        rotation; flap_stiffness [N m^2]: out of it, where it is another one, as E h b^3 / 12 of a
+        bar b x h whose h is in the plane.
 
         hub_radius [m]; rotation_speed [rad/s] or rotation_rpm [1/min]; angular_acceleration
         [rad/s^2]; mass [kg] and mass_position [m] from the root, by default the tip; masses: more

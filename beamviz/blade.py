@@ -214,6 +214,12 @@ class Blade:
             first += self.degree
 
     @property
+    def is_prismatic(self) -> bool:
+        """Whether no property varies along the span: they may differ between the two planes."""
+        rows = self.mass, self.bending, self.axial, self.flap or self.bending
+        return all(len(set(row)) == 1 for row in rows)
+
+    @property
     def breaks(self) -> tuple[float, ...]:
         """The ends of the segments, from 0 to 1, where a property or its slope may jump."""
         return (0.0, *(segment.stop for segment in self.segments))

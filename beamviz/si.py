@@ -106,8 +106,8 @@ class PhysicalBeam:
     """A beam in SI units; properties of the section at the stations, which are 0 and the length
     where it is uniform.
 
-    density and youngs_modulus are known of a uniform beam by its material, yield_stress and
-    section_height if they were given beside these.
+    density and youngs_modulus are known of a beam by its material, whose section does not vary,
+    yield_stress and section_height if they were given beside these.
     """
 
     length: float
@@ -130,10 +130,15 @@ class PhysicalBeam:
     angular_acceleration: float = 0.0
 
     @property
+    def is_prismatic(self) -> bool:
+        """Whether no property varies along the span."""
+        rows = (getattr(self, name) for name in (*SECTION, *FLAP))
+        return all(row is None or len(set(row)) == 1 for row in rows)
+
+    @property
     def is_uniform(self) -> bool:
         """Whether no property varies along the span, nor with the plane of bending."""
-        rows = self.mass_per_length, self.bending_stiffness, self.axial_stiffness
-        return self.flap_stiffness is None and all(len(set(row)) == 1 for row in rows)
+        return self.flap_stiffness is None and self.is_prismatic
 
     @property
     def time(self) -> float:
@@ -149,7 +154,7 @@ class PhysicalBeam:
             if not (math.isfinite(value) and value > 0):
                 raise InvalidInput(f"{name} = {value:g}: the SI values are too extreme")
         strength: tuple[float | None, ...] = ()
-        if self.is_uniform:
+        if self.is_prismatic:
             strength = self.youngs_modulus, self.yield_stress, self.section_height
         return Units(self.length, time, whole, *strength)
 
@@ -228,7 +233,7 @@ class PhysicalBeam:
     def values(self) -> dict[str, Any]:
         """The keywords that describe this beam; those of no effect are left out."""
         values: dict[str, Any] = {"length": self.length}
-        if self.density is not None and self.youngs_modulus is not None and self.is_uniform:
+        if self.density is not None and self.youngs_modulus is not None and self.is_prismatic:
             area = self.mass_per_length[0] / self.density
             values["density"] = self.density
             values["area"] = area
@@ -236,6 +241,8 @@ class PhysicalBeam:
             values["youngs_modulus"] = self.youngs_modulus
             strength = {name: getattr(self, name) for name in STRENGTH}
             values |= {name: value for name, value in strength.items() if value is not None}
+            if self.flap_stiffness:
+                values["flap_stiffness"] = self.flap_stiffness[0]
         else:
             values |= self.section_values
         values["hub_radius"] = self.hub_radius
@@ -255,8 +262,8 @@ class PhysicalBeam:
     def section_values(self) -> dict[str, Any]:
         """The keywords of the section: numbers, or lists with the stations where they vary."""
         rows = {name: getattr(self, name) for name in (*SECTION, *FLAP)}
-        if self.is_uniform:
-            return {name: rows[name][0] for name in SECTION}
+        if len(self.stations) == 2 and self.is_prismatic:
+            return {name: row[0] for name, row in rows.items() if row is not None}
         values: dict[str, Any] = {name: list(row) for name, row in rows.items() if row is not None}
         values["stations"] = list(self.stations)
         return values | ({"degree": self.degree} if self.degree > 1 else {})
@@ -493,7 +500,7 @@ def physical_beam(
     constant = (1.0, 1.0)
     shape = blade or Blade((0.0, 1.0), constant, constant, constant)
     strength: dict[str, float | None] = {}
-    if blade is None:
+    if shape.is_prismatic:
         names = ("youngs_modulus", *STRENGTH)
         strength = {name: getattr(units, name) for name in names}
     E = strength.get("youngs_modulus")

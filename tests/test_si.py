@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from strategies import blades, physical_beams
 
-from beamviz import Beam, Blade, ImplausibleInput, InvalidInput, Mass
+from beamviz import Beam, Blade, ImplausibleInput, InvalidInput, Mass, motion, solve
 from beamviz.plausibility import RULES
 from beamviz.scene import Scene, parse_query
 from beamviz.si import FILE_KEYS, FLAP, SECTION
@@ -82,6 +82,41 @@ def test_numbers_make_a_uniform_beam_and_arrays_a_blade():
     beam = Beam.from_si(**mixed)
     assert (beam.units.length, beam.blade.x) == (2.0, (0, 0.25, 1))
     assert beam.blade.mass == (1, 0.5, 0.5)
+
+
+def test_a_bar_keeps_its_material_and_both_its_stiffnesses(tmp_path):
+    """As keywords, in a TOML file, a scene file and a link; uniform in the plane of rotation, where
+    every method solves it as the uniform beam that it is there. Out of it those for beams of one
+    stiffness say so."""
+    bar = {"length": 0.5, "density": 7850.0, "area": 5e-4, "youngs_modulus": 2.1e11}
+    bar |= {"second_moment": 0.05 * 0.01**3 / 12, "flap_stiffness": 2.1e11 * 0.01 * 0.05**3 / 12}
+    beam = Beam.from_si(**bar, rotation_rpm=1500)
+    assert beam.is_prismatic
+    assert not beam.is_uniform
+    assert beam.structure == ["flapwise stiffness 25 E I"]
+    assert bar.items() <= {k: pytest.approx(v) for k, v in beam.si.items()}.items()
+    path = tmp_path / "bar.toml"
+    path.write_text("".join(f"{name} = {value}\n" for name, value in beam.si.items()))
+    scene = Scene(beam)
+    for again in (
+        Beam.from_toml(path),
+        Scene.from_bytes(scene.to_toml().encode(), "bar").beam,
+        Scene.from_query(parse_query(scene.to_query())).beam,
+    ):
+        assert again.si == pytest.approx(beam.si, rel=1e-12)
+    uniform = Beam.from_si(**{**bar, "flap_stiffness": None}, rotation_rpm=1500)
+    for method in ("auto", "ancf-planar", "assumed-modes", "power-series", "chebyshev"):
+        own = solve(beam, method=method, modes=3).frequencies
+        assert own == pytest.approx(solve(uniform, method=method, modes=3).frequencies, rel=1e-9)
+        if method != "auto":
+            with pytest.raises(InvalidInput, match="as stiff out of the plane"):
+                solve(beam, method=method, plane="flapwise")
+    ratio = solve(beam.replace(gamma=0.0), plane="flapwise", modes=1).frequencies[0] / 3.51602
+    assert ratio == pytest.approx(5.0, rel=1e-5)
+    held = motion(beam, 1.0, release=0.5, points=5, tolerance=1e-3)
+    assert held.tip == pytest.approx(
+        motion(uniform, 1.0, release=0.5, points=5, tolerance=1e-3).tip, abs=1e-6
+    )
 
 
 def test_a_speed_is_in_radians_per_second_or_in_rpm():

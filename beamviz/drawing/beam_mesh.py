@@ -147,11 +147,16 @@ class DrawnBeam:
 
     @cached_property
     def largest(self) -> float:
-        """The end of the colour map, not 0: a bound of displacement or |axial strain| over time."""
+        """The end of the colour map, not 0: the largest displacement or |axial strain| over time,
+        as all modes are at their largest together at some time."""
         if self.view.colouring == "axial strain":
             largest = (np.abs(self.shapes.strain) + self.amplitudes @ self.shapes.strains).max()
             return max(float(largest), LEAST_STRAIN)
-        return max(float(self.amplitudes.sum()), LEAST_DISPLACEMENT)
+        if (largest := self.shapes.largest) is None:
+            along, across = np.moveaxis(np.abs(self.shapes.modes), 2, 0)  # (m, n) each
+            both = np.hypot(self.amplitudes @ along, self.amplitudes @ across)
+            largest = float(both.max(initial=0.0))
+        return max(largest, LEAST_DISPLACEMENT)
 
     @property
     def shown(self) -> list[int]:

@@ -29,7 +29,9 @@ class SampledModes:
 
     x: (n,) stations; centreline: (n, 2) the equilibrium, along and across the beam; strain:
     (n - 1,) its axial strain; modes: (m, n, 2) with largest displacement 1; limits: (m,) largest
-    amplitudes to draw; nodes: positions x (j,) of the nodes of each mode; solution: None without.
+    amplitudes to draw; nodes: positions x (j,) of the nodes of each mode; solution: None without;
+    largest: the largest displacement, where the modes are parts of one motion, None where each
+    moves for itself.
     """
 
     beam: Beam
@@ -43,6 +45,7 @@ class SampledModes:
     limits: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nodes: Sequence[np.ndarray] = ()
     solution: Solution | None = None
+    largest: float | None = None
 
     @classmethod
     def sampled(

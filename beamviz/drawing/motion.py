@@ -42,8 +42,12 @@ class MotionShapes:
         count = min(MAX_SHAPES, max(1, int((left > DRAWN * math.sqrt(some.size)).sum())))
         largest = np.linalg.norm(shapes[:count].reshape(count, len(x), 2), axis=2).max(axis=1)
         largest = np.where(largest > 0, largest, 1.0)
-        in_turn = np.split(self.t, np.arange(SAMPLED, len(self.t), SAMPLED))
-        self.parts = np.concatenate([moved(t) @ shapes[:count].T for t in in_turn]) * largest
+        parts, far = [], 0.0
+        for times in np.split(self.t, np.arange(SAMPLED, len(self.t), SAMPLED)):
+            rows = moved(times)
+            parts.append(rows @ shapes[:count].T)
+            far = max(far, float(np.linalg.norm(rows.reshape(-1, 2), axis=1).max()))
+        self.parts = np.concatenate(parts) * largest
         self.amplitudes = np.maximum(abs(self.parts).max(axis=0), 1e-12)
         self.sampled = SampledModes(
             beam.replace(gamma=0.0),
@@ -55,6 +59,7 @@ class MotionShapes:
             frequencies=np.zeros(count),
             modes=shapes[:count].reshape(count, len(x), 2) / largest[:, None, None],
             limits=np.full(count, np.inf),
+            largest=far,
         )
 
     def phases(self, t: float) -> NDArray:

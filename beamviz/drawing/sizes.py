@@ -1,11 +1,12 @@
 """The sizes that a beam is drawn with: its sections along the span, and the bodies on it.
 
-A blade gives stiffnesses, not dimensions. It is drawn as a solid rectangular section that has them:
+A beam has stiffnesses, not dimensions. It is drawn as a solid rectangular section that has them, at
+its place in the hub's frame whatever plane it moves in:
 
-    height ~ sqrt(bending / axial),    breadth ~ sqrt(flap / axial), or axial / height without flap
+    size in the plane of rotation ~ sqrt(bending / axial),    out of it ~ sqrt(flap / axial)
 
-With flap, a section with thin walls has another area than that, axial. Its sizes are then the
-geometric mean of those and of such as have its area.
+where flap is bending if it is not given. A section with thin walls has another area than that,
+axial. Its sizes are then the geometric mean of those and of such as have its area.
 """
 
 import math
@@ -18,7 +19,7 @@ from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
 
 VISIBLE_THICKNESS = 0.04
-BREADTHS = (0.02, 0.2)  # [beam lengths] least and largest of a breadth that is known
+LARGER = (0.01, 0.2)  # [beam lengths] least and largest of the larger size
 RELATIVE_SIZES = (0.25, 2.0)  # of a section over that of the root: the tip of a taper is visible
 COLLAR_LENGTH = 0.9  # over its radius, unless the mass is too small for that
 COLLAR_HEIGHT = 0.62  # least radius, over the diagonal of the section that it encloses
@@ -30,31 +31,27 @@ NO_MASS = 1e-12  # in place of a mass of 0 that has an inertia
 def section_size(
     beam: Beam, thicken: bool = False, plane: str = "chordwise"
 ) -> tuple[float, float]:
-    """At the root, thickness in the plane of motion, h = sqrt(12) / mu of a rectangle, and breadth
-    along its normal, which the five numbers do not determine, but the two bending stiffnesses of a
-    blade do."""
-    in_plane = out_of_plane = math.sqrt(12) / beam.mu
-    flap = beam.blade.flap if beam.blade else None
-    if flap is None:
-        thickness = max(in_plane, VISIBLE_THICKNESS if thicken else 0.0)
-        return thickness, min(max(1.5 * thickness, 0.05), 0.1)
-    out_of_plane *= math.sqrt(flap[0])
-    sizes = (in_plane, out_of_plane) if plane == "chordwise" else (out_of_plane, in_plane)
-    larger = max(1.0, VISIBLE_THICKNESS / sizes[0] if thicken else 0.0)
-    return larger * sizes[0], min(max(larger * sizes[1], BREADTHS[0]), BREADTHS[1])
+    """At the root, thickness in the plane of motion and breadth along its normal; h = sqrt(12) / mu
+    in the plane of rotation. They have their true proportion, unless the larger one would be above
+    LARGER."""
+    h = math.sqrt(12) / beam.mu
+    flap = beam.blade.flap[0] if beam.blade and beam.blade.flap else 1.0
+    small, large = sorted((h, h * math.sqrt(flap)))
+    larger = max(1.0, LARGER[0] / large, VISIBLE_THICKNESS / small if thicken else 0.0)
+    small, large = larger * small, larger * large
+    large = min(large, max(small, LARGER[1]))
+    is_flat = flap < 1  # its larger size is in the plane of rotation
+    return (small, large) if is_flat == (plane == "flapwise") else (large, small)
 
 
 def relative_sections(blade: Blade, plane: str, x: NDArray, inboard: bool = False) -> NDArray:
     """Thickness and breadth (n, 2) at x (n,) over those at the root, within RELATIVE_SIZES; where
     they jump, as in `Blade.at`."""
     at = np.append(0.0, x)
-    axial = blade.at("axial", at, inboard)
-    stiffness = [blade.at(name, at, inboard) for name in ("bending", "flap")]
-    moving, other = stiffness if plane == "chordwise" else stiffness[::-1]
-    thickness = np.sqrt(moving / axial)
-    breadth = axial / thickness if blade.flap is None else np.sqrt(other / axial)
-    sizes = np.stack([thickness, breadth], 1)
-    sizes *= (axial / (thickness * breadth))[:, None] ** 0.25  # 1 without flap
+    names = ("bending", "flap") if plane == "chordwise" else ("flap", "bending")
+    axial, moving, other = (blade.at(name, at, inboard) for name in ("axial", *names))
+    sizes = np.sqrt(np.stack([moving, other], 1) / axial[:, None])
+    sizes *= (axial / sizes.prod(axis=1))[:, None] ** 0.25
     return np.clip(sizes[1:] / sizes[0], *RELATIVE_SIZES)
 
 

@@ -8,6 +8,7 @@ import trimesh
 
 from beamviz.beam import Beam
 from beamviz.drawing import colours
+from beamviz.drawing.modes import AT_REST
 from beamviz.drawing.objects import Caption, add_instances, add_mesh, set_surface
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.drawing.sizes import largest_height
@@ -100,14 +101,26 @@ class Surroundings:
             self.disc.color, self.disc.radius = colours.FLOOR[dark], radius
             self.scale.points = scale_lines(radius)
             self.scene.set_pose(self.floor, position=(0.0, 0.0, ground - FLOOR_THICKNESS / 2))
-            self.arrow.visible = turning
             self.show_arrow(beam, 1.0 if rotating_frame else max(1.0, hub_radius(beam)))
         self.speed.text = self.speed_text(beam.gamma, beam.units) if turning else ""
+        self.turn_arrow(beam.gamma)
 
     def tell_speed(self, gamma: float, units: Units | None) -> None:
-        """Say the speed of a beam that speeds up or slows down."""
+        """Say the speed of a beam that speeds up, slows down or turns back; at rest without an
+        arrow."""
         if self.speed.text:
             self.speed.text = self.speed_text(gamma, units)
+            self.turn_arrow(gamma)
+
+    def turn_arrow(self, gamma: float) -> None:
+        """Show the arrow in the direction of rotation: it is symmetrical but for its head."""
+        visible, backward = bool(self.speed.text) and abs(gamma) > AT_REST, gamma < 0
+        if self.arrow.visible != visible:
+            self.arrow.visible = visible
+        if visible:
+            height = 2 * ARROW_HEIGHT if backward else 0.0
+            wxyz = (0.0, 1.0, 0.0, 0.0) if backward else (1.0, 0.0, 0.0, 0.0)
+            self.scene.set_pose(self.arrow, wxyz=wxyz, position=(0.0, 0.0, height))
 
     def speed_text(self, gamma: float, units: Units | None) -> str:
         """The text beside the arrow."""

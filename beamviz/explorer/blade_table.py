@@ -1,6 +1,6 @@
 """The tables of a blade as text: stations, bodies and root, from a beam and to one.
 
-A table that is typed or pasted is kept as text until it describes a beam, so nothing typed is lost.
+A table that is typed or pasted is kept as text until a beam has its rows, so nothing typed is lost.
 """
 
 import math
@@ -345,8 +345,9 @@ def mass_values(row: Cells) -> dict[str, Any]:
 # Edits
 
 
-def with_station(rows: Rows) -> Rows:
-    """With a station in the middle of the longest interval, of the mean values of its ends."""
+def with_station(rows: Rows) -> tuple[Rows, int]:
+    """With a station in the middle of the longest interval, of the mean values of its ends; and its
+    row."""
     if len(rows) >= MAX_STATIONS:
         raise InvalidInput(f"{len(rows)} stations: must be at most {MAX_STATIONS}")
     known = [number_of(row[0]) if is_number(row[0]) else math.nan for row in rows]
@@ -357,7 +358,7 @@ def with_station(rows: Rows) -> Rows:
         text_of((number_of(a) + number_of(b)) / 2) if is_number(a) and is_number(b) else a
         for a, b in ends
     )
-    return (*rows[: k + 1], between, *rows[k + 1 :])
+    return (*rows[: k + 1], between, *rows[k + 1 :]), k + 1
 
 
 def with_mass(rows: Rows, beam: PhysicalBeam) -> Rows:

@@ -57,10 +57,10 @@ class MotionRequest(NamedTuple):
     def obstacle(self) -> "Obstacle | None":
         """The first reason why this motion cannot be computed; None if it can."""
         options, experiment, units = dict(self.options), self.experiment, self.beam.units
-        if not self.beam.is_uniform:
+        if not self.beam.is_prismatic:
             return Obstacle(
-                "A motion in time is computed for a uniform clamped beam with at most one mass.",
-                page.button("Make it uniform, as at the root", data_do="blade.uniform"),
+                "A motion in time is computed for a uniform clamped beam with at most one mass. Of"
+                " this one there are modes, charts and loads."
             )
         if experiment.body != "stays" and experiment.body_at > experiment.until:
             return Obstacle(

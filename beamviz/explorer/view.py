@@ -23,6 +23,8 @@ from beamviz.explorer.solutions import SolverAnswer
 from beamviz.explorer.state import NO_COMPARISON, Case, State
 from beamviz.scene import ViewOptions
 
+SAME_END = 0.005  # relative difference of colour maps that the digits of a legend do not show
+
 
 class Compared(NamedTuple):
     """The choices by which there is a second beam."""
@@ -69,13 +71,18 @@ class Picture:
         return pair_heights(stacked=self.second is not None and self.stacked)
 
     @property
-    def largest(self) -> float:
-        """The end of the colour map: of the beam, or of the row whose colours go furthest."""
-        if not self.drawn.in_rows:
-            return self.drawn.largest
-        view, scale = self.drawn.view, self.drawn.scale
-        alone = view.amplitude * np.eye(len(self.modes.modes))
-        return max(DrawnBeam(self.modes, view, scale, sizes).largest for sizes in alone)
+    def colour_ends(self) -> list[float]:
+        """The ends of the colour maps in the scene, the least and the largest where they differ: of
+        the beam and one above it, or of the rows. A beam over another has no colours."""
+        beams = [self.drawn]
+        if self.drawn.in_rows:
+            view, scale = self.drawn.view, self.drawn.scale
+            alone = view.amplitude * np.eye(len(self.modes.modes))
+            beams = [DrawnBeam(self.modes, view, scale, sizes) for sizes in alone]
+        elif self.second and self.stacked:
+            beams.append(self.second)
+        ends = [beam.largest for beam in beams]
+        return [min(ends), max(ends)] if not np.allclose(ends, ends[0], SAME_END) else ends[:1]
 
     @cached_property
     def rate(self) -> float:

@@ -90,7 +90,7 @@ def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[An
     """Dispatch to the state and the method."""
     start = time.perf_counter()
     if not METHODS[problem.method].blades:
-        _check_uniform(beams, problem.method)
+        _check_uniform(beams, problem)
     answers: list[Answer]
     if problem.state != "straight" or any(map(attrgetter("spin_up"), beams)):
         answers = _solve_states(beams, problem, extra_modes)
@@ -109,14 +109,17 @@ def _solve(beams: list[Beam], problem: Problem, extra_modes: int = 0) -> list[An
     return answers
 
 
-def _check_uniform(beams: list[Beam], method: str) -> None:
-    """InvalidInput for a beam that is not uniform, which the method does not solve."""
-    if not all(beam.is_uniform for beam in beams):
-        methods = [name for name, row in METHODS.items() if row.blades]
-        raise InvalidInput(
-            f"method {method}: the beam has to be uniform, clamped, with one concentrated mass",
-            use={"method": methods},
-        )
+def _check_uniform(beams: list[Beam], problem: Problem) -> None:
+    """InvalidInput for a beam that is not uniform in the plane it bends in, which the method does
+    not solve."""
+    if all(beam.is_prismatic if problem.chordwise else beam.is_uniform for beam in beams):
+        return
+    alike = "" if problem.chordwise else ", and as stiff out of the plane of rotation as in it"
+    raise InvalidInput(
+        f"method {problem.method}: the beam has to be uniform, clamped, with one concentrated mass"
+        f"{alike}",
+        use={"method": [name for name, row in METHODS.items() if row.blades]},
+    )
 
 
 def _solver_of_one_beam(method: str) -> SolveOne:

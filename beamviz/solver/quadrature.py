@@ -25,7 +25,7 @@ def quadrature(beam: Beam, points: int = 64) -> tuple[np.ndarray, np.ndarray]:
     either side of the concentrated mass and, as the last point, the concentrated mass. Of a beam
     that is not uniform, about as many in all, in proportion to the distances between its
     discontinuities and MORE_IN_SPAN more between each two, and at the end the bodies."""
-    if not beam.is_uniform:
+    if not beam.is_prismatic:
         bodies = beam.bodies
         ends = ends_of_spans(beam)
         along, mass = distributed_mass(beam, ends, points, MORE_IN_SPAN)

@@ -112,6 +112,27 @@ def test_the_floor_turns_in_the_rotating_frame_and_the_speed_is_never_near_the_b
 # Motion
 
 
+@pytest.mark.parametrize(
+    ("options", "modes"), [({}, (0, 2)), ({}, (0, 1)), ({"coriolis": True}, (2,))]
+)
+def test_the_colours_end_at_the_largest_displacement(options, modes):
+    """That of all points and times, which modes along and across the beam together do not reach by
+    their sum."""
+    shapes = sampled(PAPER, **options)
+    drawn = DrawnBeam(shapes, ViewOptions(), sizes=np.where(np.isin(range(5), modes), 0.1, 0.0))
+    turn = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    farthest = 0.0
+    for first in turn:
+        for second in turn if len(modes) > 1 else [0.0]:
+            phases = np.zeros(5)
+            phases[list(modes)] = [first, second][: len(modes)]
+            moved = displacement(shapes, phases, drawn.amplitudes)
+            farthest = max(farthest, float(np.linalg.norm(moved, axis=1).max()))
+    assert drawn.largest == pytest.approx(farthest, rel=0.01)
+    if modes == (0, 2):
+        assert drawn.largest < 0.15  # not 0.2
+
+
 def test_the_playback_rate_suits_the_slowest_and_the_fastest_motion():
     """A period takes at least 0.6 s and, alone, 2.5 s; a rotation at least 1.5 s."""
     for frequencies, gamma, period in (([3.5], 0, 2.5), ([3.5, 200], 0, 0.6), ([3.5], 200, 1.5)):

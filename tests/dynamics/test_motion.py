@@ -146,6 +146,18 @@ def test_damping_is_that_of_the_modes():
     assert abs(moved.tip[:, 1] - linear).max() < 2e-7
 
 
+def test_damping_goes_on_after_a_drop():
+    """Of a body of a thousandth of the beam at its tip, which lowers its frequency by 2e-3: at rest
+    the energy of the bare beam falls by exp(-2 zeta omega t), over whole periods."""
+    zeta, omega = 0.05, solve(Beam()).frequencies[0]
+    period = 2 * np.pi / (omega * np.sqrt(1 - zeta**2))
+    at, beam = 0.5, Beam(alpha=1e-3, beta=1.0)
+    options = {"start": {"B1": 0.01}, "damping": zeta, "drop": at, "tolerance": 1e-5}
+    moved = motion(beam, at + 2.01 * period, **options)
+    (before, after) = np.interp([at + 0.001, at + 0.001 + 2 * period], moved.t, moved.energy)
+    assert after / before == pytest.approx(np.exp(-2 * zeta * omega * 2 * period), rel=0.02)
+
+
 def test_angular_momentum_balances_the_torque_on_a_free_hub():
     """J gamma + int rho (R x v), R from the axis and v in the fixed frame, grows by torque times
     time; at a constant torque the speed of a rigid beam would be that of its inertia."""

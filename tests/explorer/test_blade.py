@@ -10,6 +10,7 @@ import pytest
 from helpers import slow
 from live.axe import load_axe, violations
 from live.browser import READY, Page, by_id, page, says
+from live.offline import Desk, offline
 from live.visitor import Visitor, catch_up, visitor
 
 from beamviz.beam import Beam
@@ -265,6 +266,79 @@ def test_a_pasted_table_becomes_the_blade(guest):
     guest.wait(lambda _: "9 × 10⁹" in guest.values["blade.stations"])
 
 
+def test_a_station_that_is_added_to_a_uniform_blade_stays():
+    """As many as are added, where the scene and its link keep them; each gets the focus, ready to
+    be typed. A value makes a blade of it, and the values before a beam that is uniform again."""
+    si = {"length": 1.0, "mass_per_length": 1.2, "bending_stiffness": 60.0, "axial_stiffness": 3e7}
+    beam = Beam.from_si(**si)
+
+    def cells(desk: Desk) -> list[list[str]]:
+        desk.guest.visitor.receive()
+        return rows(desk.guest.visitor)
+
+    with offline():
+        desk = Desk(Scene(beam).changed(playing=False))
+        page = desk.guest.visitor
+        for places, focus in ((["0", "0.5", "1"], 1), (["0", "0.25", "0.5", "1"], 1)):
+            desk.do("blade.stations.add")
+            desk.frame(2)
+            assert [row[0] for row in cells(desk)] == places
+            assert {tuple(row[1:]) for row in cells(desk)} == {("1.2", "60", "3 × 10⁷", "")}
+            assert page.parts["focus"] == f"stations-{focus}-0"
+            assert f'id="{page.parts["focus"]}"' in page.texts["blade"]
+            assert page.texts["blade-reasons"] == ""
+            assert desk.state.case.beam == beam
+        other = Desk(Scene().changed(playing=False))
+        other.do("link", f"?{desk.address}")
+        other.frame(2)
+        assert cells(other) == cells(desk)
+        typed = cells(desk)
+        typed[1][1] = "2.4"
+        desk.do("blade.stations", "\n".join("\t".join(row) for row in typed))
+        desk.frame(2)
+        physical = desk.state.case.beam.physical
+        assert physical.stations == (0.0, 0.25, 0.5, 1.0)
+        assert physical.mass_per_length == pytest.approx((1.2, 2.4, 1.2, 1.2))
+        assert cells(desk)[1][:2] == ["0.25", "2.4"]
+        typed[1][1] = "1.2"
+        desk.do("blade.stations", "\n".join("\t".join(row) for row in typed))
+        desk.frame(2)
+        assert [row[0] for row in cells(desk)] == ["0", "0.25", "0.5", "1"]
+        assert desk.state.case.beam.is_uniform
+        for k, left in ((1, ["0", "0.5", "1"]), (1, ["0", "1"])):
+            desk.do("blade.stations.remove", k)
+            desk.frame(2)
+            assert [row[0] for row in cells(desk)] == left
+        desk.do("blade.masses.add")
+        desk.frame(2)
+        assert len(desk.state.case.masses) == 1
+        assert cells(desk) == [["0", "1.2", "60", "3 × 10⁷", ""], ["1", "1.2", "60", "3 × 10⁷", ""]]
+        assert page.parts["focus"] == "masses-0-0"
+
+
+def test_a_uniform_table_that_is_pasted_keeps_its_rows():
+    """And what is below it, as a table with one wrong position has no order to be sorted by."""
+    table = "0\t2\t70\t4e7\n0.3\t2\t70\t4e7\n1\t2\t70\t4e7"
+    with offline():
+        desk = Desk(Scene(STEEL).changed(playing=False))
+        for text in (table, table.replace("0.3", "3")):
+            desk.do("blade.paste", text)
+            desk.frame(2)
+            desk.guest.visitor.receive()
+            assert len(rows(desk.guest.visitor)) == 3
+        assert desk.state.case.beam.physical.length == pytest.approx(3.0)
+        typed = rows(desk.guest.visitor)
+        typed[0][0], typed[1][0], typed[2][0] = "0", "2", "1"
+        for first, offers in (("0", True), ("root", False)):
+            typed[0][0] = first
+            desk.do("blade.stations", "\n".join("\t".join(row) for row in typed))
+            desk.frame(2)
+            desk.guest.visitor.receive()
+            reasons = desk.guest.visitor.texts["blade-reasons"]
+            assert "below that of station 2" in reasons
+            assert ("blade.stations.sort" in reasons) is offers
+
+
 def test_stations_masses_and_the_root_are_added_and_removed(guest):
     """A station in the middle of the longest interval, on the line between its neighbours, changes
     nothing; a mass and a spring do. Two stations stay."""
@@ -343,13 +417,18 @@ def test_a_blade_becomes_uniform_and_returns(guest):
     guest.do("blade.uniform")
     at_root = {"mass_per_length": 678.935 * 1.04536, "bending_stiffness": 18113.6e6}
     si = {**at_root, "axial_stiffness": 9729.48e6, "length": 61.5, "hub_radius": 1.5}
-    uniform = Beam.from_si(**si, rotation_rpm=12.1)
+    uniform = Beam.from_si(**si, flap_stiffness=18110e6, rotation_rpm=12.1)
     guest.shows(uniform)
+    guest.choose("plane", "flapwise")
+    guest.shows(uniform, plane="flapwise")
+    guest.choose("plane", "chordwise")
     guest.wait(lambda _: guest.texts["blade"] == "" and "real.area" in guest.values)
     E, A = 1e9 * guest.values["real.youngs_modulus"], guest.values["real.area"]
     assert pytest.approx(9729.48e6, rel=1e-6) == E * A
     assert guest.values["real.density"] * A == pytest.approx(at_root["mass_per_length"], rel=1e-5)
-    guest.do("undo", until="remove mass 1")
+    for _ in range(3):
+        guest.do("undo")
+    guest.wait(lambda _: "remove mass 1" in guest.texts["blade"])
     physical = NREL.physical
     mass = float(rows(guest, "masses")[0][0])
     body = {"mass": mass, "position": 61.5}
@@ -523,11 +602,14 @@ def test_cells_that_are_typed_before_a_slow_server_has_answered_stay(blade_page)
 
 
 def test_a_blade_without_units_becomes_uniform(guest):
-    """The button for it is in the tab Motion too, also where no size is known."""
+    """By a button in the panel that is there then, which says that it is a blade."""
     shown(guest, "nrel-5mw-blade")
     guest.do("dimensionless", until=lambda _: guest.texts["blade"] == "")
+    guest.wait(lambda _: "a blade of 49 stations" in guest.texts["real-beam"])
+    assert 'data-do="blade.uniform"' in guest.texts["real-beam"]
     guest.do("blade.uniform")
     guest.shows(NREL.replace(units=None, blade=None))
+    guest.wait(lambda _: "blade.uniform" not in guest.texts["real-beam"])
 
 
 @pytest.mark.parametrize("name", ["nrel-5mw-blade", "tapered-steel-blade"])

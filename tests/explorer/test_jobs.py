@@ -211,6 +211,28 @@ def test_a_job_computes_the_latest_request():
     assert (computed, waiting) == ([0, 99], [])
 
 
+def test_an_answer_that_is_asked_for_again_stays():
+    """Though another one was asked for meanwhile, which is being computed: that is given up."""
+    waiting: list[Callable[[], None]] = []
+
+    def compute(request: int) -> int:
+        if request == 2:
+            job.request(1)  # as a visitor does who returns to it
+        return 10 * request
+
+    job: Job[int, int] = Job("number", compute, waiting.append, lambda: None)
+    for request in (1, 2):
+        job.request(request)
+        waiting.pop()()
+    assert (job.answer.request, job.answer.result) == (1, 10)
+    assert not waiting
+    assert not job.busy
+    assert not job.status.late
+    job.request(3)
+    waiting.pop()()
+    assert (job.answer.request, job.answer.result) == (3, 30)
+
+
 @pytest.mark.parametrize(
     ("parts", "text"), [((), ""), ((0.0, 0.0), ""), ((0.2, 0.42), " 42 %"), ((0.9999,), " 99 %")]
 )

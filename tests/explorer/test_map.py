@@ -1,16 +1,19 @@
 """The tab Map: colours over two of the five numbers, and the beam moved by a press on it."""
 
+import math
 import re
 from typing import Any
 
 import numpy as np
 import pytest
 from live.browser import SHIFT, Page
+from live.offline import Desk, offline
 from live.server import wait_until
 from live.visitor import Visitor, pause
 
 from beamviz.beam import Beam
 from beamviz.explorer.features import map as map_tab
+from beamviz.explorer.features.real_beam import RPM, STEEL_BEAM
 from beamviz.presets import PRESETS
 from beamviz.scene import Scene
 from beamviz.solver import solve
@@ -93,6 +96,35 @@ def test_a_point_of_the_map_sets_two_numbers_and_its_axes_can_be_exchanged(guest
     map_shown(guest, x="mass", y="speed")
     assert (guest.values["over"], guest.values["across"]) == ("alpha", "gamma")
     assert place(guest) == [1, 25]
+
+
+def test_a_point_of_the_map_of_a_real_beam_is_in_its_units(monkeypatch):
+    """A press at 600 rpm and 0.1 kg gives the beam these, as `from_si` has them; and an end of the
+    axis in another unit, the mass in g."""
+    monkeypatch.setattr(map_tab, "SIZE", (9, 5))
+    values = STEEL_BEAM.values
+    with offline():
+        desk = Desk(Scene(STEEL_BEAM.beam).changed(playing=False))
+        desk.do("tab", "map")
+        desk.frame(5)
+        data = desk.guest.visitor.charts["map-chart"]
+        desk.guest.visitor.receive()
+        assert (data["x"]["unit"], data["y"]["unit"]) == ("rpm", "kg")
+        desk.do("move_beam", "600 0.1")
+        desk.frame(3)
+        physical = desk.state.case.beam.physical
+        expected = Beam.from_si(
+            **values | {"rotation_speed": 600 * RPM, "mass": 0.1, "mass_position": 1.0}
+        )
+        assert physical.rotation_speed == pytest.approx(600 * math.pi / 30, rel=1e-9)
+        assert physical.mass == pytest.approx(0.1, rel=1e-9)
+        assert desk.state.case.beam.numbers == pytest.approx(expected.numbers, rel=1e-9)
+        desk.guest.visitor.receive()
+        assert data["cursor"] == {
+            "action": "move_beam",
+            "x": pytest.approx(600),
+            "y": pytest.approx(0.1),
+        }
 
 
 @pytest.mark.slow

@@ -33,6 +33,7 @@ from beamviz.explorer.features.lessons import begun, first_state
 from beamviz.explorer.state import RATES, State
 from beamviz.lessons import lesson
 from beamviz.scene import Scene
+from beamviz.server.processes import VisitorCount
 from beamviz.solver import solve
 
 STILL = Scene(PAPER).changed(playing=False)
@@ -293,6 +294,29 @@ def test_all_visitors_see_the_page_of_the_presenter(hall, frame_loops):
         lead.do("lesson_step", 1)
         for guest in (one, other):
             guest.says(lesson("nodes").proof)
+
+
+def test_the_key_of_visitors_does_not_present(frame_loops):
+    """Where both are needed, as on a network: who has the key of visitors follows and is counted;
+    the presenter is not, and finds a place in a full hall."""
+    keys = {"visitor_key": "that-of-all", "presenter_key": KEY}
+    counted = VisitorCount()
+    with explorer(Scene(PAPER), visitor_count=counted, max_visitors=1, **keys) as found:
+        own = found.partition("/?")[0]
+        with visitor(found) as one:
+            wait_until(lambda: counted.total == 1)
+            with visitor(f"{own}/?token={KEY}") as lead:
+                sessions = frame_loop_at(own, frame_loops).sessions
+                wait_until(lambda: len(sessions) == 2)
+                assert counted.total == 1
+                assert [session.visitor.presents for session in sessions.values()] == [False, True]
+                lead.do("gamma", 21.0)
+                one.wait(lambda _: one.values.get("gamma") == 21.0)
+                one.do("gamma", 5.0)  # explores alone
+                one.wait(lambda _: one.values.get("gamma") == 5.0)
+                lead.do("beta", 0.25, until=lambda _: lead.values.get("beta") == 0.25)
+                assert lead.values["gamma"] == 21.0
+        wait_until(lambda: counted.total == 0)
 
 
 def test_no_chart_stays_of_a_visitor_who_follows_a_presenter_without_one(hall, monkeypatch):

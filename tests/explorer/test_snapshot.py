@@ -248,7 +248,7 @@ def possible_again(guest: Guest, about: str) -> Action | None:
     takes long; None where there is none. A blade stays one for edits about it."""
     state, answer = guest.session.visitor.state, guest.session.snapshot.answer
     own = state.case.numbers | state.case.options
-    if about != "blade" and not state.case.nearest_beam().is_uniform:
+    if about != "blade" and not state.case.nearest_beam().is_prismatic:
         return "blade.uniform", None
     slow = [name for name in ("spin_up", "state", "method") if own[name] != POSSIBLE[name]]
     if slow:

@@ -140,6 +140,27 @@ def test_all_modes_have_the_scale_of_one(guest):
     guest.choose("all_modes", True, until=lambda _: "0.15 L" in guest.texts["legend"])
 
 
+def test_several_colour_maps_are_told_from_the_least_to_the_largest():
+    """Each mode in its row has its own in strain, as bending hardly has any; in displacement all
+    have the same, which is told as one."""
+    with offline():
+        desk = Desk(Scene.of(Beam(gamma=1), all_modes=True, playing=False))
+        guest = desk.guest.visitor
+        guest.receive()
+        assert "of each beam" not in guest.texts["legend"]
+        assert "0.15 L" in guest.texts["legend"]
+        desk.do("colouring", "axial strain")
+        desk.frame(2)
+        guest.receive()
+        rows = [row.drawn.largest for row in desk.session.view.scene.rows]
+        least, largest = min(rows), max(rows)
+        assert largest > 10 * least
+        told = re.search(r"0, at the ends ([\d.e×⁻\d -]+?) \.\. ([\d.]+)<", guest.texts["legend"])
+        assert "of each beam" in guest.texts["legend"]
+        assert float(told[2]) == pytest.approx(largest, rel=0.05)
+        assert float(told[1]) == pytest.approx(least, rel=0.05)
+
+
 def test_a_slider_has_its_usual_range_again(guest):
     """After a value far beyond it."""
     guest.choose("alpha", 1e9, until=lambda _: guest.props["alpha-slider"]["max"] == 100)

@@ -1,7 +1,7 @@
 """The answer around the scene: state of the equilibrium, table of modes, legend, running jobs."""
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 from html import escape
 
@@ -23,7 +23,7 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_motion import can_move, is_before
 from beamviz.explorer.feature import Feature, Part, cancelled, fading, progress, told_elsewhere
 from beamviz.explorer.features.comparison import not_drawn
-from beamviz.explorer.features.motion import MotionTab
+from beamviz.explorer.features.motion import MotionTab, modes_beside, phase_words, played_motion
 from beamviz.explorer.page import Content
 from beamviz.explorer.snapshot import Snapshot
 from beamviz.explorer.solutions import SOLUTION, SolverAnswer
@@ -57,7 +57,7 @@ class AnswerPanel(Feature):
     @property
     def parts(self) -> Iterable[Part]:
         return (
-            Part(lambda s: (s.answer, s.picture), answer_content, ANSWER),
+            Part(lambda s: (s.answer, s.picture, *motion_now(s)), answer_content, ANSWER),
             Part(lambda s: (s.picture, s.answer), scene_content, ("legend",)),
             Part(pace_reads, pace_content, ("pace-text",)),
             Part(self.caption_reads, caption_content, ("scene-caption", "replaced")),
@@ -81,21 +81,34 @@ class AnswerPanel(Feature):
         return note, state.replaced, first, has_mass(state.case), dragged(state), state.met
 
 
-def answer_content(answer: SolverAnswer | None, picture: Picture) -> Content:
-    """The state of the equilibrium and the table of modes; nothing before the first answer."""
+def motion_now(snapshot: Snapshot) -> tuple[str, str, bool]:
+    """What the motion that the scene plays is at this moment, "" where there is none; and of the
+    modes `Modes`."""
+    found, beam = played_motion(snapshot), snapshot.beam
+    if found is None or beam is None:
+        return "", "", True
+    moment = snapshot.clock.moment
+    return phase_words(found, moment), *modes_beside(found, moment, beam)
+
+
+def answer_content(
+    answer: SolverAnswer | None, picture: Picture, motion: str, beside: str, present: bool
+) -> Content:
+    """The state of the equilibrium, or the motion that is played, and the table of modes; nothing
+    before the first answer. motion, beside, present: see `motion_now`."""
     solved = answer.result if answer else None
     rows = NO_MODES if answer else ""
     if solved and solved.solution:
-        rows = mode_table(solved.solution, solved, picture.shown)
+        rows = mode_table(solved.solution, solved, picture.shown, beside, present=present)
     stopped = page.props("playing", disabled=solved is None)
-    text = status(answer, in_motion=picture.film is not None) if answer else ""
+    text = status(answer, motion, present=present) if answer else ""
     return stopped | page.html("mode-rows", rows) | page.html("equilibrium", text)
 
 
 def scene_content(picture: Picture, answer: SolverAnswer | None) -> Content:
     """The legend; the colours have no scale where the beam is grey."""
     drawn, units = picture.drawn, picture.modes.beam.units
-    text = legend(drawn.view.colouring, picture.largest, units)
+    text = legend(drawn.view.colouring, picture.colour_ends, units)
     return page.html("legend", "" if drawn.warning or answer is None else text)
 
 
@@ -205,15 +218,18 @@ def invitation(met: frozenset[str], drag: str, *, with_mass: bool) -> str:
 # The scene: its legend and its pace
 
 
-def legend(colouring: str, largest: float, units: Units | None) -> str:
-    """The colours of the beam, up to the strain or displacement `largest`."""
+def legend(colouring: str, ends: Sequence[float], units: Units | None) -> str:
+    """The colours of the beam, up to the strain or displacement at their end; of several beams,
+    each of which has its own, from the least to the largest of these."""
+    own = ", of each beam" if len(ends) > 1 else ""
     if colouring == "axial strain":
-        most = significant(largest, 2)
-        ends = (f"-{most} shorter", "0", f"longer +{most}")
-        return page.colour_scale("axial strain, as drawn", colours.DIVERGING, *ends)
-    far = length_text(largest, units, 2)
-    ends = ("0 at rest", "", far if largest > NOTHING else "")
-    return page.colour_scale("displacement, as drawn", colours.SEQUENTIAL, *ends)
+        most = " .. ".join(significant(end, 2) for end in ends)
+        texts = (f"-{most} shorter", "0", f"longer +{most}")
+        texts = ("shorter", f"0, at the ends {most}", "longer") if own else texts
+        return page.colour_scale(f"axial strain, as drawn{own}", colours.DIVERGING, *texts)
+    far = " .. ".join(length_text(end, units, 2) for end in ends)
+    texts = ("0 at rest", "", far if ends[-1] > NOTHING else "")
+    return page.colour_scale(f"displacement, as drawn{own}", colours.SEQUENTIAL, *texts)
 
 
 def pace(rate: float, units: Units | None) -> str:
@@ -230,15 +246,14 @@ def pace(rate: float, units: Units | None) -> str:
 # The equilibrium
 
 
-def status(answer: SolverAnswer, in_motion: bool) -> str:
+def status(answer: SolverAnswer, motion: str, *, present: bool) -> str:
     """The state of the equilibrium: stable, with any caution, or the warning; up to three lines.
-    in_motion: the scene shows a motion in time, which may have another speed, so the title names
-    that of the equilibrium."""
+    motion: that which the scene plays is told instead, with the state where that is `present`."""
     speed = ""
     if answer.beam and answer.beam.gamma:
         speed = measure("gamma", answer.beam.units).text(answer.beam.gamma, 4)
     if answer.result and not answer.warning:
-        text = answer.caution or stretch_text(answer.result, "" if in_motion else speed)
+        text = answer.caution or stretch_text(answer.result, speed)
         title, kind = "Stable equilibrium", "warn" if answer.caution else "good"
         if answer.solution and answer.solution.equilibrium.buckled_chordwise:
             title, kind, text = "Stable out of plane only", "bad", BUCKLED
@@ -246,10 +261,14 @@ def status(answer: SolverAnswer, in_motion: bool) -> str:
         title, _, text = answer.warning.partition("\n")
         text = text if answer.message == answer.warning else answer.message
         kind = "bad"
-    if in_motion and speed:
-        title += f" at {speed}"
+    switch = state_switch(answer)
+    if motion:
+        text = {"good": f"about its {title.lower()}", "warn": text, "bad": title}[kind]
+        title = motion
+        if not present:
+            text, kind, switch = "", "plays", ""
     line = f"<br>{escape(text)}" if text else ""
-    return f'<p class="state {kind}"><b>{escape(title)}</b>{state_switch(answer)}{line}</p>'
+    return f'<p class="state {kind}"><b>{escape(title)}</b>{switch}{line}</p>'
 
 
 def state_switch(answer: SolverAnswer) -> str:
@@ -287,8 +306,11 @@ def stretch_text(shapes: SampledModes, speed: str) -> str:
 # The table of modes: a click on a row shows one mode alone, its slider mixes it with others
 
 
-def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int]) -> str:
-    """The table of the modes of a solution; those `shown` (0-based) are marked."""
+def mode_table(
+    solution: Solution, shapes: SampledModes, shown: Collection[int], beside: str, *, present: bool
+) -> str:
+    """The table of the modes of a solution; those `shown` (0-based) are marked. beside: what they
+    are those of, beside a motion; it is pale where they are not of its `present` moment."""
     units, modes = solution.beam.units, identify_modes(solution)
     unit = "" if units else UNIT_HINT
     heads = ("mode", f"{frequencies(units).label} {unit}<small>± error</small>", "amount")
@@ -301,8 +323,10 @@ def mode_table(solution: Solution, shapes: SampledModes, shown: Collection[int])
         for k, label in enumerate(modes.labels)
     )
     head = f"<thead><tr><th>{'</th><th>'.join(heads)}</th></tr></thead>"
-    table = f'<table aria-label="modes">{head}<tbody>{rows}</tbody></table>'
-    return f'{table}<p class="soft">{escape(modes.summary)}</p>'
+    note = f"<p>{escape(beside)}</p>" if beside else ""
+    own = page.attributes(aria_label="modes", class_=None if present else "pale")
+    table = f"<table{own}>{head}<tbody>{rows}</tbody></table>"
+    return f'{note}{table}<p class="soft">{escape(modes.summary)}</p>'
 
 
 @lru_cache(256)

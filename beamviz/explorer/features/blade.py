@@ -40,10 +40,12 @@ from beamviz.explorer.declarations import Choice, Key
 from beamviz.explorer.feature import Feature, Part
 from beamviz.explorer.features.real_beam import (
     ALONG,
+    AS_AT_ROOT,
     BUTTONS,
     MATERIALS,
     SECTION,
     STEEL_BEAM,
+    in_tables,
     load,
     with_sizes,
 )
@@ -74,7 +76,8 @@ def read_draft(text: Any) -> Draft:
     return draft
 
 
-# The tables as typed, while they describe no beam. They have no room beside those of a long blade.
+# The tables as typed, while they describe no beam, or one that has not all of their rows. They have
+# no room beside those of a long blade.
 DRAFT: Choice[Draft | None] = Choice(
     "draft", None, key=Key("draft", read_draft, text_of_draft, is_long=True), until=("scene",)
 )
@@ -88,22 +91,12 @@ class BladePanel(Feature):
 
     def __init__(self, visitor: Visitor):
         super().__init__(visitor)
+        self.added = ""  # the id of the cell that is to have the focus once it is on the page
         on = partial(self.page.on, max_text=2 * MAX_TOML_BYTES)
         for name in TABLES:
             on(f"blade.{name}", partial(self.type, name), str)
             on(f"blade.{name}.remove", partial(self.remove, name), int)
-        on(
-            "blade.stations.add",
-            lambda _: self.edit(
-                lambda draft, _: draft._replace(stations=with_station(draft.stations))
-            ),
-        )
-        on(
-            "blade.masses.add",
-            lambda _: self.edit(
-                lambda draft, beam: draft._replace(masses=with_mass(draft.masses, beam))
-            ),
-        )
+            on(f"blade.{name}.add", partial(self.add, name))
         on(
             "blade.stations.sort",
             lambda _: self.edit(
@@ -120,7 +113,7 @@ class BladePanel(Feature):
         on(FILE, lambda text: self.paste(FILE, str(text).partition("\n")[2]), str)
         on("blade.preset", self.choose, str)
         on("blade.begin", self.begin)
-        on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("own")))
+        on("blade.uniform", lambda _: load(visitor, "", uniform, then=with_sizes("")))
 
     @property
     def parts(self) -> Iterable[Part]:
@@ -130,6 +123,12 @@ class BladePanel(Feature):
             Part(reasons_read, reasons_content, ("blade-reasons", PASTE)),
             Part(chart_read, chart_content, ("blade-chart",)),
         )
+
+    def react(self, snapshot: Snapshot, elapsed: float) -> None:
+        """Give a row that was added the focus, in the message that has it."""
+        if self.added:
+            self.page.focus(self.added)
+            self.added = ""
 
     # Edits
 
@@ -154,13 +153,27 @@ class BladePanel(Feature):
             if beam is None:
                 visitor.change(partial(with_draft, draft=draft))
                 return
-            load(visitor, "", lambda _: beam, then=partial(with_draft, draft=None))
+            kept = None if has_rows(beam, draft) else draft
+            load(visitor, "", lambda _: beam, then=partial(with_draft, draft=kept))
 
     def type(self, name: str, text: Any) -> None:
         """Take a table as the page sends it: the texts of all its cells."""
         columns, rows = len(TABLES[name]), rows_sent(str(text))
         if all(len(row) == columns for row in rows):
             self.edit(lambda draft, _: with_rows(draft, name, rows))
+
+    def add(self, name: str, _: Any) -> None:
+        """Add a station or a body, whose first cell gets the focus."""
+
+        def change(draft: Draft, beam: PhysicalBeam) -> Draft:
+            if name == "stations":
+                rows, k = with_station(draft.stations)
+            else:
+                rows, k = with_mass(draft.masses, beam), len(draft.masses)
+            self.added = cell_id(name, k, 0)
+            return with_rows(draft, name, rows)
+
+        self.edit(change)
 
     def remove(self, name: str, k: Any) -> None:
         self.edit(lambda draft, _: with_rows(draft, name, removed(name, getattr(draft, name), k)))
@@ -202,6 +215,12 @@ def with_draft(state: State, draft: Draft | None) -> State:
     return state.with_choice(DRAFT, draft).with_choice(SECTION, ALONG)
 
 
+def has_rows(beam: Beam, draft: Draft) -> bool:
+    """Whether the tables of a beam have the rows of a draft: a uniform one has two stations."""
+    physical = beam.physical
+    return physical is not None and len(physical.stations) == len(draft.stations)
+
+
 def with_rows(draft: Draft, name: str, rows: Rows) -> Draft:
     """With other rows in the table "stations" or "masses"."""
     return draft._replace(stations=rows) if name == "stations" else draft._replace(masses=rows)
@@ -215,9 +234,9 @@ def removed(name: str, rows: Rows, k: Any) -> Rows:
 
 
 def uniform(beam: Beam) -> Beam:
-    """The uniform clamped beam with the section at the root and no more than one concentrated mass.
-    In SI units its material is that of the nearest speed of sound, which its stiffnesses do not
-    tell."""
+    """The clamped beam with the section at the root throughout and at most one concentrated mass;
+    without a size, as stiff in both planes. In SI units its material is that of the nearest speed
+    of sound, which its stiffnesses do not tell."""
     physical = beam.physical
     if physical is None:
         return beam.replace(blade=None, masses=(), root=math.inf)
@@ -230,7 +249,7 @@ def uniform(beam: Beam) -> Beam:
         return abs(math.log(material["youngs_modulus"] / material["density"] / (EA / m)))
 
     E = min(MATERIALS.values(), key=distance)["youngs_modulus"]
-    ends = (0.0, physical.length)
+    ends, flap = (0.0, physical.length), physical.flap_stiffness
     return Beam.of_physical(
         replace(
             physical,
@@ -238,7 +257,7 @@ def uniform(beam: Beam) -> Beam:
             mass_per_length=(m, m),
             bending_stiffness=(EI, EI),
             axial_stiffness=(EA, EA),
-            flap_stiffness=None,
+            flap_stiffness=flap and (flap[0], flap[0]),
             degree=1,
             density=m * E / EA,
             youngs_modulus=E,
@@ -262,8 +281,8 @@ def physical_of(state: State) -> PhysicalBeam | None:
 def is_shown(state: State) -> bool:
     """Whether the panel is that of a blade."""
     case = state.case
-    is_blade = bool(case.blade or case.masses or case.root != math.inf)
-    return bool(case.units and case.units.mass) and (is_blade or state[SECTION] == ALONG)
+    has_size = bool(case.units and case.units.mass)
+    return has_size and in_tables(case.nearest_beam(), state[SECTION])
 
 
 # The panel: its tables do not depend on the speed, which a slider moves
@@ -285,7 +304,7 @@ def tables_content(
     masses: tuple[Mass, ...],
     root: float,
 ) -> Content:
-    """The tables, as they are typed while they describe no beam."""
+    """The tables: as they are typed, where the beam has no such tables."""
     if not shown:
         return page.html("blade", "")
     physical = Beam(mu=mu, units=units, blade=blade, masses=masses, root=root).physical
@@ -346,7 +365,7 @@ def panel(physical: PhysicalBeam, tables: Draft, wrong: list[Wrong]) -> str:
     return (
         '<details class="real" open><summary>Blade</summary>'
         f'<div class="choices">{BUTTONS}'
-        f"{page.button('uniform, as at the root', data_do='blade.uniform')}"
+        f"{AS_AT_ROOT}"
         f"{page.button('dimensionless', data_do='dimensionless')}</div>"
         f"{''.join(f'<p>{escape(text)}</p>' for text in about)}"
         '<div id="blade-chart" class="chart" data-chart></div>'
@@ -401,17 +420,17 @@ def reasons_content(
     is not there."""
     if not shown:
         return page.html("blade-reasons", "") | page.value(PASTE, "")
-    reasons = reasons_of(draft, case) if draft and case else []
-    entry = ""
+    wrong = reasons_of(draft, case) if draft and case else []
+    reasons, entry = [*wrong], ""
     if refused and refused.key.startswith("blade"):
         reasons.append(refused.reason)
         entry = refused.entry
     more = len(reasons) - MOST
     reasons = [*reasons[:MOST], *([f"and {more} more"] if more > 0 else [])]
     text = "".join(map(page.note, reasons))
-    if draft and wrong_order(draft.stations):
+    if draft and wrong_order(draft.stations) and sorted_rows(draft.stations) != draft.stations:
         text += page.button("sort the stations", data_do="blade.stations.sort")
-    text += "<p>Until then the scene shows the beam before.</p>" if draft else ""
+    text += "<p>Until then the scene shows the beam before.</p>" if wrong else ""
     return page.html("blade-reasons", text) | page.value(PASTE, entry)
 
 
@@ -458,9 +477,14 @@ def head_html(column: Column) -> str:
     return f"{escape(column.label)} <br>[{column.unit}]"
 
 
+def cell_id(name: str, row: int, k: int) -> str:
+    return f"{name}-{row}-{k}"
+
+
 def cell(name: str, row: int, k: int, is_wrong: bool) -> str:
     column, title = TABLES[name][k], "station" if name == "stations" else "mass"
     own = page.attributes(
+        id=cell_id(name, row, k),
         type="text",
         class_="cell",
         inputmode="decimal",

@@ -87,7 +87,8 @@ class MapRequest:
     def solve(self) -> "BeamMap":
         """Solve the beams. Raises the errors of `solve_many`."""
         plan = self.plan(*SIZE)
-        plan = plan if plan.gains_by_stacks else self.plan(*SMALL_SIZE)
+        is_quick = plan.gains_by_stacks or (plan.is_stacked and self.beam.is_prismatic)
+        plan = plan if is_quick else self.plan(*SMALL_SIZE)
         found = solve_in_memory(plan, interruption.get())
         arrays = (found[name].swapaxes(0, 1) for name in ("frequency", "family", "status"))
         return BeamMap(self, *plan.axes.values(), *arrays)

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
+from beamviz.beam import Beam
 from beamviz.drawing.text import (
     Measure,
     duration,
@@ -44,6 +45,7 @@ from beamviz.explorer.visitor import Visitor
 from beamviz.scene import clip
 from beamviz.units import Units
 
+SAME_SPEED = 1e-3  # of speeds that show the same frequencies: relative, or [1/T*]
 PAUSED_DIGITS = 4  # after the point, of the moment of a pause in the address
 PULL_HINT = (
     "A force across the beam that holds it until the motion begins; then it is let go. A force of"
@@ -300,6 +302,57 @@ def reason_of(snapshot: Snapshot) -> str:
     known = answer is not None and answer.result is None and not answer.cancelled
     known = known and not is_before(snapshot)
     return answer.message if answer and known else ""
+
+
+def played_motion(snapshot: Snapshot) -> Computed | None:
+    """The computed motion that the scene plays; None for a beam in a hand, and for modes."""
+    answer = answer_of(snapshot)
+    found = answer.result if answer else None
+    return found if found and snapshot.film is found.film else None
+
+
+def phase_words(found: Computed, moment: float) -> str:
+    """What a motion is at a moment, in words that change only where that does."""
+    own, gamma = found.experiment, found.beam.gamma
+    speed = measure("gamma", found.units).text(gamma, 4)
+    text = f"The hub turns at {speed}" if gamma else "The hub rests"
+    if own.hub == "torque":
+        torque = display("torque", found.units).text(own.torque, 3)
+        text = f"The hub turns freely, under a torque of {torque}"
+    elif own.hub == "stop" and gamma:
+        text = "The hub stops" if moment < STOP else "The hub has stopped"
+    elif own.ramps and gamma and moment < own.within:
+        text = f"The hub speeds up to {speed}"
+    if own.body != "stays":
+        text += f", mass {'on' if found.film.has_body(moment) else 'off'} the beam"
+    return text
+
+
+class Modes(NamedTuple):
+    """What the modes beside a motion are those of, in words of always the same length, and whether
+    they are those of this moment. With a constant hub and mass the words are ""."""
+
+    words: str
+    are_present: bool
+
+
+def modes_beside(found: Computed, moment: float, beam: Beam) -> Modes:
+    """Those of a beam. Frequencies are the same in both directions of rotation."""
+    own, has_mass = found.experiment, found.film.has_body(moment)
+    speed = abs(found.film.shapes.gamma(moment))
+    same_speed = abs(speed - beam.gamma) <= SAME_SPEED * max(beam.gamma, 1.0)
+    same_mass = bool(beam.alpha) == has_mass
+    shown = f"at {measure('gamma', beam.units).text(beam.gamma, 4)}"
+    mass = "with the mass" if beam.alpha else "without the mass"
+    no = "" if same_speed and same_mass else "not "
+    words = ""
+    if own.hub != "constant" and own.body != "stays":
+        words = f"Modes {shown} {mass}: {no}as now."
+    elif own.hub != "constant":
+        words = f"Modes {shown}: {no}the speed now."
+    elif own.body != "stays":
+        words = f"Modes {mass}: {no}as now."
+    return Modes(words, not no)
 
 
 def moment_of(snapshot: Snapshot) -> float | None:

@@ -1,6 +1,5 @@
 """The panel of a real beam in SI units: presets, dimensions, section and material."""
 
-import contextlib
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
@@ -11,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import MAX_GAMMA_OVER_MU, NUMBERS, PARAMETERS, Beam
+from beamviz.blade import PROPERTY_LIMITS
 from beamviz.checks import check_float, together
 from beamviz.drawing.text import si_text
 from beamviz.errors import InvalidInput
@@ -34,37 +34,53 @@ PERCENT = "mass_percent"
 OPTIONAL = ("hub_radius", "rotation_speed", "angular_acceleration", "mass", "yield_stress")
 
 Pair = tuple[float, float]
+Values = dict[str, float]
 
 
 class Section(NamedTuple):
-    """A kind of cross-section with two dimensions, `sizes`.
+    """A kind of cross-section with some dimensions, `sizes`.
 
-    values: the keywords of `Beam.from_si` for dimensions in SI; of: the dimensions of an area and a
-    second moment, raises ValueError if there is no such section.
+    values: area, second moment of bending in the plane of rotation, and "flap_moment", that of
+    bending out of it, of dimensions in SI; of: the dimensions of an area and the second moment in
+    the plane (those of "own" of both moments), raises ValueError if there is no such section.
     """
 
-    sizes: tuple[str, str]
-    values: Callable[[float, float], dict[str, float]]
-    of: Callable[[float, float], Pair]
+    sizes: tuple[str, ...]
+    values: Callable[..., Values]
+    of: Callable[[float, float, float], tuple[float, ...]]
 
 
-def own_section(area: float, second_moment: float) -> dict[str, float]:
-    return {"area": area, "second_moment": second_moment}
+def own_section(area: float, second_moment: float, flap_moment: float = 0.0) -> Values:
+    """flap_moment: by default the other one."""
+    flap_moment = flap_moment or second_moment
+    return {"area": area, "second_moment": second_moment, "flap_moment": flap_moment}
 
 
-def rectangle(width: float, thickness: float) -> dict[str, float]:
-    section = own_section(width * thickness, width * thickness**3 / 12)
-    return section | {"section_height": thickness}
+def on_edge(width: float, thickness: float) -> Values:
+    """A rectangle with its thickness in the plane of rotation."""
+    b, h = width, thickness
+    return own_section(b * h, b * h**3 / 12, h * b**3 / 12) | {"section_height": h}
 
 
-def tube(diameter: float, wall: float) -> dict[str, float]:
-    """Area, second moment and height of a tube; a rod for a wall of half the diameter."""
+def flat(width: float, thickness: float) -> Values:
+    """A rectangle with its width in the plane of rotation."""
+    return on_edge(thickness, width)
+
+
+def rectangle_sizes(area: float, moment: float, _: float) -> Pair:
+    """Sizes of a rectangle out of and in the plane of rotation."""
+    in_plane = math.sqrt(12 * moment / area)
+    return area / in_plane, in_plane
+
+
+def tube(diameter: float, wall: float) -> Values:
+    """A tube; a rod for a wall of half the diameter."""
     area = math.pi * wall * (diameter - wall)
     section = own_section(area, area * (diameter**2 + (diameter - 2 * wall) ** 2) / 16)
     return section | {"section_height": diameter}
 
 
-def tube_sizes(area: float, moment: float) -> Pair:
+def tube_sizes(area: float, moment: float, _: float) -> Pair:
     """Outer diameter and wall of a tube."""
     outer, inner = (8 * moment / area + side * 2 * area / math.pi for side in (1, -1))
     diameter = math.sqrt(outer)
@@ -73,14 +89,13 @@ def tube_sizes(area: float, moment: float) -> Pair:
 
 
 SECTIONS = {
-    "rectangle": Section(
-        ("width", "thickness"),
-        rectangle,
-        lambda area, moment: (area / math.sqrt(12 * moment / area), math.sqrt(12 * moment / area)),
-    ),
+    "rectangle": Section(("width", "thickness"), on_edge, rectangle_sizes),
+    "flat": Section(("width", "thickness"), flat, lambda *own: rectangle_sizes(*own)[::-1]),
     "tube": Section(("diameter", "wall"), tube, tube_sizes),
-    "own": Section(("area", "second_moment"), own_section, lambda *own: own),
+    "own": Section(("area", "second_moment", "flap_moment"), own_section, lambda *own: own),
 }
+RECTANGLES = ("rectangle", "flat")
+SAME = 1e-6  # relative difference of sections that are the same to the digits of a link
 FIELDS = {  # their labels, their units, and the SI values of these
     "length": ("length L", "mm", 1e-3),
     "youngs_modulus": ("Young's modulus E", "GPa", 1e9),
@@ -96,12 +111,14 @@ FIELDS = {  # their labels, their units, and the SI values of these
     "diameter": ("outer diameter D", "mm", 1e-3),
     "wall": ("wall t", "mm", 1e-3),
     "area": ("area A", "mm²", 1e-6),
-    "second_moment": ("second moment I", "mm⁴", 1e-12),
+    "second_moment": ("I in plane", "mm⁴", 1e-12),
+    "flap_moment": ("I out of plane", "mm⁴", 1e-12),
 }
 ALONG_BEAM = ("length", "hub_radius")  # fields in m for a long beam
 THICK = {
     "area": "m²",
     "second_moment": "m⁴",
+    "flap_moment": "m⁴",
 }  # units of a section whose parts are far from its axis
 FAR = 0.1  # [m] radius of gyration of such a section
 ALONG = "along"  # the section varies along the span: see blade.py
@@ -111,10 +128,17 @@ OF_MATERIAL = (
     "yield_stress",
 )  # fields; other numbers of FIELDS have sliders
 SECTION_NAMES = {
-    "rectangle": "rectangle b × h",
+    "rectangle": "rectangle b × h, on edge",
+    "flat": "rectangle b × h, flat",
     "tube": "tube",
     "own": "own A and I",
     ALONG: "varies along the span",
+}
+
+LIES = {
+    "rectangle": "On its edge: the thickness h lies in the plane of rotation, the width b along the"
+    " axis.",
+    "flat": "Flat: the width b lies in the plane of rotation, the thickness h along the axis.",
 }
 
 # Materials and presets
@@ -128,6 +152,15 @@ MATERIALS = {
     "glass fibre": {"youngs_modulus": 30e9, "density": 1900.0},
 }
 MATERIAL_NAMES = {**{name: name for name in MATERIALS}, "own": "own E and ρ"}
+
+
+def in_si(values: Values) -> Values:
+    """Values, with a second moment out of the plane of rotation, as keywords of `Beam.from_si`."""
+    values = dict(values)
+    flap, moment = values.pop("flap_moment"), values["second_moment"]
+    if not math.isclose(flap, moment, rel_tol=ROUNDING):
+        values["flap_stiffness"] = values["youngs_modulus"] * flap
+    return values
 
 
 class RealBeam(NamedTuple):
@@ -146,16 +179,17 @@ class RealBeam(NamedTuple):
 STEEL = MATERIALS["steel"] | {"rotation_speed": 300 * RPM}
 STEEL_BEAM = RealBeam(
     "steel beam",
-    "A bar of rectangular section, 1000 x 30 x 5 mm, without a mass, on a shaft at 300 rpm. Steel"
-    " as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
-    STEEL | rectangle(30e-3, 5e-3) | {"length": 1.0},
+    "A bar of rectangular section, 1000 x 30 x 5 mm, on its edge, without a mass, on a shaft at 300"
+    " rpm. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
+    in_si(STEEL | on_edge(30e-3, 5e-3) | {"length": 1.0}),
     "rectangle",
 )
 RULER = RealBeam(
     "steel ruler",
-    "A laboratory rule of a common size, 300 x 25 x 1 mm, with a clip of 10 g at its tip, on a"
-    " turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850 kg/m³.",
-    STEEL | rectangle(25e-3, 1e-3) | {"length": 0.3, "mass": 0.01, "mass_position": 0.3},
+    "A laboratory rule of a common size, 300 x 25 x 1 mm, on its edge, with a clip of 10 g at its"
+    " tip, on a turntable. Steel as usually taken: E = 210 GPa (the value of EN 1993-1-1), 7850"
+    " kg/m³.",
+    in_si(STEEL | on_edge(25e-3, 1e-3) | {"length": 0.3, "mass": 0.01, "mass_position": 0.3}),
     "rectangle",
 )
 ARM = RealBeam(
@@ -163,8 +197,10 @@ ARM = RealBeam(
     "A manipulator arm: the spin-up manoeuvre after Simo & Vu-Quoc (J. Appl. Mech. 53, 1986),"
     " with the values that many papers repeat: EI = 14 kN m², EA = 28 MN, 1.2 kg/m, 10 m, up to"
     " 6 rad/s. With E = 70 GPa the section follows.",
-    own_section(area=4e-4, second_moment=2e-7)
-    | {"density": 3000.0, "youngs_modulus": 70e9, "length": 10.0, "rotation_speed": 6.0},
+    in_si(
+        own_section(area=4e-4, second_moment=2e-7)
+        | {"density": 3000.0, "youngs_modulus": 70e9, "length": 10.0, "rotation_speed": 6.0}
+    ),
 )
 BLADE = RealBeam(
     "wind blade",
@@ -172,28 +208,56 @@ BLADE = RealBeam(
     " reference turbine (Jonkman et al., NREL/TP-500-38060, 2009). A glass-fibre section"
     " (E = 30 GPa, 1900 kg/m³: typical values) as stiff as gives its first flapwise frequency,"
     " 0.67 Hz, at rest. A real one tapers and twists.",
-    MATERIALS["glass fibre"]
-    | own_section(area=17740.0 / (1900.0 * 61.5), second_moment=0.197)
-    | {"length": 61.5, "hub_radius": 1.5, "rotation_speed": 12.1 * RPM},
+    in_si(
+        MATERIALS["glass fibre"]
+        | own_section(area=17740.0 / (1900.0 * 61.5), second_moment=0.197)
+        | {"length": 61.5, "hub_radius": 1.5, "rotation_speed": 12.1 * RPM}
+    ),
 )
 PRESETS = {real.name: real for real in (STEEL_BEAM, RULER, ARM, BLADE)}
 
 # Edits
 
 
-def entries(beam: Beam) -> dict[str, float]:
+def entries(beam: Beam, kind: str = "own") -> Values:
     """The values of the fields in SI: keywords of `Beam.from_si`, of which an unknown yield stress
-    is 0, and the dimensions of all sections with the area and second moment of the beam; {} where
-    its material is not known."""
+    is 0, area and second moments, and the dimensions of a kind of section, if it is that of the
+    beam; {} where its material is not known."""
     if "area" not in (si := beam.si):
         return {}
     values = {name: si[name] for name in (*FIELDS, *STRENGTH) if name in si}
     values = {"yield_stress": 0.0, **values, PERCENT: beam.beta}
-    for section in SECTIONS.values():
-        with contextlib.suppress(ValueError):  # no tube has this area and second moment
-            sizes = section.of(si["area"], si["second_moment"])
-            values |= dict(zip(section.sizes, sizes, strict=True))
-    return values
+    flap = si.get("flap_stiffness", si["youngs_modulus"] * si["second_moment"])
+    values["flap_moment"] = flap / si["youngs_modulus"]
+    return values | sizes_of(values, kind)
+
+
+def sizes_of(values: Values, kind: str) -> Values:
+    """The dimensions of a kind of section with some area and second moments; {} without one."""
+    section, own = SECTIONS[kind], [values[name] for name in SECTIONS["own"].sizes]
+    try:
+        sizes = section.of(*own)
+    except ValueError:  # no tube has this area and second moment
+        return {}
+    is_same = math.isclose(section.values(*sizes)["flap_moment"], own[-1], rel_tol=SAME)
+    return dict(zip(section.sizes, sizes, strict=True)) if is_same else {}
+
+
+def of_section(values: Values, section: Section, sizes: Iterable[float]) -> Values:
+    """Values with the area, the second moments and the height, if it has one, of a section."""
+    others = {name: value for name, value in values.items() if name != "section_height"}
+    return others | section.values(*sizes)
+
+
+def kind_of(beam: Beam, chosen: str) -> str:
+    """The kind of section to show of a beam whose material is known: that which was chosen, if the
+    beam has it; else a rectangle, if it has one, whose width is not below its thickness."""
+    values = entries(beam)
+    if values and chosen in SECTIONS and sizes_of(values, chosen):
+        return chosen
+    if not (values and (sizes := sizes_of(values, "rectangle"))):
+        return "own"
+    return "rectangle" if sizes["width"] >= sizes["thickness"] else "flat"
 
 
 def field_of(name: str, units: Units, slenderness: float) -> tuple[str, float]:
@@ -209,10 +273,12 @@ def field_of(name: str, units: Units, slenderness: float) -> tuple[str, float]:
     return f"{label} [{unit}]", size
 
 
-def edited(beam: Beam, name: str, value: Any) -> Beam:
-    """The beam with one field set, in the unit of the field; the others keep their values. Raises
-    InvalidInput, which names the field, the value and the values allowed in its unit."""
-    values = entries(beam)
+def edited(beam: Beam, name: str, value: Any, chosen: str = "") -> Beam:
+    """The beam with one field set, in the unit of the field; the others keep their values. chosen:
+    as for `kind_of`, of whose section there are fields. Raises InvalidInput, which names the field,
+    the value and the values allowed in its unit."""
+    kind = kind_of(beam, chosen)
+    values, section = entries(beam, kind), SECTIONS[kind]
     if name not in values:  # the beam or its section was changed meanwhile
         return beam
     assert beam.units
@@ -224,20 +290,12 @@ def edited(beam: Beam, name: str, value: Any) -> Beam:
     values[name] = number * factor
     if "wall" in values and values["wall"] > (1 + ROUNDING) * values["diameter"] / 2:
         raise InvalidInput(f"{label} = {value:g}: the wall is at most half the diameter")
-    for section in SECTIONS.values():
-        if name in section.sizes:
-            values = with_sizes_of(section, values)
+    if name in section.sizes:
+        values = of_section(values, section, [values[size] for size in section.sizes])
     return built(values)
 
 
-def with_sizes_of(section: Section, values: dict[str, float]) -> dict[str, float]:
-    """Values with the area, the second moment and the height of a section, if it has one, of its
-    dimensions among them."""
-    others = {name: value for name, value in values.items() if name != "section_height"}
-    return others | section.values(*(values[one] for one in section.sizes))
-
-
-def built(values: dict[str, float]) -> Beam:
+def built(values: Values) -> Beam:
     """The beam of values in SI. Raises InvalidInput, in the units of the fields."""
     slenderness = values["length"] * math.sqrt(values["area"] / values["second_moment"])
     low, high = PARAMETERS["mu"].limits
@@ -252,7 +310,14 @@ def built(values: dict[str, float]) -> Beam:
             f"the beam is too thin for its length ({number} must be at most {high:g}): make it"
             " shorter or thicker"
         )
-    si = {name: values[name] for name in SI_REQUIRED}
+    ratio = values["flap_moment"] / values["second_moment"]
+    low, high = PROPERTY_LIMITS
+    if not low <= ratio <= high:
+        raise InvalidInput(
+            f"second moment out of the plane of rotation over that in it = {ratio:.4g}: must lie in"
+            f" {low:g} .. {high:g}"
+        )
+    si = in_si({name: values[name] for name in (*SI_REQUIRED, "flap_moment")})
     si |= {name: values[name] for name in STRENGTH if values.get(name)}
     units = PhysicalBeam.of(si).units
     assert units.mass
@@ -273,16 +338,25 @@ def built(values: dict[str, float]) -> Beam:
     return Beam.of_physical(PhysicalBeam.of(si))
 
 
-def with_section(beam: Beam, kind: str) -> Beam:
-    """The beam with another kind of section, of the same area and second moment if there is one,
-    else of the same thickness."""
-    values, section = entries(beam), SECTIONS[kind]
-    if not values:
+def with_section(beam: Beam, kind: str, chosen: str = "") -> Beam:
+    """The beam with another kind of section than that of before, see `kind_of`: a rectangle is
+    turned; else one of the same area and second moment in the plane, or if there is none, of the
+    same thickness."""
+    before = kind_of(beam, chosen)
+    values, section = entries(beam, before), SECTIONS[kind]
+    if not values or kind == before:
         return beam
-    if set(section.sizes) <= values.keys():  # the same but for its height
-        height = with_sizes_of(section, values).get("section_height", 0.0)
-        return built(values | {"section_height": height})
-    return built(values | section.values(values["thickness"], values["thickness"] / 10))
+    if {kind, before} == {*RECTANGLES}:
+        sizes: Iterable[float] = (values["width"], values["thickness"])
+    elif same := sizes_of(values, kind):
+        sizes = same.values()  # the same but for its height
+    else:
+        try:
+            sizes = section.of(values["area"], values["second_moment"], values["flap_moment"])
+        except ValueError:
+            thickness = math.sqrt(12 * values["second_moment"] / values["area"])
+            sizes = thickness, thickness / 10
+    return built(of_section(values, section, sizes))
 
 
 def with_material(beam: Beam, name: str) -> Beam:
@@ -303,8 +377,8 @@ def material(beam: Beam) -> str:
 # The panel
 
 
-# The kind of section whose dimensions the panel shows.
-SECTION = Choice("section", "rectangle", key=name_key("section", SECTION_NAMES))
+# The kind of section whose dimensions the panel shows; "" for that which the beam tells.
+SECTION = Choice("section", "", key=name_key("section", SECTION_NAMES), until=("scene",))
 
 
 def with_sizes(kind: str) -> Callable[[State], State]:
@@ -337,7 +411,11 @@ class RealBeamPanel(Feature):
         )
 
     def edit(self, name: str, value: Any) -> None:
-        self.load(f"real.{name}", lambda beam: edited(beam, name, value), value)
+
+        def edit(beam: Beam) -> Beam:
+            return edited(beam, name, value, self.visitor.state[SECTION])
+
+        self.load(f"real.{name}", edit, value)
 
     def choose(self, name: Any) -> None:
         """Show a preset; an unknown one changes nothing."""
@@ -345,8 +423,10 @@ class RealBeamPanel(Feature):
             load(self.visitor, "", lambda _: real.beam, then=with_sizes(real.section))
 
     def choose_material(self, name: Any) -> None:
-        """Set the material; "own" keeps the values."""
-        if name in MATERIALS:
+        """Set the material; "own" keeps the values, of which the first is to be typed then."""
+        if name == "own":
+            self.page.focus(field_id("youngs_modulus"))
+        elif name in MATERIALS:
             key = "real.material"
             self.load(key, lambda beam: with_material(beam, name))
 
@@ -354,7 +434,10 @@ class RealBeamPanel(Feature):
         if kind == ALONG:
             self.visitor.change(with_sizes(ALONG))
         elif kind in SECTIONS:
-            edit = partial(with_section, kind=kind)
+
+            def edit(beam: Beam) -> Beam:
+                return with_section(beam, kind, self.visitor.state[SECTION])
+
             load(self.visitor, "real.section", edit, then=with_sizes(kind))
 
     def load(self, key: str, edit: Callable[[Beam], Beam], entry: Any = "") -> None:
@@ -368,8 +451,8 @@ def load(
     entry: Any = "",
     then: Callable[[State], State] = lambda state: state,
 ) -> None:
-    """Show another beam, made of that of the state, in the state `then(state)`; or refuse the entry
-    of the field with this key."""
+    """Show another beam, made of that of the state, in the state `then(state)`, with the kind of
+    section of before; or refuse the entry of the field with this key."""
     with visitor.lock:
         state = visitor.state
         scene = replace(state, case=state.case.nearest).to_scene()
@@ -383,7 +466,8 @@ def load(
             visitor.change(then)
         else:
             changed = replace(scene, beam=beam, camera=None)
-            visitor.change(lambda state: then(state.loaded(changed)), loads=True)
+            kept = with_sizes(state[SECTION])
+            visitor.change(lambda state: then(kept(state.loaded(changed))), loads=True)
 
 
 def panel_reads(snapshot: Snapshot) -> tuple[object, ...]:
@@ -396,13 +480,14 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
     """The values of the beam, of the nearest one where a number is out of range; a refused entry
     with the reason."""
     beam = case.nearest_beam()
-    if beam.physical and (section == ALONG or not beam.is_uniform):
+    if beam.physical and in_tables(beam, section):
         return page.html("real-beam", "")  # it has a panel of its own
     if beam.units is None or not entries(beam):
-        return page.html("real-beam", invitation(is_open=not beam.is_uniform))
-    content = page.html("real-beam", panel(section, beam, refused))
-    content |= page.value("real.section", section) | page.value("real.material", material(beam))
-    for name, number in entries(beam).items():
+        return page.html("real-beam", invitation(beam))
+    kind = kind_of(beam, section)
+    content = page.html("real-beam", panel(kind, beam, refused))
+    content |= page.value("real.section", kind) | page.value("real.material", material(beam))
+    for name, number in entries(beam, kind).items():
         if name not in FIELDS:
             continue
         key = f"real.{name}"
@@ -413,6 +498,13 @@ def panel_content(case: Case, section: str, refused: Refused | None) -> Content:
             shown = refused.entry
         content |= page.value(key, shown)
     return content
+
+
+def in_tables(beam: Beam, section: str) -> bool:
+    """Whether a beam with a size is described by the tables of a blade (blade.py), which take the
+    place of this panel: where they are chosen, or the panel has not what it is."""
+    assert beam.units
+    return section == ALONG or not beam.is_prismatic or beam.units.youngs_modulus is None
 
 
 @cache
@@ -449,18 +541,26 @@ BUTTONS = "".join(
     for name, one in BLADES.items()
 )
 OWN_BLADE = page.button("your blade", data_do="blade.begin")
+AS_AT_ROOT = page.button("uniform, as at the root", data_do="blade.uniform")
 
 
-def invitation(*, is_open: bool) -> str:
-    """The panel of a beam without a size. is_open: of one that is not uniform, which was a blade
-    before, of which it takes the place."""
-    own = page.attributes(class_="real", open=is_open)
+def invitation(beam: Beam) -> str:
+    """The panel of a beam without a size: open for one that is not uniform, with what is not, as
+    other panels had that before."""
+    own = page.attributes(class_="real", open=not beam.is_uniform)
+    structure = f"<p>This beam has: {escape(', '.join(beam.structure))}.</p>"
+    structure += f'<div class="choices">{AS_AT_ROOT}</div>'
     return (
         f"<details{own}><summary>Real beam (m, kg, rpm, Hz)</summary>"
+        f"{'' if beam.is_uniform else structure}"
         "<p>Numbers are dimensionless. For SI units, choose a real beam and set its dimensions:</p>"
         f'<div class="choices">{BUTTONS}{OWN_BLADE}</div>'
         "</details>"
     )
+
+
+def field_id(name: str) -> str:
+    return f"real.{name}-field"
 
 
 def number_field(name: str, beam: Beam, refused: Refused | None) -> str:
@@ -471,8 +571,8 @@ def number_field(name: str, beam: Beam, refused: Refused | None) -> str:
     if refused and refused.key == key:
         own = {"aria_invalid": True, "aria_describedby": "refused"}
         reason = f'<p id="refused" class="note" role="alert">{escape(refused.reason)}</p>'
-    box = page.number_box(f"{key}-field", key, **own)
-    return f'<div class="field"><label for="{key}-field">{label}</label>{box}{reason}</div>'
+    box = page.number_box(field_id(name), key, **own)
+    return f'<div class="field"><label for="{field_id(name)}">{label}</label>{box}{reason}</div>'
 
 
 def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
@@ -481,7 +581,6 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
     assert units
     assert units.mass
     field = partial(number_field, beam=beam, refused=refused)
-    along = "<p>It bends along h, in the plane that is chosen at the top.</p>"
     return (
         '<details class="real" open><summary>Real beam</summary>'
         f'<div class="choices">{BUTTONS}{OWN_BLADE}'
@@ -490,7 +589,7 @@ def panel(kind: str, beam: Beam, refused: Refused | None = None) -> str:
         f"{''.join(map(field, SECTIONS[kind].sizes))}"
         f"{page.select('real.material', 'material', MATERIAL_NAMES)}"
         f"{''.join(map(field, OF_MATERIAL))}"
-        f"{along if kind == 'rectangle' else ''}"
+        f"<p>{LIES.get(kind, '')}</p>"
         f"{page.note(refused.reason if refused and refused.key in CHOSEN else '')}"
         f"{''.join(map(page.note, beam.doubts))}"
         f"<p>γ = {beam.gamma:.4g}, μ = {beam.mu:.4g}, T* = {si_text(units.time, 's', 4)},"

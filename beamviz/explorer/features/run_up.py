@@ -81,7 +81,8 @@ def response_drawn(
     run: RunUp | None, answer: SolverAnswer | None, view: ViewOptions, scale: float
 ) -> DrawnBeam | None:
     """The response at the speed of an answer, as the only mode of the beam, with the phase of the
-    force; scale: [pixels per beam length]. None without one."""
+    force, and the colours of the whole run-up; scale: [pixels per beam length]. None without
+    one."""
     if run is None or answer is None or answer.solution is None:
         return None
     shapes = answer.shapes
@@ -90,7 +91,7 @@ def response_drawn(
         return None
     size, unlimited = max(PEAK * view.amplitude, 1e-9), np.full(1, np.inf)
     modes, nodes = 1j * field[None] / size, [np.zeros(0)]
-    moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes)
+    moved = replace(shapes, modes=modes, limits=unlimited, nodes=nodes, largest=size)
     return DrawnBeam(moved, view, scale, np.full(1, size))
 
 

@@ -183,6 +183,10 @@ class Page:
         """Highlight controls, by their keys or ids, and open the sections that contain them."""
         self.send(keys, "point")
 
+    def focus(self, id: str) -> None:
+        """Give the element with this id, a field, the focus, and select its text."""
+        self.send(id, "focus")
+
     def say(self, text: str, error: bool = False) -> None:
         """Announce a text to screen readers; an error is also shown for some seconds."""
         announced = {"text": typeset(text), "error": error}

@@ -101,6 +101,7 @@ interface Update {
   captions?: Array<PlacedCaption>;
   open?: string;
   point?: Array<string>;
+  focus?: string;
   dark?: boolean;
   address?: string;
   met?: Array<string>;
@@ -198,6 +199,7 @@ interface Actions { // the types of their values
   "real.area": number;
   "real.density": number;
   "real.diameter": number;
+  "real.flap_moment": number;
   "real.length": number;
   "real.material": string;
   "real.preset": string;

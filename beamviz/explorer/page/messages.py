@@ -142,6 +142,7 @@ class Update(Message, omit_defaults=True):
     captions: list[PlacedCaption] | UnsetType = UNSET  # over the scene
     open: str | UnsetType = UNSET  # the open tab
     point: list[str] | UnsetType = UNSET  # controls to highlight
+    focus: str | UnsetType = UNSET  # id of the field that gets the focus
     dark: bool | UnsetType = UNSET  # the theme
     address: str | UnsetType = UNSET  # the query of the page's address
     met: list[str] | UnsetType = UNSET  # lessons whose challenge is met, for the browser to keep

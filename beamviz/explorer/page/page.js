@@ -138,6 +138,7 @@ const beamviz = (() => {
     }
     if (update.open) showTab(update.open);
     for (const key of update.point ?? []) point(key);
+    if (update.focus) focus(update.focus);
     const turned = lessonStep() !== step; // also to another lesson, which may stand elsewhere
     if (turned || update.point || update.props?.lesson?.hidden === false) { // it names controls, or opens
       byId("lesson").scrollIntoView({ block: "nearest" });
@@ -474,6 +475,15 @@ const beamviz = (() => {
     pulsing.classList.remove("pulse");
     requestAnimationFrame(() => pulsing.classList.add("pulse"));
     setTimeout(() => pulsing.classList.remove("pulse"), 3200);
+  }
+
+  /**
+   * @param {string} id of a field
+   */
+  function focus(id) {
+    const field = /** @type {HTMLInputElement | null} */ (found(id));
+    field?.focus();
+    field?.select();
   }
 
   function copyLink() {
