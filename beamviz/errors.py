@@ -109,10 +109,12 @@ def unknown_keyword(
 
 @contextlib.contextmanager
 def requires(extra: str) -> Iterator[None]:
-    """Around imports of an optional extra: Unavailable names it where it is not installed."""
+    """Around imports of an optional extra: Unavailable with the command that installs it where it
+    is not."""
     try:
         yield
     except ImportError as error:
-        raise Unavailable(
-            f"this needs {error.name}: pip install 'beamviz[{extra}]' ({error})"
-        ) from None
+        from beamviz.installation import install_command
+
+        command = install_command(extra, str(error.name))
+        raise Unavailable(f"this needs {error.name}: {command} ({error})") from None

@@ -19,6 +19,7 @@ from beamviz.errors import InvalidInput, Unavailable
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene
 from beamviz.files import check_suffix, csv_text, plain, replaced
+from beamviz.installation import install_command
 from beamviz.scene import Scene
 from beamviz.solver.solution import Solution
 from beamviz.units import Units
@@ -217,7 +218,8 @@ def check_format(suffix: str, size: tuple[int, int], fps: float) -> float:
     of that size, and Unavailable without its encoder."""
     if suffix == ".mp4":
         if find_spec("av") is None:
-            raise Unavailable("MP4 needs PyAV: pip install av (.webp and .gif need nothing)")
+            command = install_command("film", "av")
+            raise Unavailable(f"MP4 needs PyAV: {command} (.webp and .gif need nothing)")
         for name, pixels in zip(("width", "height"), size, strict=True):
             if pixels % 2:
                 raise InvalidInput(f"{name} = {pixels}: must be even for MP4")
