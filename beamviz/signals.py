@@ -1,6 +1,8 @@
-"""SIGINT and SIGTERM: a process ends once, after closing all resources."""
+"""SIGINT and SIGTERM: a process ends once, after closing all resources, and within two seconds."""
 
+import _thread
 import contextlib
+import os
 import signal
 import sys
 import threading
@@ -10,33 +12,56 @@ from types import FrameType
 from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-IGNORE_TIME = 5.0  # [s] after a signal in which further ones are ignored
+NAMES = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 DELAY = 0.05  # [s] until a signal is raised again
+GRACE = 1.0  # [s] after a signal in which a process closes its resources; then it is ended
 Handler = Callable[[int, FrameType | None], None]
 
 
 class Terminated(BaseException):
-    """Raised by a signal; `code` is the exit code of the process."""
+    """Raised by a signal; `code` is the exit code of the process. Its notes are told, too."""
 
     def __init__(self, number: int):
         super().__init__(number)
-        self.number, self.code = number, 128 + number
+        self.number, self.code, self.told = number, 128 + number, False
+
+    def tell(self) -> None:
+        """One line on stderr, the first time."""
+        if not self.told:
+            self.told = True
+            parts = [NAMES[signal.Signals(self.number)], *getattr(self, "__notes__", ())]
+            with contextlib.suppress(OSError):  # nobody reads it
+                print(f"beamviz: {'; '.join(parts)}", file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
-def terminate_on_signal() -> Iterator[None]:
+def terminate_on_signal(at_last: Callable[[], object] | None = None) -> Iterator[None]:
     """Context in which SIGINT and SIGTERM raise Terminated, again where Python discards it, as it
-    does in `__del__`. Further signals are ignored for IGNORE_TIME, also after leaving, so that they
-    do not interrupt the closing of resources."""
-    received: list[float] = []
-    original = sys.unraisablehook
+    does in `__del__`. Further signals are ignored, also after leaving, so that they do not
+    interrupt the closing of resources.
+
+    at_last: the process is ended GRACE after the signal, whatever it does, once this was called.
+    """
+    received: list[Terminated] = []
+    original, watched = sys.unraisablehook, False
+
+    def watch(number: int) -> None:
+        time.sleep(GRACE)
+        end = received[-1] if received else Terminated(number)
+        at_last()  # type: ignore[misc]
+        end.tell()
+        os._exit(end.code)
 
     def terminate(number: int, frame: FrameType | None) -> None:
+        nonlocal watched
+        if at_last and not watched:
+            watched = True  # by a bare thread: this one may hold a lock of `threading`
+            _thread.start_new_thread(watch, (number,))
         if is_importing(frame):
             reraise(number)
-        elif not received or time.monotonic() - received[-1] > IGNORE_TIME:
-            received.append(time.monotonic())
-            raise Terminated(number)
+        elif not received:
+            received.append(Terminated(number))
+            raise received[-1]
 
     def hook(discarded: Any) -> None:
         if isinstance(discarded.exc_value, Terminated):
@@ -82,7 +107,7 @@ def defer_signals() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def handle_signals(handler: Handler, received: Sequence[float] = ()) -> Iterator[None]:
+def handle_signals(handler: Handler, received: Sequence[object] = ()) -> Iterator[None]:
     """Context in which `handler` handles SIGINT and SIGTERM; only in the main thread, as Python
     demands. It stays where it has `received` any, also when the contexts around this one are left.
     """

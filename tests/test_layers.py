@@ -12,6 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
     ("errors", "signals", "files", "version", "hooks", "installation"),
+    ("workers",),
     ("checks",),
     ("blade", "units", "input_files"),
     ("si",),

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any, TextIO
 
 from beamviz.errors import BeamvizError, ImplausibleInput, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.files import plain
+from beamviz.files import discard_unfinished, plain
 from beamviz.signals import Terminated, terminate_on_signal
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
@@ -18,16 +18,20 @@ OTHER_FAILURE = 1
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command line (by default this process's) and return its exit code: 0 done, 1 any other
-    failure, 2 invalid input, 3 no equilibrium, 4 not converged, 130 interrupted, 143 terminated."""
+    """Run a command line and return its exit code: 0 done, 1 any other failure, 2 invalid input, 3
+    no equilibrium, 4 not converged, 130 interrupted, 143 terminated.
+
+    arguments: by default those of this process, which a signal then ends within two seconds.
+    """
     given = sys.argv[1:] if arguments is None else arguments
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ[name] = "1"  # small matrices: more threads only wait for each other
     try:
-        with terminate_on_signal():
+        with terminate_on_signal(discard_unfinished if arguments is None else None):
             code = run(given or ["--help"])
             print(end="", flush=True)
     except Terminated as end:
+        end.tell()
         return end.code
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or its last flush fails

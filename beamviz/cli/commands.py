@@ -1,6 +1,7 @@
 """The commands. Heavy imports are inside them, so that each starts with what it needs."""
 
 import contextlib
+import signal
 import sys
 import time
 from collections.abc import Iterable
@@ -30,6 +31,7 @@ from beamviz.cli.options import (
 )
 from beamviz.errors import InvalidInput
 from beamviz.files import check_suffix, check_writable, json_text
+from beamviz.signals import Terminated
 from beamviz.solver.problem import Problem
 from beamviz.units import number_of
 from beamviz.version import __version__
@@ -54,7 +56,7 @@ EXPORT_HELP = (
     " of --mode over two parameters."
 )
 PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), or all."
-KEPT = "interrupted; what is written is kept: run the same command again to resume"
+KEPT = "what is written is kept: run the same command again to resume"
 EVERY = 10.0  # [s] between lines of progress where stderr is no terminal
 
 app = typer.Typer(add_completion=False)
@@ -201,11 +203,11 @@ class ProgressLine:
     def __enter__(self) -> "ProgressLine":
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: Any) -> None:
+    def __exit__(self, kind: Any, error: BaseException | None, *_: Any) -> None:
         if self.text:
             print(f"\r{self.text}" if self.terminal else self.text, file=sys.stderr)
-        if kind and not issubclass(kind, Exception):
-            print(f"beamviz: {KEPT}", file=sys.stderr)
+        if isinstance(error, Terminated):
+            error.add_note(KEPT)
 
     def show(self, progress: "Progress") -> None:
         """Show the progress."""
@@ -245,7 +247,11 @@ def serve(
     visitors = check_int("visitors", visitors, 1, 1000)
     if processes is not None:
         processes = check_int("processes", processes, 1, 64)
-    serve(scene, host, port, open, public_url, visitors, follow, processes)
+    try:
+        serve(scene, host, port, open, public_url, visitors, follow, processes)
+    except Terminated as end:
+        if end.number != signal.SIGTERM:  # which is how a service is ended
+            raise
 
 
 @app.command()

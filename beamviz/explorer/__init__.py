@@ -23,7 +23,7 @@ from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
 from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes
-from beamviz.signals import Terminated, terminate_on_signal
+from beamviz.signals import Terminated
 from beamviz.solver import solve
 
 KEY_BYTES = 16
@@ -42,7 +42,8 @@ def serve(
     follow: bool = False,
     processes: int | None = None,
 ) -> None:
-    """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
+    """Serve the explorer, starting from `scene`, until an exception ends it: see
+    `terminate_on_signal`.
 
     Prints one line with the URL when ready, with a key for this run if other machines can reach it.
 
@@ -64,7 +65,7 @@ def serve(
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
     share_arena()
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
-    with suppress(Terminated), terminate_on_signal(), ExitStack() as stack:
+    with ExitStack() as stack:
         if count > 1:
             url, run = stack.enter_context(several_processes(scene, host, port, count, **access))
         else:
