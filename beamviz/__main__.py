@@ -13,10 +13,10 @@ def main() -> int:
     from beamviz.cli import main as run
 
     code = run()
-    if code > 128:  # by a signal: another one is not to end the shutdown of Python by a traceback
-        for name in ("SIGINT", "SIGTERM", "SIGALRM"):
-            if hasattr(signal, name):  # not all on Windows
-                signal.signal(getattr(signal, name), signal.SIG_IGN)
+    # The shutdown of Python is not to be ended by a second signal, nor by the alarm of `reraise`.
+    for name in ("SIGALRM", "SIGINT", "SIGTERM") if code > 128 else ("SIGALRM",):
+        if hasattr(signal, name):  # Windows has no alarm
+            signal.signal(getattr(signal, name), signal.SIG_IGN)
     return code
 
 

@@ -16,6 +16,7 @@ NAMES = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 DELAY = 0.05  # [s] until a signal is raised again
 GRACE = 1.0  # [s] after a signal in which a process closes its resources; then it is ended
 Handler = Callable[[int, FrameType | None], None]
+watches: list[Callable[[int], None]] = []  # of the first signal, also where it is deferred
 
 
 class Terminated(BaseException):
@@ -43,20 +44,18 @@ def terminate_on_signal(at_last: Callable[[], object] | None = None) -> Iterator
     at_last: the process is ended GRACE after the signal, whatever it does, once this was called.
     """
     received: list[Terminated] = []
-    original, watched = sys.unraisablehook, False
+    original = sys.unraisablehook
 
     def watch(number: int) -> None:
         time.sleep(GRACE)
         end = received[-1] if received else Terminated(number)
-        at_last()  # type: ignore[misc]
+        if at_last:
+            at_last()
         end.tell()
         os._exit(end.code)
 
     def terminate(number: int, frame: FrameType | None) -> None:
-        nonlocal watched
-        if at_last and not watched:
-            watched = True  # by a bare thread: this one may hold a lock of `threading`
-            _thread.start_new_thread(watch, (number,))
+        start_watches(number)
         if is_importing(frame):
             reraise(number)
         elif not received:
@@ -70,12 +69,21 @@ def terminate_on_signal(at_last: Callable[[], object] | None = None) -> Iterator
         else:
             original(discarded)
 
+    watches[:] = [watch] if at_last else []
     with handle_signals(terminate, received):
         sys.unraisablehook = hook
         try:
             yield
         finally:
             sys.unraisablehook = original
+            watches.clear()
+
+
+def start_watches(number: int) -> None:
+    """Start what is to end the process in the end, once; by bare threads, as this one may hold a
+    lock of `threading`."""
+    while watches:
+        _thread.start_new_thread(watches.pop(), (number,))
 
 
 def is_importing(frame: FrameType | None) -> bool:
@@ -98,8 +106,13 @@ def defer_signals() -> Iterator[None]:
     before a signal ends it. One that came is raised also after an error: it may be the reason, as
     where it has ended a process that the code waits for."""
     waiting: list[int] = []
+
+    def wait(number: int, _: FrameType | None) -> None:
+        start_watches(number)
+        waiting.append(number)
+
     try:
-        with handle_signals(lambda number, _: waiting.append(number)):
+        with handle_signals(wait):
             yield
     finally:
         for number in waiting[:1]:

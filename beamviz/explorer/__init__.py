@@ -2,7 +2,6 @@
 
 import ctypes
 import gc
-import os
 import secrets
 import sys
 import time
@@ -111,14 +110,14 @@ def several_processes(
 ) -> Iterator[tuple[str, Callable[[], None]]]:
     """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
-    visitor_count, main_process = VisitorCount(processes), os.getpid()
+    visitor_count = VisitorCount(processes)
 
     def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
         worker = explorer(scene, host, visitor_count=visitor_count, listener=listener, **access)
         with suppress(Terminated), worker:
             ready()
-            wait_for_signal(main_process)
+            wait_for_signal()
 
     sockets = listening_sockets(host, port)
     with sockets as listeners, closing(ProcessPool(listeners, visitor_count, run)) as pool:
@@ -150,13 +149,12 @@ def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]
             frame_loop.stop()
 
 
-def wait_for_signal(parent: int | None = None) -> None:
-    """Wait until a signal raises Terminated, or the parent process of this number has ended, and
-    return freed memory meanwhile. Python handles a signal that arrives just before a sleep only
-    after that sleep, hence the short time.
+def wait_for_signal() -> None:
+    """Wait until a signal raises Terminated, and return freed memory meanwhile. Python handles a
+    signal that arrives just before a sleep only after that sleep, hence the short time.
     """
     trimmed = time.monotonic()
-    while parent in (None, os.getppid()):
+    while True:
         time.sleep(SLEEP)
         if time.monotonic() > trimmed + TRIM:
             return_memory()

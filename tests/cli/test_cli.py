@@ -210,10 +210,11 @@ def test_every_failure_has_its_code_and_one_line(run, monkeypatch, error, code, 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("function", ["beamviz.solver.solve", "beamviz.cli.commands.app"])
-def test_a_signal_is_quiet(run, monkeypatch, interruptible, function, number):
-    """The shell's own code for it, and nothing to read."""
+def test_a_signal_is_one_line(run, monkeypatch, interruptible, function, number):
+    """With the shell's own code for it."""
     monkeypatch.setattr(function, lambda *_, **__: signal.raise_signal(number))
-    assert run("modes") == (128 + number, "", "")
+    line = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}[number]
+    assert run("modes") == (128 + number, "", f"beamviz: {line}\n")
 
 
 def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch):
