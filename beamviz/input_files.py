@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from beamviz.checks import check_float
-from beamviz.errors import InvalidInput, unknown_keyword
+from beamviz.errors import InvalidInput, did_you_mean, unknown_keyword
 
 MAX_TOML_BYTES = 64_000
 DELIMITERS = ";\t"  # of a heading without a comma
@@ -47,7 +47,8 @@ def check_keys(data: Collection[str], keys: Collection[str], source: str) -> Non
     """InvalidInput for the first key of `data` that is not among `keys`."""
     unknown = sorted(set(data) - set(keys))
     if unknown:
-        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
+        hint = did_you_mean(unknown[0], keys)
+        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}{hint}")
 
 
 def read_columns(

@@ -59,7 +59,12 @@ PAPER_HELP = "table1 .. table4, fig4 .. fig19, numbers (what the text prints), o
 KEPT = "what is written is kept: run the same command again to resume"
 EVERY = 10.0  # [s] between lines of progress where stderr is no terminal
 
-app = typer.Typer(add_completion=False)
+app = typer.Typer()
+
+
+def example(line: str) -> str:
+    """The last line of the help of a command."""
+    return f"Example: beamviz {line}"
 
 
 def show_version(wanted: bool) -> None:
@@ -78,7 +83,7 @@ def beamviz(
     """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer."""
 
 
-@app.command()
+@app.command(epilog=example("modes --alpha 1 --beta 0.5 --gamma 10"))
 @takes_beam
 def modes(
     beam: Beam,
@@ -93,7 +98,7 @@ def modes(
     print(SOLUTION_FORMATS[format](solve(beam, modes=modes, **options)).rstrip("\n"))
 
 
-@app.command()
+@app.command(epilog=example("loci --over gamma --start 0 --stop 20 --plot loci.svg"))
 @takes_beam
 def loci(
     beam: Beam,
@@ -147,10 +152,10 @@ def loci(
     print(LOCI_FORMATS[format](tracked).rstrip("\n"))
 
 
-app.command()(takes_beam(motion))
+app.command(epilog=example("motion --until 10 --release 1 --damping 0.01"))(takes_beam(motion))
 
 
-@app.command()
+@app.command(epilog=example("sweep map.zarr --over gamma=0:20:101 --over alpha=0,0.5,1"))
 @takes_beam
 def sweep(
     beam: Beam,
@@ -220,7 +225,7 @@ class ProgressLine:
             self.shown, self.text = now, ""
 
 
-@app.command()
+@app.command(epilog=example("serve --alpha 1 --gamma 10 --open"))
 @takes_scene
 def serve(
     scene: Any,
@@ -254,7 +259,7 @@ def serve(
             raise
 
 
-@app.command()
+@app.command(epilog=example("screenshot beam.png --alpha 1 --beta 0.5 --gamma 10 --mode 3"))
 @takes_scene
 def screenshot(
     scene: Any,
@@ -273,7 +278,7 @@ def screenshot(
     screenshot(path, scene, width, height, phase, transparent, direction, zoom)
 
 
-@app.command()
+@app.command(epilog=example("animate beam.gif --gamma 10 --mode 2"))
 @takes_scene
 def animate(
     scene: Any,
@@ -300,7 +305,7 @@ def animate(
         print(f"beamviz: {loop.note}", file=sys.stderr)
 
 
-@app.command()
+@app.command(epilog=example("export beam.html --alpha 1 --gamma 10"))
 @takes_scene
 def export(
     scene: Any,
@@ -337,7 +342,7 @@ def export(
     export(path, scene)
 
 
-@app.command()
+@app.command(epilog=example("lessons --format json"))
 def lessons(
     format: Annotated[Literal["table", "json"], option("Output format.")] = "table",
 ) -> None:
@@ -348,11 +353,21 @@ def lessons(
     print(json_text(records) if format == "json" else lessons_table())
 
 
-@app.command()
+def paper_names(begun: str) -> list[str]:
+    """The names that a shell offers for a table or figure."""
+    from beamviz.paper import ALL, NAMES
+
+    return [name for name in (*NAMES, ALL) if name.startswith(begun)]
+
+
+@app.command(epilog=example("reproduce table1 fig4 --out paper"))
 def reproduce(
     out: Folder,
     names: Annotated[
-        list[str] | None, typer.Argument(help=PAPER_HELP, metavar="NAME", show_default="all")
+        list[str] | None,
+        typer.Argument(
+            help=PAPER_HELP, metavar="NAME", show_default="all", autocompletion=paper_names
+        ),
     ] = None,
 ) -> None:
     """The paper's tables and figures, beside the numbers its text prints."""
@@ -361,7 +376,7 @@ def reproduce(
     print(reproduce(names or [ALL], out))
 
 
-@app.command()
+@app.command(epilog=example("benchmark --quick --out benchmark"))
 def benchmark(
     out: Folder,
     quick: Annotated[
@@ -378,7 +393,7 @@ def benchmark(
     print(benchmark(out, quick=quick, peers=peers, release=__version__))
 
 
-@app.command()
+@app.command(epilog=example("stability --quick --out stability"))
 def stability(
     out: Folder,
     quick: Annotated[

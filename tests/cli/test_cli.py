@@ -7,9 +7,11 @@ import math
 import os
 import pickle
 import re
+import shutil
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +20,11 @@ from helpers import strict
 
 from beamviz import Beam, __version__, export, solve
 from beamviz.beam import NUMBERS
+from beamviz.cli.commands import app
 from beamviz.errors import InvalidInput, NoEquilibrium, NotConverged
 from beamviz.lessons import lesson
 from beamviz.scene import START, Scene
-from beamviz.solver.problem import OPTIONS
+from beamviz.solver.problem import CHOICES, OPTIONS
 from beamviz.tables import significant_decimals as decimals
 
 ROOT = Path(__file__).parents[2]
@@ -240,7 +243,60 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     assert scenes == list(expected.values())
 
 
+HELPS = [command.name or command.callback.__name__ for command in app.registered_commands]
+
+
+@pytest.mark.parametrize("command", HELPS)
+def test_the_help_of_a_command_ends_with_an_example(run, tmp_path, monkeypatch, command):
+    """It runs as it stands: up to its work, which others test, where that takes long."""
+    monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.chdir(tmp_path)
+    _, out, _ = run(command, "--help")
+    (line,) = re.findall(r"^ *Example: beamviz (.+?) *$", out, re.MULTILINE)
+    assert line.split()[0] == command
+    worked = []
+    for function in ("explorer.serve", "benchmark.benchmark", "failure_maps.stability"):
+        work = lambda *given, **options: worked.append(given) or ""  # noqa: E731
+        monkeypatch.setattr(f"beamviz.{function}", work)
+    code, out, err = run(*line.split())
+    assert code == 0, err
+    assert out or worked or any(tmp_path.iterdir())
+
+
 # As a process
+
+
+@pytest.fixture
+def completed(tmp_path) -> Callable[..., list[str]]:
+    """What bash offers after some words, the last of which is begun, by the script that
+    `beamviz --show-completion` prints there."""
+    command = tmp_path / "beamviz"
+    command.write_text(f'#!/bin/sh\nexec {sys.executable} -m beamviz "$@"\n')
+    command.chmod(0o755)
+    script = (
+        'eval "$(beamviz --show-completion)"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1));'
+        " _beamviz_completion beamviz; echo ${COMPREPLY[@]}"
+    )
+
+    def completed(*words: str) -> list[str]:
+        env = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+        done = subprocess.run(
+            ["bash", "-c", script, "-", *words], cwd=ROOT, env=env, capture_output=True, text=True
+        )
+        assert done.stderr == ""
+        return done.stdout.split()
+
+    return completed
+
+
+@pytest.mark.skipif(not shutil.which("bash"), reason="needs bash")
+def test_bash_completes(completed):
+    """Commands, options, their values, and names."""
+    assert completed("beamviz", "mo") == ["modes", "motion"]
+    assert completed("beamviz", "modes", "--str") == ["--strain"]
+    assert completed("beamviz", "modes", "--strain", "") == list(CHOICES["strain"])
+    assert completed("beamviz", "serve", "--lesson", "no") == ["nodes", "no-equilibrium"]
+    assert completed("beamviz", "reproduce", "tab") == ["table1", "table2", "table3", "table4"]
 
 
 def process(*arguments: str, **settings: Any) -> subprocess.CompletedProcess[str]:
@@ -251,14 +307,29 @@ def process(*arguments: str, **settings: Any) -> subprocess.CompletedProcess[str
     return subprocess.run(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, **settings)
 
 
-@pytest.mark.parametrize("command", [["modes"], ["modes", "--help"]])
-def test_a_reader_that_leaves_early_is_no_failure_to_talk_about(command):
-    """`beamviz modes | true` prints no traceback."""
+LONG = {  # and short
+    "modes": "modes",
+    "json": "modes --format json",
+    "help": "modes --help",
+    "commands": "--help",
+    "version": "--version",
+    "lessons": "lessons",
+    "error": "modes --gamma -1 --format json",
+    "loci": "loci --over gamma --start 0 --stop 1 --points 2000 --format csv",
+    "motion": "motion --until 1 --points 5000 --format csv",
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_reader_that_leaves_early_has_what_it_wants(name):
+    """`beamviz modes | true` is no failure and says nothing: what is written goes nowhere, at once
+    or when the buffer is full. A failure stays one."""
     reader, writer = os.pipe()
     os.close(reader)
-    done = process(*command, stdout=writer)
+    done = process(*LONG[name].split(), stdout=writer)
     os.close(writer)
-    assert (done.returncode, done.stderr) == (1, "")
+    expected = (2, 1) if name == "error" else (0, 0)
+    assert (done.returncode, done.stderr.count("\n")) == expected
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
