@@ -1,9 +1,11 @@
 """Small files that describe a beam or a scene: TOML, and stations along a blade as CSV."""
 
+import contextlib
 import csv
 import io
+import re
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +43,22 @@ def parse_toml(text: bytes, name: str) -> dict[str, Any]:
         if isinstance(error, InvalidInput):
             raise
         raise InvalidInput(f"{name}: not a TOML file ({error})") from None
+
+
+@contextlib.contextmanager
+def errors_of_file(name: str, units: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Within, the errors of values name the file they are from, and the units of their keys."""
+    known = units or {}
+
+    def with_unit(key: re.Match[str]) -> str:
+        return f"{key[0]} [{known[key[0]]}]" if key[0] in known else key[0]
+
+    try:
+        yield
+    except InvalidInput as error:
+        message = error.args[0].removeprefix(f"{name}: ")
+        text = re.sub(r"(?:(?<=^)|(?<=[:;] ))[a-z_]+(?= = )", with_unit, message)
+        raise InvalidInput(f"{name}: {text}", error.use) from None
 
 
 def check_keys(data: Collection[str], keys: Collection[str], source: str) -> None:

@@ -3,8 +3,8 @@
     python3 scripts/reference.py [FOLDER]       by default build/reference, which is not committed
 
 Like all scripts here it makes the environment of the tests if this Python has none of it. The
-reference is made of the docstrings by pdoc. A warning of pdoc, as about an annotation that it cannot read,
-is an error.
+reference is made of the docstrings by pdoc. A warning of pdoc, as about an annotation that it
+cannot read, is an error.
 """
 
 import sys
