@@ -53,6 +53,21 @@ def test_modes_as_json(run):
     assert data["modes"][2].keys() == {"family", "error", "bending_fraction", "nodes"}
 
 
+@pytest.mark.parametrize(("first", "shown"), [(1.0, 0.25), (40.0, 40.0)])
+def test_the_time_of_modes_is_without_the_first_imports(run, monkeypatch, first, shown):
+    """That of a second solve, unless the first has taken so long that they hardly count."""
+    for form, expected in (("json", f'"seconds": {shown}'), ("table", f", {1000 * shown:.3g} ms")):
+        seconds = iter((first, 0.25))
+
+        def timed(beam: Beam, seconds=seconds, **options: Any):
+            solution = solve(beam, **options)
+            solution.stats.seconds = next(seconds)
+            return solution
+
+        monkeypatch.setattr("beamviz.solver.solve", timed)
+        assert expected in run("modes", "--format", form)[1]
+
+
 def test_modes_in_si_and_as_csv(run, steel):
     """A file in SI gives Hz and rad/s too: those of the bar's dimensionless frequency. The CSV says
     the same as the JSON, one line for each mode, to full precision."""
@@ -241,6 +256,17 @@ def test_the_command_line_goes_before_the_scene_file(run, tmp_path, monkeypatch)
     }
     assert {run("serve", *options.split())[0] for options in expected} == {0}
     assert scenes == list(expected.values())
+
+
+def test_a_format_beside_a_file_is_printed_too(run, tmp_path):
+    """As the chart of `loci` is written beside its output; a file alone prints nothing."""
+    command = ("motion", str(tmp_path / "a.csv"), "--until", "0.1", "--points", "3")
+    assert run(*command) == (0, "", "")
+    (tmp_path / "a.csv").unlink()
+    code, out, _ = run(*command, "--format", "json")
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "a.csv").read_text())))
+    assert code == 0
+    assert [float(row["t"]) for row in rows] == strict(out)["t"]
 
 
 HELPS = [command.name or command.callback.__name__ for command in app.registered_commands]
