@@ -153,8 +153,8 @@ class Case:
         self.__dict__["body_velocity"] = checked
 
     def check_samples(self) -> None:
-        """Samples of a speed or a torque, and the ends of a ramp, must be so far apart that rounding
-        errors of the time do not hide the change between two of them."""
+        """Samples of a speed or a torque, and the two ends of a ramp, must be so far apart that
+        rounding errors of the time do not hide the change between two of them."""
         least = CLOSEST * self.until
         if isinstance(self.drive, Ramp) and self.drive.within < least:
             raise InvalidInput(
