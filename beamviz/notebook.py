@@ -25,8 +25,8 @@ from beamviz.solver.solution import Solution
 HOST = "127.0.0.1"
 PORT = "{port}"  # stands for the port in the address of a proxy
 HEIGHTS = 200, 4000
-# A browser shows the text in place of an object that it cannot load: above the frame, which is empty,
-# where the server is no more; and where a notebook forbids objects.
+# A browser shows the text in place of an object that it cannot load: where the server is no more,
+# above the frame, which is empty then; and where a notebook forbids objects.
 FRAME = (
     '<object data="{url}{sign}" type="image/svg+xml" width="0" height="0" style="display: block">'
     "<p>No page below? It has ended with its kernel: run the cell again.</p></object>"
