@@ -1,33 +1,34 @@
 """A rotating beam with a concentrated mass: equilibrium, modes, and a live 3D explorer.
 
-Modules that compute or draw are imported on first use, so that `import beamviz` stays fast.
+Every name is imported on first use, so that `import beamviz` and the start of a command are fast.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
 
-from beamviz.beam import Beam
-from beamviz.blade import Blade, Mass
-from beamviz.errors import (
-    BeamvizError,
-    ImplausibleInput,
-    InvalidInput,
-    NoEquilibrium,
-    NotConverged,
-    Unavailable,
-)
-from beamviz.units import Units
-from beamviz.version import __version__
-
+TYPE_CHECKING = False  # as of `typing`, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from typing import Any
+
+    from beamviz.beam import Beam
+    from beamviz.blade import Blade, Mass
     from beamviz.dynamics import Motion, motion
     from beamviz.dynamics.drives import Hub, Ramp
+    from beamviz.errors import (
+        BeamvizError,
+        ImplausibleInput,
+        InvalidInput,
+        NoEquilibrium,
+        NotConverged,
+        Unavailable,
+    )
     from beamviz.frequency_loci import Event, Loci, loci, resonances
     from beamviz.frequency_loci.forced_response import RunUp, run_up
     from beamviz.notebook import View, show
     from beamviz.scene import Scene
     from beamviz.solver import solve, solve_many
     from beamviz.solver.solution import Solution
+    from beamviz.units import Units
+    from beamviz.version import __version__
 
 __all__ = [
     "Beam",
@@ -64,8 +65,18 @@ __all__ = [
 ]
 
 ON_FIRST_USE = {
+    "beamviz.beam": ("Beam",),
+    "beamviz.blade": ("Blade", "Mass"),
     "beamviz.dynamics": ("Motion", "motion"),
     "beamviz.dynamics.drives": ("Hub", "Ramp"),
+    "beamviz.errors": (
+        "BeamvizError",
+        "ImplausibleInput",
+        "InvalidInput",
+        "NoEquilibrium",
+        "NotConverged",
+        "Unavailable",
+    ),
     "beamviz.exports": ("animate", "export", "screenshot"),
     "beamviz.frequency_loci": ("Event", "Loci", "loci", "resonances"),
     "beamviz.frequency_loci.forced_response": ("RunUp", "run_up"),
@@ -73,10 +84,12 @@ ON_FIRST_USE = {
     "beamviz.scene": ("Scene",),
     "beamviz.solver": ("Solution", "solve", "solve_many"),
     "beamviz.sweeps": ("sweep",),
+    "beamviz.units": ("Units",),
+    "beamviz.version": ("__version__",),
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     for module, names in ON_FIRST_USE.items():
         if name in names:
             return getattr(import_module(module), name)

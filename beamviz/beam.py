@@ -12,9 +12,15 @@ from typing import Any, NamedTuple, Self
 from beamviz.blade import Blade, Mass
 from beamviz.checks import as_float, check_float, full_text, is_number, together
 from beamviz.errors import ImplausibleInput, InvalidInput, unknown_keyword
-from beamviz.input_files import parse_toml, read_small
+from beamviz.input_files import errors_of_file, parse_toml, read_small
 from beamviz.plausibility import doubts
-from beamviz.si import PhysicalBeam, check_si_table, physical_beam, read_stations
+from beamviz.si import (
+    VALUE_UNITS,
+    PhysicalBeam,
+    check_si_table,
+    physical_beam,
+    read_stations,
+)
 from beamviz.units import Units
 
 
@@ -303,9 +309,10 @@ class Beam:
     def from_toml(cls, path: str | Path) -> Self:
         """A beam from a TOML file of `from_si` keywords, with [[masses]] as tables, and
         stations_file = "blade.csv", relative to it, in place of stations and properties.
-        InvalidInput names file and mistake."""
+        InvalidInput names the file, the key and its unit."""
         table = parse_toml(read_small(path), str(path))
-        return cls.from_si(**check_si_table(table, str(path), Path(path).parent))
+        with errors_of_file(str(path), VALUE_UNITS):
+            return cls.from_si(**check_si_table(table, str(path), Path(path).parent))
 
     @classmethod
     def from_csv(cls, path: str | Path, **values: Any) -> Self:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Collection, Iterable
 from numbers import Real
 from typing import Any, TypeVar
 
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, did_you_mean
 
 T = TypeVar("T")
 
@@ -84,7 +84,8 @@ def check_floats(
 def check_choice(name: str, value: Any, choices: Collection[str]) -> str:
     """`value` if it is one of `choices`, else InvalidInput."""
     if not isinstance(value, str) or value not in choices:
-        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}")
+        hint = did_you_mean(value, choices)
+        raise InvalidInput(f"{name} = {value!r}: must be one of {', '.join(choices)}{hint}")
     return value
 
 

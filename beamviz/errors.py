@@ -97,22 +97,41 @@ def unknown_keyword(
 
     synonyms: known keywords by other names for them; units: of known keywords.
     """
-    import difflib
-
     others, units = synonyms or {}, units or {}
-    near = difflib.get_close_matches(name, [*known, *others], n=1, cutoff=0.6)
-    meant = others.get(near[0], near[0]) if near else ""
+    near = nearest(name, [*known, *others])
+    meant = others.get(near, near)
     unit = f" [{units[meant]}]" if meant in units else ""
     hint = f"did you mean {meant!r}{unit}?" if near else f"known: {', '.join(known)}"
     return InvalidInput(f"unknown {kind} {name!r}: {hint}")
 
 
+def nearest(name: str, known: Collection[str]) -> str:
+    """The known name nearest to a mistyped one; "" where none is near. One with another number is
+    another thing: fig13 is not near fig3."""
+    import difflib
+
+    def number(text: str) -> str:
+        return "".join(filter(str.isdigit, text))
+
+    by_lower = {one.lower(): one for one in known if number(one) in ("", number(name))}
+    near = difflib.get_close_matches(name.lower(), by_lower, n=1, cutoff=0.6)
+    return by_lower[near[0]] if near else ""
+
+
+def did_you_mean(name: object, known: Collection[str]) -> str:
+    """The end of a message about a mistyped name, "" where no known one is near."""
+    near = nearest(name, known) if isinstance(name, str) else ""
+    return f"; did you mean {near!r}?" if near else ""
+
+
 @contextlib.contextmanager
 def requires(extra: str) -> Iterator[None]:
-    """Around imports of an optional extra: Unavailable names it where it is not installed."""
+    """Around imports of an optional extra: Unavailable with the command that installs it where it
+    is not."""
     try:
         yield
     except ImportError as error:
-        raise Unavailable(
-            f"this needs {error.name}: pip install 'beamviz[{extra}]' ({error})"
-        ) from None
+        from beamviz.installation import install_command
+
+        command = install_command(extra, str(error.name))
+        raise Unavailable(f"this needs {error.name}: {command} ({error})") from None

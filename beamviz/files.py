@@ -16,6 +16,7 @@ from typing import Any
 from beamviz.errors import InvalidInput, Unavailable
 
 Files = dict[str, bytes]  # contents by name
+unfinished: set[Path] = set()  # temporary files that are being written
 
 
 def json_text(data: Any, indent: int | None = 2) -> str:
@@ -77,14 +78,27 @@ def replaced(path: str | Path) -> Iterator[Path]:
     path = Path(path)
     check_writable(path)
     part = temporary(path)
+    unfinished.add(part)
     try:
         with failing_to_write(path):
             part.open("xb").close()
             yield part
             part.replace(path)
     finally:
-        with contextlib.suppress(OSError):  # it was renamed, or never there
-            part.unlink()
+        discard(part)
+
+
+def discard(part: Path) -> None:
+    """Delete a temporary file, unless it was renamed or was never there."""
+    with contextlib.suppress(OSError):
+        part.unlink()
+    unfinished.discard(part)
+
+
+def discard_unfinished() -> None:
+    """Delete all temporary files, before the process ends while they are being written."""
+    for part in [*unfinished]:
+        discard(part)
 
 
 def check_writable(path: Path) -> None:

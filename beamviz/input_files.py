@@ -1,14 +1,16 @@
 """Small files that describe a beam or a scene: TOML, and stations along a blade as CSV."""
 
+import contextlib
 import csv
 import io
+import re
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from beamviz.checks import check_float
-from beamviz.errors import InvalidInput, unknown_keyword
+from beamviz.errors import InvalidInput, did_you_mean, unknown_keyword
 
 MAX_TOML_BYTES = 64_000
 DELIMITERS = ";\t"  # of a heading without a comma
@@ -43,11 +45,28 @@ def parse_toml(text: bytes, name: str) -> dict[str, Any]:
         raise InvalidInput(f"{name}: not a TOML file ({error})") from None
 
 
+@contextlib.contextmanager
+def errors_of_file(name: str, units: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Within, the errors of values name the file they are from, and the units of their keys."""
+    known = units or {}
+
+    def with_unit(key: re.Match[str]) -> str:
+        return f"{key[0]} [{known[key[0]]}]" if key[0] in known else key[0]
+
+    try:
+        yield
+    except InvalidInput as error:
+        message = error.args[0].removeprefix(f"{name}: ")
+        text = re.sub(r"(?:(?<=^)|(?<=[:;] ))[a-z_]+(?= = )", with_unit, message)
+        raise InvalidInput(f"{name}: {text}", error.use) from None
+
+
 def check_keys(data: Collection[str], keys: Collection[str], source: str) -> None:
     """InvalidInput for the first key of `data` that is not among `keys`."""
     unknown = sorted(set(data) - set(keys))
     if unknown:
-        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}")
+        hint = did_you_mean(unknown[0], keys)
+        raise InvalidInput(f"{source}: unknown key {unknown[0]!r}; known: {', '.join(keys)}{hint}")
 
 
 def read_columns(

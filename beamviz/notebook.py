@@ -18,13 +18,18 @@ from beamviz.errors import InvalidInput, Unavailable
 from beamviz.explorer import KEY_BYTES, check_scene, run_explorer
 from beamviz.scene import LINKED, Scene
 from beamviz.server.access import Access, public_url
+from beamviz.server.connection import SIGN_OF_LIFE
 from beamviz.server.processes import listening_sockets
 from beamviz.solver.solution import Solution
 
 HOST = "127.0.0.1"
 PORT = "{port}"  # stands for the port in the address of a proxy
 HEIGHTS = 200, 4000
+# A browser shows the text in place of an object that it cannot load: where the server is no more,
+# above the frame, which is empty then; and where a notebook forbids objects.
 FRAME = (
+    '<object data="{url}{sign}" type="image/svg+xml" width="0" height="0" style="display: block">'
+    "<p>No page below? It has ended with its kernel: run the cell again.</p></object>"
     '<iframe src="{url}" title="beamviz" width="100%" height="{height}" style="border: 0"'
     ' allow="clipboard-write; fullscreen"></iframe>'
 )
@@ -91,7 +96,7 @@ def show(
     """
     height = check_int("height", height, *HEIGHTS)
     view = View(scene_of(shown), public_url)
-    if not displayed(FRAME.format(url=html.escape(view.url), height=height)):
+    if not displayed(FRAME.format(url=html.escape(view.url), sign=SIGN_OF_LIFE, height=height)):
         webbrowser.open(view.url)
     return view
 

@@ -13,8 +13,8 @@ from urllib.parse import parse_qsl, urlencode
 from beamviz.beam import NUMBERS, PARAMETERS, Beam, from_record
 from beamviz.checks import check_choice, check_float, check_floats, check_int, check_positive
 from beamviz.errors import InvalidInput
-from beamviz.input_files import check_keys, parse_toml, read_small
-from beamviz.si import FILE_KEYS, SI_KEYS, PhysicalBeam, check_si_table
+from beamviz.input_files import check_keys, errors_of_file, parse_toml, read_small
+from beamviz.si import FILE_KEYS, SI_KEYS, VALUE_UNITS, PhysicalBeam, check_si_table
 from beamviz.solver.problem import OPTIONS, parse_keywords
 from beamviz.units import Units
 
@@ -349,14 +349,14 @@ class Scene:
         for table, values in tables.items():
             if not isinstance(values, dict):
                 raise InvalidInput(f"{name}: {table} = {values!r}: must be a table [{table}]")
-            check_keys(values, TABLES[table], f"{name} [{table}]")
+            if table != "si":  # whose keys are checked with their units
+                check_keys(values, TABLES[table], f"{name} [{table}]")
         values = ChainMap(*(tables[table] for table in tables.keys() & LINKED.keys()))
-        try:
+        with errors_of_file(name, VALUE_UNITS):
+            beam = beam_with_units(tables, folder)
+        with errors_of_file(name):
             second = Second.of_table(tables["second"], folder) if "second" in tables else None
-            scene = cls.of(beam_with_units(tables, folder), **values)
-            return replace(scene, second=second)
-        except InvalidInput as error:
-            raise InvalidInput(f"{name}: {error}") from None
+            return replace(cls.of(beam, **values), second=second)
 
 
 def toml_table(heading: str, values: dict[str, Any]) -> str:

@@ -59,6 +59,11 @@ SIZE_KEYS = (
 )  # of the beam alone
 FILE_KEYS = {**SI_KEYS, "stations_file": "a CSV file"}
 MASS_KEYS = {"mass": "kg", "position": "m", "inertia": "kg m^2"}
+VALUE_UNITS = {  # of the keys whose values have one
+    name: unit
+    for name, unit in {**SI_KEYS, **MASS_KEYS}.items()
+    if name not in ("degree", "masses")
+}
 COLUMNS = {"station": "m", **SECTION, **FLAP}
 SI_SYNONYMS = {  # other names of these values
     **dict.fromkeys(("rpm", "n"), "rotation_rpm"),

@@ -1,14 +1,35 @@
-"""What the scripts that measure share, imported before numpy: one thread, the modules of the
-project and of its tests, and command lines with errors in one line."""
+"""What the scripts that measure share, imported before numpy: the environment of the tests, one
+thread, the modules of the project and of its tests, and command lines with errors in one line."""
 
 import argparse
 import os
+import subprocess
 import sys
 from collections.abc import Callable, Collection
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
-ROOT = Path(__file__).resolve().parent.parent
+FOLDER = Path(__file__).resolve().parent
+ROOT = FOLDER.parent
+OF_THE_TESTS = ("mpmath", "pdoc", "viser")  # where these are, all is that the tests need
+
+
+def use_environment() -> None:
+    """Run a script again in the environment of the tests, made if needed, where this Python lacks
+    what the scripts need."""
+    script = Path(getattr(sys.modules["__main__"], "__file__", None) or "").resolve()
+    if script.parent != FOLDER or all(map(find_spec, OF_THE_TESTS)):
+        return
+    from _environment import ensure
+
+    command = [str(ensure("test")), str(script), *sys.argv[1:]]
+    if os.name == "nt":  # there exec leaves the terminal before the script ends
+        sys.exit(subprocess.run(command, check=False).returncode)
+    os.execv(command[0], command)
+
+
+use_environment()
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a solve is measured, not its threads' waits
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
 

@@ -1,9 +1,10 @@
 """The reference of the public Python names, a page for a browser:
 
-    python scripts/reference.py [FOLDER]        by default build/reference, which is not committed
+    python3 scripts/reference.py [FOLDER]       by default build/reference, which is not committed
 
-It is made of the docstrings by pdoc. A warning of pdoc, as about an annotation that it cannot read,
-is an error.
+Like all scripts here it makes the environment of the tests if this Python has none of it. The
+reference is made of the docstrings by pdoc. A warning of pdoc, as about an annotation that it
+cannot read, is an error.
 """
 
 import sys

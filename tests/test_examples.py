@@ -1,11 +1,14 @@
 """The examples give the numbers that their docstrings state, with the sources named there."""
 
 import ast
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import matplotlib
 import pytest
-from helpers import load_file, slow
+from helpers import contents, load_file, slow
 from oracle import truth
 from PIL import Image
 
@@ -77,6 +80,19 @@ def test_an_example_finds_what_its_docstring_states(name, tmp_path):
         unit = 10.0 ** -len(text.partition(".")[2])
         assert found[quantity] == pytest.approx(float(text), abs=unit), quantity
     assert size(file) == size(picture(name))
+
+
+def test_a_run_leaves_the_committed_pictures(tmp_path):
+    """Also one in the folder of the scripts; a file that is named gets the picture instead."""
+    script, given = tmp_path / SCRIPTS["01_steel_beam"].name, tmp_path / "elsewhere.png"
+    for file in (SCRIPTS["01_steel_beam"], picture("01_steel_beam")):
+        shutil.copy(file, tmp_path)
+    before = contents(tmp_path)
+    subprocess.run([sys.executable, script], cwd=tmp_path, check=True)
+    (drawn,) = {*tmp_path.iterdir()} - {tmp_path / name for name in before}
+    subprocess.run([sys.executable, script, given], cwd=tmp_path, check=True)
+    assert given.read_bytes() == drawn.read_bytes()
+    assert contents(tmp_path).items() >= before.items()
 
 
 def test_the_resonances_are_those_of_an_independent_solution():

@@ -14,7 +14,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LAYERS = (  # a module belongs to the layer that names it or the nearest of its parents
-    ("errors", "signals", "files", "version"),
+    ("errors", "signals", "files", "version", "installation"),
+    ("workers",),
     ("checks",),
     ("blade", "units", "input_files"),
     ("si",),
@@ -55,7 +56,9 @@ LATE_IMPORTS = {  # all that point up: methods of results import what they call,
     ("frequency_loci", "Loci.plot", "plotting.loci"),
     ("frequency_loci", "Loci._repr_html_", "tables"),
 }
-EVIDENCE_COMMANDS = {("cli.commands", name) for name in ("reproduce", "benchmark", "stability")}
+EVIDENCE_COMMANDS = {  # and the completion of the names that one takes
+    ("cli.commands", name) for name in ("reproduce", "paper_names", "benchmark", "stability")
+}
 INSIDE_THE_SOLVER = {  # parts of it that are used above it, by the package that uses them
     "frequency_loci": {  # mode vectors at the points of a quadrature; other stable states
         *("solver.quadrature", "solver.straight", "solver.bent"),

@@ -1,6 +1,7 @@
 """Live pages in the cells of a notebook, and the notebook of the project, in a real kernel."""
 
 import base64
+import contextlib
 import io
 import json
 import webbrowser
@@ -133,6 +134,25 @@ def test_a_page_ends_with_its_kernel(tmp_path):
         assert server.http_get(url, path_of(url))[0] == 200
     with pytest.raises(ConnectionRefusedError):
         server.http_get(url, path_of(url))
+
+
+@pytest.mark.slow
+def test_a_page_whose_kernel_has_ended_says_what_to_do(tmp_path):
+    """In the frame that is open; and above the frame where the notebook is opened again, which says
+    nothing of it while the kernel runs."""
+    told = "!!document.querySelector('object p').getClientRects().length"
+    with contextlib.ExitStack() as stack:
+        with kernel(tmp_path) as started:
+            shown = markup(started.run("import beamviz\nbeamviz.show(height=300);"))
+            site = stack.enter_context(server.website(f"<!doctype html>{shown}"))
+            opened = stack.enter_context(page(site, 600, 400))
+            inside = stack.enter_context(frame(frame_address(shown)))
+            inside.wait(READY)
+            assert not inside.evaluate(says("run the cell again"))
+            assert not opened.evaluate(told)
+        inside.wait(says("run the cell again"))
+        opened.reload()
+        opened.wait(told)
 
 
 @pytest.mark.slow

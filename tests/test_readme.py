@@ -3,6 +3,7 @@
 import re
 import shlex
 import tomllib
+from math import pi
 from pathlib import Path
 
 import pytest
@@ -70,7 +71,23 @@ def test_the_python_runs(code, tmp_path, monkeypatch):
     """Each Python block runs as it stands, and writes the files it names."""
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {})
-    assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+\.\w+)"', code))
+    assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+(?:\.\w+)+)"', code))
+
+
+def test_the_sample_of_a_beam_in_si_runs():
+    """It is linked, and is the bar that its comments describe: its first frequency at rest is that
+    of Dunkerley's sum of the bar and of the mass, to two percent."""
+    assert "](assets/beam.toml)" in README
+    file = ROOT / "assets" / "beam.toml"
+    result = CliRunner().invoke(app, ["modes", "--si", str(file)])
+    assert result.exit_code == 0, result.output
+    assert "300 rpm" in result.output
+    still = Beam.from_toml(file).replace(gamma=0)
+    L, EI, m, tip = 1.2, 2.1e11 * 0.03 * 0.02**3 / 12, 7850 * 0.03 * 0.02, 2.0
+    bar, mass = 3.516015**2 * EI / (m * L**4), 3 * EI / (tip * L**3)  # omega^2 of each alone
+    dunkerley = (bar * mass / (bar + mass)) ** 0.5 / (2 * pi)
+    (found,) = still.units.hertz(solve(still, modes=1).frequencies)
+    assert found == pytest.approx(dunkerley, rel=0.02)
 
 
 def test_the_tables_name_every_method_event_and_limit():

@@ -120,7 +120,7 @@ def brought_by(extra: str) -> set[str]:
     waiting = [*project["dependencies"], *extras[extra]]
     while waiting:
         named = Requirement(waiting.pop())
-        found |= {named.name} - {"beamviz"}
+        found |= {named.name} - {project["name"]}
         waiting += [line for other in named.extras for line in extras[other]]
     return found
 

@@ -30,6 +30,13 @@ BLADE = {  # a tapered steel blade, 600 mm long, a rectangle of 40 x 12 mm at it
     "masses": [{"mass": 0.2, "position": 0.45, "inertia": (1e-5, 2e-5, 2.5e-5)}],
     "root_stiffness": 1e5,
 }
+TUBE = {
+    "length": 2.0,
+    "density": 7850,
+    "area": 4e-4,
+    "second_moment": 1.2e-8,
+    "youngs_modulus": 2.1e11,
+}
 PLAIN = {"length": 1.0, "mass_per_length": 1.2, "bending_stiffness": 44.0, "axial_stiffness": 3e7}
 
 
@@ -226,6 +233,44 @@ WRONG = [
     ({"masses": [{"mass": 1e6, "position": 0}]}, "masses 1, over mass_per_length length"),
     ({"root_stiffness": -1}, "root_stiffness = -1: must be 0 or more"),
 ]
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("length = -2", "length [m] = -2: must be 0 or more"),
+        ('area = "4 cm^2"', "area [m^2] = '4 cm^2': must be a number"),
+        ("mass_position = 7", "mass_position [m] = 7: must lie in 0 .. 2"),
+        ("[[masses]]\nmass = 1\nposition = 5", "masses 1: position [m] = 5"),
+        ("lenght = 2", "unknown key 'lenght': did you mean 'length' [m]?"),
+        ("length = 2,0", "not a TOML file"),
+        ("degree = 9", "degree = 9: must be"),
+    ],
+)
+def test_an_error_of_a_file_names_it_the_key_and_the_unit(tmp_path, line, message):
+    """Of a beam, and of a beam in the table [si] of a scene."""
+    key = line.partition(" ")[0]
+    lines = [f"{name} = {value}" for name, value in TUBE.items() if name != key] + [line]
+    beam, scene = tmp_path / "beam.toml", tmp_path / "scene.toml"
+    beam.write_text("\n".join(lines))
+    scene.write_text("[si]\n" + "\n".join(lines).replace("[[masses]]", "[[si.masses]]"))
+    for read, file in ((Beam.from_toml, beam), (Scene.from_toml, scene)):
+        with pytest.raises(InvalidInput) as refused:
+            read(file)
+        assert str(refused.value).startswith(f"{file}: ")
+        assert message in str(refused.value)
+
+
+def test_a_key_within_a_message_has_no_unit(tmp_path):
+    """Nor one of a scene that is no quantity in SI."""
+    beam, scene = tmp_path / "beam.toml", tmp_path / "scene.toml"
+    lines = (f"{name} = {value}" for name, value in (TUBE | {"second_moment": 1e-20}).items())
+    beam.write_text("\n".join(lines))
+    with pytest.raises(InvalidInput, match="over length = "):
+        Beam.from_toml(beam)
+    scene.write_text("[camera]\nposition = [0, 0, 1e9]")
+    with pytest.raises(InvalidInput, match="position = 1000000000"):
+        Scene.from_toml(scene)
 
 
 @pytest.mark.parametrize(("changes", "message"), WRONG)

@@ -7,14 +7,14 @@ Source: VPCS (validation of structural software), test SDLL15, at rest; an indep
 the differential equations at 60 rpm (tests/oracle).
 """
 
+import sys
 from math import pi
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 
 from beamviz import Beam, solve
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "steel_beam.png"  # in the current folder, unless the command line names a file
 TUBE = {
     "length": 10.0,  # [m]
     "density": 7800.0,  # [kg/m^3]
@@ -45,5 +45,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

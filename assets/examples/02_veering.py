@@ -8,14 +8,14 @@ stretching. `branch.family` names it point by point.
 Source: crossing, veering and gap were computed independently of this project.
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from beamviz import Beam, loci
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "veering.png"  # in the current folder, unless the command line names a file
 TIP_MASS = Beam(alpha=1)  # as heavy as the beam
 SPEEDS = np.linspace(3.5, 6, 101)
 
@@ -48,5 +48,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

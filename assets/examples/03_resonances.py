@@ -9,14 +9,14 @@ Source: an independent solution of the differential equations has these frequenc
 (tests/oracle).
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from beamviz import Beam, loci
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "resonances.png"  # in the current folder, unless the command line names a file
 
 
 def main(picture=PICTURE):
@@ -41,5 +41,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

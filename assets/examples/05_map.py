@@ -7,7 +7,7 @@ bending and a stretching mode. With the mass in the middle, at gamma = 10, it is
 Source: computed independently of this project (assets/validation.md).
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from beamviz import Beam, sweep
 from beamviz.plotting.maps import draw_map
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "map.png"  # in the current folder, unless the command line names a file
 SPEEDS = np.linspace(0, 20, 61)
 PLACES = np.linspace(0, 1, 61)
 
@@ -33,5 +33,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":  # processes are started, each of which imports this file
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

@@ -7,14 +7,14 @@ time. At t = 2 T* the tip is 0.3780 L off on the other side.
 Source: an independent integration, with polynomials and DOP853 (tests/oracle/motion.py).
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from beamviz import Beam, motion
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "release.png"  # in the current folder, unless the command line names a file
 
 
 def main(picture=PICTURE):
@@ -36,5 +36,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

@@ -7,13 +7,13 @@ Its tip lags by 0.574 m at most, after 6.75 s. Then it swings by 3.64 mm, and th
 Source: Kane, Ryan & Banerjee (1987); Simo & Vu-Quoc (1986), their values refined.
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 
 from beamviz import Beam, Ramp, motion
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "spin_up.png"  # in the current folder, unless the command line names a file
 
 
 def main(picture=PICTURE):
@@ -43,5 +43,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

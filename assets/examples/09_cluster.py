@@ -7,6 +7,7 @@ table: flapwise at gamma = 12 a bare beam has omega_1 = 13.170, one with a tip m
 Source: Wright, Smith, Thresher & Wang, J. Appl. Mech. 49 (1982), as quoted by Bir (2009).
 """
 
+import sys
 import tempfile
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from distributed import Client, LocalCluster
 
 from beamviz import Beam, sweep
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "cluster.png"  # in the current folder, unless the command line names a file
 AXES = {"gamma": np.arange(13.0), "alpha": [0.0, 1.0]}
 SLENDER = Beam(mu=10000)  # the source leaves the stretch out
 
@@ -44,5 +45,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":  # processes are started, each of which imports this file
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

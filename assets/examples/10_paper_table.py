@@ -8,13 +8,13 @@ Source: the three values were computed independently of this project (assets/val
 body of the paper's own table is not available to it.
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 
 from beamviz.evidence.paper.tables import COLUMNS, TABLES, compute
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "paper_table.png"  # in the current folder, unless the command line names a file
 NAMES = ("ancf", "foac", "linear")
 
 
@@ -44,5 +44,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

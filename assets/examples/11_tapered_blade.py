@@ -10,14 +10,14 @@ where T* = 20.09 ms; an independent solution of the differential equations has t
 (tests/oracle).
 """
 
-from pathlib import Path
+import sys
 
 import matplotlib.pyplot as plt
 import numpy as np
 
 from beamviz import Beam, loci, solve
 
-PICTURE = Path(__file__).with_suffix(".png")
+PICTURE = "tapered_blade.png"  # in the current folder, unless the command line names a file
 E, RHO, WIDTH = 210e9, 7850.0, 0.04  # [Pa], [kg/m^3], [m]
 STATIONS = np.linspace(0, 0.6, 5)  # [m]
 THICKNESS = np.linspace(0.012, 0.006, 5)  # [m]
@@ -56,5 +56,5 @@ def main(picture=PICTURE):
 
 
 if __name__ == "__main__":
-    for name, value in main().items():
+    for name, value in main(*sys.argv[1:]).items():
         print(f"{name}: {value:.6g}")

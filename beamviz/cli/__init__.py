@@ -3,14 +3,22 @@
 import contextlib
 import json
 import os
+import re
 import sys
 import warnings
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, TextIO
 
-from beamviz.errors import BeamvizError, ImplausibleInput, InvalidInput, NoEquilibrium, NotConverged
-from beamviz.files import plain
+from beamviz.errors import (
+    BeamvizError,
+    ImplausibleInput,
+    InvalidInput,
+    NoEquilibrium,
+    NotConverged,
+    nearest,
+)
+from beamviz.files import discard_unfinished, plain
 from beamviz.signals import Terminated, terminate_on_signal
 
 EXIT_CODES = {InvalidInput: 2, NoEquilibrium: 3, NotConverged: 4}
@@ -18,21 +26,27 @@ OTHER_FAILURE = 1
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run a command line (by default this process's) and return its exit code: 0 done, 1 any other
-    failure, 2 invalid input, 3 no equilibrium, 4 not converged, 130 interrupted, 143 terminated."""
+    """Run a command line and return its exit code: 0 done, 1 any other failure, 2 invalid input, 3
+    no equilibrium, 4 not converged, 130 interrupted, 143 terminated.
+
+    arguments: by default those of this process, which a signal then ends within two seconds.
+    """
     given = sys.argv[1:] if arguments is None else arguments
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
         os.environ[name] = "1"  # small matrices: more threads only wait for each other
+    code = 0
     try:
-        with terminate_on_signal():
+        with terminate_on_signal(discard_unfinished if arguments is None else None):
             code = run(given or ["--help"])
             print(end="", flush=True)
     except Terminated as end:
+        end.tell()
         return end.code
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # or its last flush fails
-        if not isinstance(error, BrokenPipeError):  # a reader that leaves early is no failure
-            print(f"beamviz: {error}", file=sys.stderr)
+        if isinstance(error, BrokenPipeError):  # a reader that leaves early has what it wants
+            return code
+        print(f"beamviz: {error}", file=sys.stderr)
         return OTHER_FAILURE
     return code
 
@@ -52,12 +66,25 @@ def run(arguments: list[str]) -> int:
         message = error.for_command_line if isinstance(error, InvalidInput) else str(error)
         return report(code, error.kind, message, arguments, **limit)
     except typer.TyperException as error:
-        return report(error.exit_code, InvalidInput.kind, error.format_message(), arguments)
+        return report(error.exit_code, InvalidInput.kind, message_of(error), arguments)
     except OSError:
         raise
+    except SystemExit as end:
+        if isinstance(end.__context__, BrokenPipeError):  # typer and rich exit where a pipe breaks
+            raise end.__context__ from None
+        return int(end.code or 0)  # of --show-completion
     except Exception as error:
         message = f"unexpected {type(error).__name__}: {error}"
         return report(OTHER_FAILURE, "internal", message, arguments)
+
+
+def message_of(error: Any) -> str:
+    """The message of a typer.TyperException; for a mistyped choice with the nearest one."""
+    message = error.format_message()
+    if found := re.search("'([^']*)' is not one of (.*)[.]$", message):
+        near = nearest(found[1], re.findall("'(.*?)'", found[2]))
+        message += f" Did you mean {near!r}?" if near else ""
+    return message
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ OUT = typer.Argument(
 )
 START_HELP = "Amplitude [L] of a mode to start from; repeat the option for more."
 RELEASE_HELP = "Transverse force [E I / L^2] that holds the beam until t = 0."
+FORMAT_HELP = "Format of what is printed; beside OUT, nothing is unless this is given."
 NEEDS = {"within": "ramp-to", "ramp-to": "within", "ramp": "ramp-to", "release-at": "release"}
 UNUSED = {  # options of the model that other commands have, and their defaults here
     "plane": "chordwise",
@@ -55,7 +56,7 @@ def motion(
     points: Annotated[int, number("Number of times in the output.")] = 401,
     integrator: Annotated[str, option("Integrator; see the reference.")] = "radau",
     step: Annotated[float | None, number("Constant step in time [T*].")] = None,
-    format: Annotated[Literal["table", "json", "csv"], option("Output format.")] = "table",
+    format: Annotated[Literal["table", "json", "csv"], option(FORMAT_HELP)] = "table",
 ) -> None:
     """Motion in time: released, set swinging, spun up or stopped; numbers, chart, film or page.
 
@@ -91,7 +92,8 @@ def motion(
     )
     if path:
         export_motion(path, moved)
-        return
+        if "format" not in given_options(context):
+            return
     from beamviz.output.motion import MOTION_FORMATS
 
     print(MOTION_FORMATS[format](moved).rstrip("\n"))

@@ -14,7 +14,7 @@ import typer
 
 from beamviz.beam import NUMBERS, Beam, rounded_into
 from beamviz.checks import check_float, check_int, full_text
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, did_you_mean
 from beamviz.presets import PRESETS
 from beamviz.solver.problem import OPTIONS
 from beamviz.units import BY_NAME, Units, parse_over
@@ -121,7 +121,8 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     if si is None:
         return Beam(**given), options
     if not (si.suffix or si.exists() or str(si) in PRESETS):
-        raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}")
+        hint = did_you_mean(str(si), PRESETS)
+        raise InvalidInput(f"--si {si}: neither a file nor one of {', '.join(PRESETS)}{hint}")
     file = PRESETS[str(si)].file if str(si) in PRESETS and not si.exists() else si
     is_csv = file.suffix.lower() == ".csv"
     for name, value in given.items():
@@ -133,12 +134,23 @@ def beam_and_model(si: Path | None, **values: Any) -> tuple[Beam, dict[str, Any]
     return beam.replace(**given), options
 
 
+def lesson_names(begun: str) -> list[str]:
+    """The names that a shell offers for a lesson."""
+    from beamviz.lessons import NAMES
+
+    return [name for name in NAMES if name.startswith(begun)]
+
+
 SCENE_KEYWORDS = [
     keyword("scene", Path | None, scene_option(SCENE_HELP, metavar="FILE.toml"), None),
     keyword(
         "lesson",
         str | None,
-        scene_option("The scene of a lesson, in place of a file.", metavar="NAME"),
+        scene_option(
+            "The scene of a lesson, in place of a file.",
+            metavar="NAME",
+            autocompletion=lesson_names,
+        ),
         None,
     ),
     keyword("mode", int | None, number("Mode to show alone (default 2).", panel="Scene"), None),
@@ -282,7 +294,8 @@ def named_numbers(
     numbers = [parse_number(part) for part in re.split("[:,]", values)]
     floats = [float(value) for value in numbers if not isinstance(value, str)]
     if name not in known or len(floats) < len(numbers):
-        raise InvalidInput(f"{option}: must be {form}, NAME one of {', '.join(known)}")
+        hint = did_you_mean(name, known) if name not in known else ""
+        raise InvalidInput(f"{option}: must be {form}, NAME one of {', '.join(known)}{hint}")
     return name, floats
 
 

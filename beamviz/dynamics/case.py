@@ -155,9 +155,14 @@ class Case:
         self.__dict__["body_velocity"] = checked
 
     def check_samples(self) -> None:
-        """Samples of a speed or a torque must be so far apart that rounding errors of the time do
-        not hide the change between two of them."""
+        """Samples of a speed or a torque, and the two ends of a ramp, must be so far apart that
+        rounding errors of the time do not hide the change between two of them."""
         least = CLOSEST * self.until
+        if isinstance(self.drive, Ramp) and self.drive.within < least:
+            raise InvalidInput(
+                f"within = {self.drive.within!r}: must be {least:g} or more, {CLOSEST:g} of the"
+                " time of the motion"
+            )
         for first, second in pairwise(t for t in self.drive.breaks if 0 <= t <= self.until):
             if second - first < least:
                 raise InvalidInput(

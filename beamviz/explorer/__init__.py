@@ -2,7 +2,6 @@
 
 import ctypes
 import gc
-import os
 import secrets
 import sys
 import time
@@ -23,7 +22,7 @@ from beamviz.server import run_server, self_test
 from beamviz.server.access import KEY_PARAMETER, MAX_VISITORS, Access, public_url
 from beamviz.server.processes import ProcessPool, VisitorCount, listening_sockets, process_count
 from beamviz.server.viser_private import check_attributes
-from beamviz.signals import Terminated, terminate_on_signal
+from beamviz.signals import Terminated
 from beamviz.solver import solve
 
 KEY_BYTES = 16
@@ -42,7 +41,8 @@ def serve(
     follow: bool = False,
     processes: int | None = None,
 ) -> None:
-    """Serve the explorer, starting from `scene`, until Ctrl-C or SIGTERM.
+    """Serve the explorer, starting from `scene`, until an exception ends it: see
+    `terminate_on_signal`.
 
     Prints one line with the URL when ready, with a key for this run if other machines can reach it.
 
@@ -64,7 +64,7 @@ def serve(
     count = min(process_count(processes, shared=shared, follow=follow), visitors)
     share_arena()
     gc.freeze()  # modules stay loaded: garbage collection need not examine them again
-    with suppress(Terminated), terminate_on_signal(), ExitStack() as stack:
+    with ExitStack() as stack:
         if count > 1:
             url, run = stack.enter_context(several_processes(scene, host, port, count, **access))
         else:
@@ -110,14 +110,14 @@ def several_processes(
 ) -> Iterator[tuple[str, Callable[[], None]]]:
     """The explorer in several processes: its URL, and a function that serves until a signal."""
     check_attributes()
-    visitor_count, main_process = VisitorCount(processes), os.getpid()
+    visitor_count = VisitorCount(processes)
 
     def run(number: int, listener: Any, ready: Callable[[], None]) -> None:
         visitor_count.process = number
         worker = explorer(scene, host, visitor_count=visitor_count, listener=listener, **access)
         with suppress(Terminated), worker:
             ready()
-            wait_for_signal(main_process)
+            wait_for_signal()
 
     sockets = listening_sockets(host, port)
     with sockets as listeners, closing(ProcessPool(listeners, visitor_count, run)) as pool:
@@ -149,13 +149,12 @@ def run_explorer(scene: Scene, access: Access) -> Iterator[tuple[str, FrameLoop]
             frame_loop.stop()
 
 
-def wait_for_signal(parent: int | None = None) -> None:
-    """Wait until a signal raises Terminated, or the parent process of this number has ended, and
-    return freed memory meanwhile. Python handles a signal that arrives just before a sleep only
-    after that sleep, hence the short time.
+def wait_for_signal() -> None:
+    """Wait until a signal raises Terminated, and return freed memory meanwhile. Python handles a
+    signal that arrives just before a sleep only after that sleep, hence the short time.
     """
     trimmed = time.monotonic()
-    while parent in (None, os.getppid()):
+    while True:
         time.sleep(SLEEP)
         if time.monotonic() > trimmed + TRIM:
             return_memory()

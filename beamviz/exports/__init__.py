@@ -18,6 +18,7 @@ from beamviz.exports.arrays import field_arrays
 from beamviz.exports.renderer import Renderer
 from beamviz.exports.solved_scene import Direction, Loop, SolvedScene
 from beamviz.files import check_suffix, replaced, write_files
+from beamviz.installation import install_command
 from beamviz.scene import Scene
 
 SUFFIXES = (".html", ".glb", ".csv", ".npz")  # of exports
@@ -149,7 +150,8 @@ def check_format(suffix: str, size: tuple[int, int], fps: float) -> float:
     of that size, and Unavailable without its encoder."""
     if suffix == ".mp4":
         if find_spec("av") is None:
-            raise Unavailable("MP4 needs PyAV: pip install av (.webp and .gif need nothing)")
+            command = install_command("film", "av")
+            raise Unavailable(f"MP4 needs PyAV: {command} (.webp and .gif need nothing)")
         for name, pixels in zip(("width", "height"), size, strict=True):
             if pixels % 2:
                 raise InvalidInput(f"{name} = {pixels}: must be even for MP4")

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from beamviz.beam import NUMBERS, Beam, rounded_into
 from beamviz.checks import check_float, full_text
-from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium
+from beamviz.errors import BeamvizError, InvalidInput, NoEquilibrium, did_you_mean
 from beamviz.frequency_loci.mode_vectors import ModeVectors, Outcome, gauss_points, mode_vectors
 from beamviz.solver import solve_many
 from beamviz.solver.problem import Problem
@@ -29,7 +29,8 @@ def check_values(
     they are least .. most ascending numbers within its limits. argument: where the parameter was
     named; factor: by which the values are larger, as they are in a unit."""
     if over not in NUMBERS:
-        raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}")
+        hint = did_you_mean(over, NUMBERS)
+        raise InvalidInput(f"{argument} {over!r}: must be one of {', '.join(NUMBERS)}{hint}")
     if isinstance(values, Iterator):
         values = [*itertools.islice(values, most + 1)]  # it may be endless
     try:

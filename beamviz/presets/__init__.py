@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from beamviz.beam import Beam
-from beamviz.errors import InvalidInput
+from beamviz.checks import check_choice
 
 FOLDER = Path(__file__).parent
 
@@ -51,6 +51,4 @@ PRESETS = {
 
 def preset(name: str) -> Preset:
     """The preset of a name. Raises InvalidInput, which lists the names."""
-    if name not in PRESETS:
-        raise InvalidInput(f"preset {name!r}: must be one of {', '.join(PRESETS)}")
-    return PRESETS[name]
+    return PRESETS[check_choice("preset", name, PRESETS)]

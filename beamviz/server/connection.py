@@ -61,6 +61,8 @@ HEADERS = {
     "Permissions-Policy": "camera=(), geolocation=(), microphone=(), usb=()",
     "Cache-Control": "no-store",
 }
+SIGN_OF_LIFE = "alive.svg"  # an empty picture, which a notebook loads beside the frame of a page
+EMPTY_PICTURE = b'<svg xmlns="http://www.w3.org/2000/svg"/>'
 REFUSAL_PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8">{retry}
 <meta name="viewport" content="width=device-width"><title>beamviz: {title}</title>
@@ -216,6 +218,8 @@ class Guard:
         if refusal := self.access.refused(request):
             title = refusal.title.lower()
             log.warn(peer(connection), title, f"refused: {title}")
+        elif self.access.framed and request.path.endswith(f"/{SIGN_OF_LIFE}"):
+            return reply(200, "OK", EMPTY_PICTURE, {"Content-Type": "image/svg+xml"})
         elif upgrade and header(request, "Sec-WebSocket-Protocol") != PROTOCOL:
             refusal = Refusal(400, "An old page", "Reload it.")
         elif not self.access.presents(request):

@@ -11,6 +11,7 @@ import os
 import signal
 import socket
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection, wait
@@ -23,7 +24,7 @@ BACKLOG = 128  # connections that wait to be accepted
 BYTE = b"."  # sent with each connection
 POLL = 0.2  # [s] between two checks for a signal to stop
 START_TIMEOUT = 60.0  # [s] for a worker to be ready
-STOP_TIMEOUT = 5.0  # [s] for all workers to end
+STOP_TIMEOUT = 0.7  # [s] for all workers to end, below `signals.GRACE`
 MIN_LIFETIME = 5.0  # [s] of a worker that is replaced; an earlier death ends the server
 
 
@@ -121,8 +122,10 @@ class Worker:
 
 
 def work(run: Run, number: int, pipe: Pipe, report: Connection) -> None:
-    """The main function of a worker. It ignores Ctrl-C, which the main process handles."""
+    """The main function of a worker. It ignores Ctrl-C, which the main process handles, and ends
+    with that, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
     try:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGTERM])
         run(number, pipe, lambda: report.send(""))
@@ -131,6 +134,14 @@ def work(run: Run, number: int, pipe: Pipe, report: Connection) -> None:
     except BeamvizError as error:
         report.send(str(error))
         sys.exit(1)
+
+
+def end_with_parent() -> None:
+    """Wait until the process that has started this one is no more; then end this one."""
+    parent = multiprocessing.parent_process()
+    if parent:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 class ProcessPool:

@@ -134,6 +134,37 @@ def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
     assert (tmp_path / "file.zarr").read_text() == "kept"
 
 
+MISTYPED = {
+    "modes --strain gren": "green",
+    "modes --method ancf_planar": "ancf-planar",
+    "modes --format Json": "json",
+    "modes --si nrel-5mw-balde": "nrel-5mw-blade",
+    "mods": "modes",
+    "loci --over gama --start 0 --stop 1": "gamma",
+    "sweep a.zarr --over gama=0,1": "gamma",
+    "motion --integrator raudau": "radau",
+    "screenshot a.png --lesson nods": "nodes",
+    "screenshot a.png --scene $SCENE": "gamma",
+    "reproduce tabel1 --out a": "table1",
+}
+
+
+@pytest.mark.parametrize("line", MISTYPED)
+def test_the_name_that_is_meant_is_told(run, files, tmp_path, monkeypatch, line):
+    """Of commands, options, their values, and keys of a file."""
+    monkeypatch.chdir(tmp_path)
+    _, _, err = run(*Template(line).substitute(files).split())
+    assert err.lower().endswith(f"did you mean '{MISTYPED[line]}'?\n")
+
+
+@pytest.mark.parametrize(
+    "line", ["modes --strain rubber", "reproduce fig3 --out a", "modes --method 5"]
+)
+def test_nothing_is_guessed_where_no_name_is_near(run, line):
+    """fig13 is another figure than fig3."""
+    assert "you mean" not in run(*line.split())[2]
+
+
 # What cannot be written
 
 

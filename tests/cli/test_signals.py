@@ -1,6 +1,9 @@
-"""Ctrl-C and SIGTERM at any moment: a quick end, no file left, no traceback."""
+"""Ctrl-C and SIGTERM at any moment: a quick end with one line, no process and no file left, no
+traceback."""
 
 import importlib
+import os
+import random
 import signal
 import subprocess
 import time
@@ -11,12 +14,31 @@ from pathlib import Path
 import matplotlib.image
 import pytest
 from helpers import contents, slow
-from live.server import ServeProcess, handles_sigterm, python, wait_until
+from live.server import ServeProcess, free_port, handles_sigterm, python, wait_until
 
 from beamviz.server.processes import Worker
 from beamviz.signals import DELAY, Terminated, defer_signals, reraise, terminate_on_signal
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+LINES = {signal.SIGINT: "beamviz: interrupted", signal.SIGTERM: "beamviz: terminated"}
+LONGEST = 4.0  # [s] after its begin in which a command is interrupted
+COMMANDS = {  # each works for longer than a second
+    "loci": "loci --over gamma --start 0 --stop 50 --points 5001 --alpha 1 --coriolis --per-rev 8",
+    "motion": "motion --until 200 --release 1",
+    "film of a motion": "motion {}/a.mp4 --until 20 --release 1",
+    "page of a motion": "motion {}/a.html --until 20 --release 1",
+    "sweep": "sweep {}/a.zarr --over gamma=0:50:501 --over alpha=0:1:200 --workers 2",
+    "sweep, one process": "sweep {}/a.zarr --over gamma=0:50:501 --over alpha=0:1:99 --workers 1",
+    "stability": "stability --out {}/a",
+    "benchmark": "benchmark --out {}/a",
+    "reproduce": "reproduce all --out {}/a",
+    "animate": "animate {}/a.gif --periods 12",
+    "screenshot": "screenshot {}/a.png --width 4096 --height 4096",
+    "export": "export {}/a.html",
+    "serve": "serve --port {port}",
+    "serve, two processes": "serve --port {port} --processes 2",
+}
+OFTEN = ("stability", "sweep", "film of a motion", "serve, two processes")  # by every test run
 
 pytestmark = [
     pytest.mark.usefixtures("interruptible"),
@@ -42,10 +64,87 @@ def ended(
     return process.returncode, errors
 
 
-def endings(number: int) -> list[tuple[int, str]]:
-    """Exit codes and stderr: interrupted, done already, or interrupted while Python was shutting
-    down, by the second signal or by the alarm that repeats the first."""
-    return [(128 + number, ""), (0, ""), (-number, ""), (-signal.SIGALRM, "")]
+def endings(number: signal.Signals) -> list[tuple[int, str]]:
+    """Exit codes and stderr: interrupted, done already, or done and Python was shutting down."""
+    return [(128 + number, f"{LINES[number]}\n"), (0, ""), (-number, "")]
+
+
+def session_of(pid: int) -> list[str]:
+    """The processes of the session that a process has begun: their names, without zombies."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            name, _, rest = (folder / "stat").read_text().rpartition(")")
+        except OSError:  # it has ended
+            continue
+        state, _, _, session, *_ = rest.split()
+        if int(session) == pid and state != "Z":
+            found.append(name)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "to_group"),
+    [
+        *((name, k % 2 == 0) for k, name in enumerate(OFTEN)),
+        *slow(*((name, to_group) for name in COMMANDS for to_group in (True, False))),
+    ],
+)
+def test_a_command_ends_at_any_moment(tmp_path, name, to_group):
+    """A random one, also while it imports and while its processes start. A terminal sends Ctrl-C to
+    the whole group, a program to the one process."""
+    after = random.SystemRandom().uniform(0, LONGEST)
+    port = str(free_port())
+    words = [word.format(tmp_path, port=port) for word in COMMANDS[name].split()]
+    process = python(tmp_path, "-m", "beamviz", *words, start_new_session=True)
+    send = os.killpg if to_group else os.kill
+    with process:
+        try:
+            wait_until(partial(handles_sigterm, process.pid))
+            time.sleep(after)
+            if process.poll() is None:
+                send(process.pid, signal.SIGINT)
+            _, errors = process.communicate(timeout=60)
+            wait_until(lambda: not session_of(process.pid), about=f", after {after:.3f} s")
+        finally:
+            if session_of(process.pid):
+                os.killpg(process.pid, signal.SIGKILL)
+    told = f"after {after:.3f} s: {process.returncode}, {errors}"
+    assert "Traceback" not in errors, told
+    if process.returncode not in (0, -signal.SIGINT):  # done already, or Python was shutting down
+        assert process.returncode == 130, told
+        assert errors.splitlines()[-1].startswith(LINES[signal.SIGINT]), told
+    assert not list(tmp_path.rglob("*.part*")), told
+
+
+STUCK = """
+import signal, sys, time
+from pathlib import Path
+from beamviz import cli, files
+import beamviz.cli.commands
+def work(*given, **options):
+    with files.replaced(sys.argv[2]) as part:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            time.sleep(600)
+beamviz.cli.commands.app = work
+sys.argv[1:] = ["screenshot", *sys.argv[1:]]
+sys.exit(cli.main())
+"""
+
+
+def test_what_does_not_end_is_ended(tmp_path):
+    """A process that is still busy some time after the signal, as in a library that closes itself;
+    its half file goes as well."""
+    target = tmp_path / "out" / "a.png"
+    target.parent.mkdir()
+    target.write_bytes(b"before")
+    process = python(tmp_path, "-c", STUCK, str(target))
+    with process:
+        _, errors = process.communicate(timeout=60)
+    assert (process.returncode, errors) == (130, "beamviz: interrupted\n")
+    assert contents(target.parent) == {"a.png": b"before"}
 
 
 @pytest.mark.parametrize(

@@ -296,6 +296,7 @@ def test_steps_that_do_not_converge():
         ({"integrator": "euler"}, "euler"),
         ({"speed": ([0, 0.5, 0.5 + 1e-11], [2, 2, 3])}, "apart"),
         ({"speed": Hub(1, ([0, 0.5, 0.5 + 1e-11], [2, 2, 3]))}, "apart"),
+        ({"speed": Ramp(5, 1e-300)}, "within = 1e-300: must be 1e-09 or more"),
         ({"plane": "flapwise"}, "plane"),
         ({"relese": 1}, "release"),
         ({"elements": 5}, "ancf"),

@@ -330,7 +330,8 @@ def frame(url: str) -> Iterator[Page]:
         def found() -> str | None:
             every = browser.call("Target.getTargets")["targetInfos"]
             frames = (one for one in every if one["type"] == "iframe")
-            return next((one["targetId"] for one in frames if one["url"].startswith(url)), None)
+            pages = (one for one in frames if one["url"].partition("?")[0] == url)
+            return next((one["targetId"] for one in pages), None)
 
         target = wait_until(found)
     with connect(f"{pages}/{target}", **CONNECTION) as socket:

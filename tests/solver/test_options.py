@@ -59,6 +59,10 @@ WRONG = [
         "coriolis = True: method power-series takes no Coriolis forces; methods that do:"
         " auto, ancf, ancf-planar, linear, foac, zoac, assumed-modes",
     ),
+    (
+        {"strain": "gren"},
+        "strain = 'gren': must be one of green, biot, hencky; did you mean 'green'?",
+    ),
     ({"metod": "auto"}, "unknown option 'metod': did you mean 'method'?"),
     ({"zzz": 1}, "unknown option 'zzz': known: modes, method"),
 ]

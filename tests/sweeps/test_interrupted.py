@@ -75,7 +75,8 @@ def ended(store: Path, number: signal.Signals, count: int) -> None:
         return
     assert (process.returncode, out) == (128 + number, "")
     *progress, last = err.splitlines()
-    assert last == f"beamviz: {KEPT}"
+    name = "interrupted" if number == signal.SIGINT else "terminated"
+    assert last == f"beamviz: {name}; {KEPT}"
     assert all("a second" in line for line in progress), err
 
 

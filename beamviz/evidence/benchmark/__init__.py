@@ -89,6 +89,9 @@ def benchmark(folder: Path, quick: bool, peers: bool, release: str) -> str:
     measured, for a folder that cannot be written to.
     """
     make_folder(folder)
+    length, more = ("20 s", "") if quick else ("1.5 minutes", ", --quick 20 s")
+    others = "; with other programs several times as long" if peers else ""
+    print_progress(f"beamviz: this takes about {length} of a processor's time{more}{others}")
     solvers = METHODS + (PEERS if peers else ())
     effort = work_precision.QUICK if quick else work_precision.FULL
     rows = work_precision.measure(solvers, effort)

@@ -1,14 +1,13 @@
 """beamviz stability: maps of where methods fail, and of the stable states of an inward beam, as
 pictures, data and text. A picture is a sheet for each map with a panel for each method."""
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from pathlib import Path
 
 from beamviz.evidence.failure_maps.maps import compute_maps
 from beamviz.evidence.failure_maps.pictures import sheet
 from beamviz.evidence.failure_maps.report import as_data, page
 from beamviz.files import json_text, make_folder, write_files
+from beamviz.workers import completed, core_count, process_pool
 
 
 def stability(out: Path, quick: bool) -> str:
@@ -17,11 +16,11 @@ def stability(out: Path, quick: bool) -> str:
     Raises Unavailable, before anything is computed, for a folder that cannot be written to.
     """
     make_folder(out)
-    with ProcessPoolExecutor(mp_context=get_context("spawn")) as pool:
+    with process_pool(core_count()) as pool:
         maps = compute_maps(quick, pool)
         text, data = page(maps), json_text([as_data(plane_map) for plane_map in maps], indent=None)
         files = {"stability.md": text.encode(), "stability.json": f"{data}\n".encode()}
-        for pictures in pool.map(sheet, maps):
+        for _, pictures in completed(pool, sheet, zip(maps)):
             files |= pictures
     write_files(out, files)
     return text

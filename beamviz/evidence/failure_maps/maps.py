@@ -2,9 +2,8 @@
 
 import sys
 import time
-from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, Future, as_completed
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Executor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from beamviz.evidence.failure_maps import failures, kinds, states
 from beamviz.evidence.failure_maps.kinds import Kind
 from beamviz.evidence.failure_maps.lines import MethodLine
 from beamviz.evidence.failure_maps.methods import METHODS, ComparedMethod
+from beamviz.workers import completed
 
 SLOWEST, FASTEST = 0.5, 200.0  # gamma
 
@@ -158,15 +158,39 @@ def middles(start: float, stop: float, count: int, logarithmic: bool) -> np.ndar
     return np.array([float(f"{place:.4g}") for place in places])
 
 
+class Row(NamedTuple):
+    """A task: the lines of all methods at one value of a plane. place: the number of the plane, and
+    of the row in it."""
+
+    place: tuple[int, int]
+    lines: Callable[[Beam, np.ndarray], list[MethodLine]]
+    beam: Beam
+    gammas: np.ndarray
+
+
 def compute_maps(quick: bool, pool: Executor) -> list[Map]:
     """Every map; the lines of all of them are computed in parallel, with progress on stderr."""
     grids = [(plane, *grid(plane, quick)) for plane in PLANES]
-    tasks = [
-        [pool.submit(plane.subject.lines, plane.at(0, value), gammas) for value in values]
-        for plane, gammas, values in grids
+    rows = [
+        Row((number, row), plane.subject.lines, plane.at(0, value), gammas)
+        for number, (plane, gammas, values) in enumerate(grids)
+        for row, value in enumerate(values)
     ]
-    report_progress(list(chain(*tasks)))
-    return [Map(*place, by_method(rows)) for place, rows in zip(grids, tasks, strict=True)]
+    found = dict(with_progress(completed(pool, lines_of, iter(rows)), len(rows)))
+    return [
+        Map(*place, by_method([found[number, row] for row in range(len(place[2]))]))
+        for number, place in enumerate(grids)
+    ]
+
+
+def lines_of(
+    place: tuple[int, int],
+    lines: Callable[[Beam, np.ndarray], list[MethodLine]],
+    beam: Beam,
+    gammas: np.ndarray,
+) -> list[MethodLine]:
+    """The result of a Row."""
+    return lines(beam, gammas)
 
 
 def grid(plane: Plane, quick: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -176,16 +200,18 @@ def grid(plane: Plane, quick: bool) -> tuple[np.ndarray, np.ndarray]:
     return gammas, middles(plane.start, plane.stop, rows, plane.logarithmic)
 
 
-def by_method(rows: Sequence[Future[list[MethodLine]]]) -> list[MethodMap]:
-    """The map of each method, from the computed lines of all of them at each value."""
-    lines = zip(*(row.result() for row in rows), strict=True)
-    return [*map(MethodMap, METHODS, lines)]
+def by_method(rows: Sequence[Sequence[MethodLine]]) -> list[MethodMap]:
+    """The map of each method, from the lines of all of them at each value."""
+    return [*map(MethodMap, METHODS, zip(*rows, strict=True))]
 
 
-def report_progress(tasks: Sequence[Future[Any]]) -> None:
-    """Report on stderr how many tasks are done, and the time left at their rate, until all are."""
+def with_progress(
+    computed: Iterable[tuple[Row, list[MethodLine]]], count: int
+) -> Iterator[tuple[tuple[int, int], list[MethodLine]]]:
+    """The place of each of `count` rows and its lines, as they are computed; on stderr how many
+    are, and the time left at their rate."""
     start = time.monotonic()
-    for done, task in enumerate(as_completed(tasks), 1):
-        task.result()  # raises what it raised, now instead of when all are done
-        left = (time.monotonic() - start) * (len(tasks) - done) / done
-        print(f"{done} of {len(tasks)} lines, {left:.0f} s left", file=sys.stderr)
+    for done, (row, lines) in enumerate(computed, 1):
+        left = (time.monotonic() - start) * (count - done) / done
+        print(f"{done} of {count} lines, {left:.0f} s left", file=sys.stderr)
+        yield row.place, lines

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from beamviz.beam import PARAMETERS, Beam
-from beamviz.errors import InvalidInput
+from beamviz.errors import InvalidInput, did_you_mean
 from beamviz.evidence.paper import figures, tables
 from beamviz.evidence.paper.figures import FIGURES, LociFigure, PrintedNumber, ShapeFigure
 from beamviz.evidence.paper.tables import TABLES, TOLERANCE, frequencies_by_label
@@ -75,7 +75,8 @@ def reproduce(names: Sequence[str], folder: Path) -> Path:
     for name in names:
         if name not in (*NAMES, ALL):
             known = ", ".join((*NAMES, ALL))
-            raise InvalidInput(f"{name!r} is not in the paper: choose from {known}")
+            hint = did_you_mean(name, (*NAMES, ALL))
+            raise InvalidInput(f"{name!r} is not in the paper: choose from {known}{hint}")
     make_folder(folder)
     for name in NAMES:
         if name in names or ALL in names:

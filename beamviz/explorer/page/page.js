@@ -638,6 +638,7 @@ const beamviz = (() => {
 
   function start() {
     beamvizViser.watchConnection((isConnected) => byId("offline")[isConnected ? "close" : "show"]());
+    byId("restarted").hidden = window === window.parent; // not in the frame of a cell
     beamvizViser.quietPointer();
     for (const kind of ["toggle", "scroll"]) document.addEventListener(kind, placeText, true);
     addEventListener("popstate", () => send("link", location.search.slice(0, LONGEST)));

@@ -292,9 +292,10 @@ def test_some_names_only(folder, tmp_path, run):
 
 @pytest.mark.parametrize("wrong", ["fig3", "fig20", "table5", "Fig5", ""])
 def test_an_unknown_name(wrong, tmp_path, run):
-    """The names there are, in the paper's order, exit 2, nothing written."""
+    """The names there are, in the paper's order, the one that is meant, exit 2, nothing written."""
     tables, figures = (f"table{k}" for k in range(1, 5)), (f"fig{k}" for k in range(4, 20))
     known = ", ".join((*tables, *figures, "numbers", "all"))
-    said = f"beamviz: {wrong!r} is not in the paper: choose from {known}\n"
+    meant = "; did you mean 'fig5'?" if wrong == "Fig5" else ""
+    said = f"beamviz: {wrong!r} is not in the paper: choose from {known}{meant}\n"
     assert run("reproduce", "fig5", wrong, "--out", str(tmp_path / "new")) == (2, "", said)
     assert not (tmp_path / "new").exists()
