@@ -1,4 +1,4 @@
-"""Methods on cubic elements: the paper's, by parts or fully planar, and the linear one.
+"""Methods on cubic elements: the paper's, and the linear one.
 
 Each assembles the stiffness along and across a straight state; the eigenproblem is shared. At such
 a state the full planar tangent couples nothing along the beam to anything across it: its even
@@ -123,14 +123,6 @@ def _ancf(model: CubicElements) -> Assembled:
     return Assembled(q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1]))
 
 
-def _ancf_planar(model: CubicElements) -> Assembled:
-    """The matrices of the paper's elements, along and across, from the full planar tangent."""
-    root = straight_equilibrium(model)
-    K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
-    Ka, Kb = dense(K[ALONG][:, 1:]), dense(K[ACROSS][:, 2:])
-    return Assembled(root.state[::2], root.iterations, Ka, Kb)
-
-
 def _linear(model: CubicElements) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress."""
     rest, load = model.unstressed[::2], model.beam.gamma**2
@@ -143,7 +135,7 @@ def _linear(model: CubicElements) -> Assembled:
     return Assembled(rest + u, 1, K[1:, 1:], _held(model, Kb, 1.0))
 
 
-ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
+ASSEMBLERS = {"ancf": _ancf, "linear": _linear}
 
 
 def _dense(parts: NDArray) -> NDArray:
