@@ -1,6 +1,7 @@
 """What `motion` is asked for: its arguments, validated, and the parts of the motion between the
 moments at which the body docks or is released."""
 
+import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -86,10 +87,11 @@ class Case:
                 " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
                 " and --within"
             )
-        if self.cubic and not self.beam.is_uniform:
+        turning = any(any(body.inertia) for body in self.beam.masses)
+        if self.cubic and (turning or self.beam.root < math.inf):
             raise InvalidInput(
-                "method ancf: the beam has to be uniform and clamped, with at most one concentrated"
-                " mass; method auto takes this one"
+                "method ancf: the beam has to be clamped, its bodies without moments of inertia;"
+                " method auto takes this one"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))

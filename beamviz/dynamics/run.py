@@ -14,6 +14,7 @@ from beamviz.dynamics.integration import Control, Path, Recorder, integrate
 from beamviz.dynamics.schemes import scheme
 from beamviz.errors import unknown_keyword
 from beamviz.mechanics.cubic import CubicBeam
+from beamviz.mechanics.cubic_elements import nodes_of
 from beamviz.mechanics.planar import PlanarBeam
 from beamviz.solver import Solution, solve
 from beamviz.space.elements import Elements
@@ -115,7 +116,7 @@ def beam_of(case: Case, mesh: Mesh, with_mass: bool) -> AnyBeam:
     beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
     theory = case.problem.theory
     if isinstance(mesh, int):
-        return CubicBeam(mesh, beam, theory, case.release_at)
+        return CubicBeam(nodes_of(case.beam, mesh), beam, theory, case.release_at)
     share = QUADRATURE_SHARE * case.tolerance
     trial = cached_trial(mesh, beam.blade, theory.bending_property, share)
     return PlanarBeam(trial, beam, theory, case.release_at)

@@ -29,7 +29,7 @@ def equilibrium(beam: AnyBeam, solution: Solution) -> NDArray:
     if root is None:
         raise NotConverged(
             "Newton's method leaves the equilibrium on the elements of the motion; ask for a"
-            " smaller tolerance"
+            " smaller tolerance, or with method ancf for more elements"
         )
     return root.state
 
