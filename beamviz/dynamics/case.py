@@ -35,11 +35,11 @@ MAX_POINTS, MAX_ELEMENTS = 100_000, 200
 DEFAULT_ELEMENTS = 20  # the paper's
 
 
-class Part(NamedTuple):
-    """A part of the motion, from the end of the part before to `end`."""
+class MotionPart(NamedTuple):
+    """A part of the motion, from the end of the part before it."""
 
-    end: float
-    with_mass: bool
+    end: float  # [T*]
+    with_mass: bool  # whether the concentrated mass is on the beam
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +69,7 @@ class Case:
 
     @classmethod
     def of(cls, **given: Any) -> "Case":
-        """A case of keywords; InvalidInput names an unknown one."""
+        """A case of keywords; InvalidInput names an unknown keyword."""
         for name in given.keys() - cls.__dataclass_fields__.keys():
             if name in ("coriolis", "plane"):
                 raise InvalidInput(
@@ -195,19 +195,19 @@ class Case:
         return np.linspace(0.0, self.until, self.points)
 
     @property
-    def parts(self) -> list[Part]:
+    def parts(self) -> list[MotionPart]:
         """The motion divided at the moments at which the body docks or is released."""
         moments = sorted(
             (t, name) for name in ("catch", "drop") if (t := getattr(self, name)) is not None
         )
         if not moments:
-            return [Part(self.until, bool(self.beam.alpha))]
+            return [MotionPart(self.until, bool(self.beam.alpha))]
         with_mass = moments[0][1] == "drop"
         parts = []
         for t, _ in moments:
-            parts.append(Part(t, with_mass))
+            parts.append(MotionPart(t, with_mass))
             with_mass = not with_mass
-        return [*parts, Part(self.until, with_mass)]
+        return [*parts, MotionPart(self.until, with_mass)]
 
     @property
     def amplitudes(self) -> Mapping[str, float]:
