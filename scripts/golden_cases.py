@@ -298,15 +298,12 @@ def methods(rng: Random, k: int) -> tuple[Beam, Record]:
     if method in ("ancf", "linear", "foac", "zoac") and turn % 3 == 1:
         beam = beam.replace(blade=random_blade(rng))
         beam = with_bodies(rng, beam)
-    elif method in ("ancf", "ancf-planar", "linear"):
+    elif method in ("ancf", "linear"):
         options["elements"] = int(rng.choice([6, 11, 20, 40]))
     elif series:
         beam = beam.replace(gamma=min(beam.gamma, 8.0))
         options["terms"] = {"assumed-modes": 8, "power-series": 60, "chebyshev": 30}[method]
-    if method == "ancf-planar" and turn % 2:
-        beam = random_deflected(rng, options.get("strain", "green"), turn % 4 == 1)
-        options |= {"state": "stable", "plane": "chordwise"}
-    elif method in ("foac", "zoac") and turn % 4 == 2:
+    if method in ("foac", "zoac") and turn % 4 == 2:
         options["softening" if turn % 8 == 2 else "stiffening"] = False
     return beam, {"method": method} | {
         name: value for name, value in options.items() if (name, value) != ("plane", "chordwise")
@@ -314,7 +311,7 @@ def methods(rng: Random, k: int) -> tuple[Beam, Record]:
 
 
 METHODS = (
-    *("ancf", "ancf-planar", "linear", "foac", "zoac"),
+    *("ancf", "linear", "foac", "zoac"),
     *("assumed-modes", "power-series", "chebyshev"),
 )
 

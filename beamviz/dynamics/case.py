@@ -1,6 +1,7 @@
 """What `motion` is asked for: its arguments, validated, and the parts of the motion between the
 moments at which the body docks or is released."""
 
+import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -34,11 +35,11 @@ MAX_POINTS, MAX_ELEMENTS = 100_000, 200
 DEFAULT_ELEMENTS = 20  # the paper's
 
 
-class Part(NamedTuple):
-    """A part of the motion, from the end of the part before to `end`."""
+class MotionPart(NamedTuple):
+    """A part of the motion, from the end of the part before it."""
 
-    end: float
-    with_mass: bool
+    end: float  # [T*]
+    with_mass: bool  # whether the concentrated mass is on the beam
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +69,7 @@ class Case:
 
     @classmethod
     def of(cls, **given: Any) -> "Case":
-        """A case of keywords; InvalidInput names an unknown one."""
+        """A case of keywords; InvalidInput names an unknown keyword."""
         for name in given.keys() - cls.__dataclass_fields__.keys():
             if name in ("coriolis", "plane"):
                 raise InvalidInput(
@@ -86,10 +87,11 @@ class Case:
                 " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
                 " and --within"
             )
-        if self.cubic and not self.beam.is_uniform:
+        turning = any(any(body.inertia) for body in self.beam.masses)
+        if self.cubic and (turning or self.beam.root < math.inf):
             raise InvalidInput(
-                "method ancf: the beam has to be uniform and clamped, with at most one concentrated"
-                " mass; method auto takes this one"
+                "method ancf: the beam has to be clamped, its bodies without moments of inertia;"
+                " method auto takes this one"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))
@@ -198,19 +200,19 @@ class Case:
         return np.linspace(0.0, self.until, self.points)
 
     @property
-    def parts(self) -> list[Part]:
+    def parts(self) -> list[MotionPart]:
         """The motion divided at the moments at which the body docks or is released."""
         moments = sorted(
             (t, name) for name in ("catch", "drop") if (t := getattr(self, name)) is not None
         )
         if not moments:
-            return [Part(self.until, bool(self.beam.alpha))]
+            return [MotionPart(self.until, bool(self.beam.alpha))]
         with_mass = moments[0][1] == "drop"
         parts = []
         for t, _ in moments:
-            parts.append(Part(t, with_mass))
+            parts.append(MotionPart(t, with_mass))
             with_mass = not with_mass
-        return [*parts, Part(self.until, with_mass)]
+        return [*parts, MotionPart(self.until, with_mass)]
 
     @property
     def amplitudes(self) -> Mapping[str, float]:

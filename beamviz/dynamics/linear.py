@@ -12,10 +12,11 @@ G_kj = int rho phi_k psi_j dx, rho = 1 + alpha Dirac(x - beta). From the lowest 
 beam diverges (Kane, Ryan & Banerjee 1987).
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,15 +38,14 @@ ABSOLUTE = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class LinearMotion:
-    """A motion by the linear theory. t: (n,), until it ends or diverges; tip: (n, 2); gamma: (n,);
-    angle: of the hub (n,)."""
+    """A motion by the linear theory, until it ends or diverges."""
 
     beam: Beam
-    t: NDArray
-    gamma: NDArray
-    angle: NDArray
-    tip: NDArray
-    parts: tuple["Part", ...] = field(repr=False)
+    t: NDArray  # (n,) times [T*]
+    gamma: NDArray  # (n,) speed
+    angle: NDArray  # (n,) of the hub [rad]
+    tip: NDArray  # (n, 2) position of the tip from the clamp [L]
+    parts: tuple["LinearPart", ...] = field(repr=False)
 
     def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Position (len(t), len(x), 2) of the points x at times t, from the clamp."""
@@ -61,17 +61,17 @@ class LinearMotion:
         return positions
 
 
-class Part:
-    """The motion between two events. end: its last time; solution: a function of times (k,) that
-    returns amplitudes and their rates (2 modes, k)."""
+class LinearPart(NamedTuple):
+    """The motion between two times at which the mass docks or is released, or the speed has a
+    corner."""
 
-    def __init__(self, modes: "RestModes", end: float, solution: Any):
-        self.modes, self.end, self.solution = modes, end, solution
+    modes: "RestModes"
+    end: float  # the last time [T*]
+    solution: Callable[[NDArray], NDArray]  # times (k,) -> amplitudes and rates (2 modes, k)
 
 
 class RestModes:
-    """The modes of a beam at rest, of unit modal mass. x, weights: of a quadrature (m,); values:
-    displacements there (k, m, 2); G: coupling of transverse and axial motion (k, k)."""
+    """The modes of a beam at rest, of unit modal mass."""
 
     def __init__(self, beam: Beam, options: Mapping[str, Any]):
         still = beam.replace(gamma=0.0)
@@ -82,23 +82,23 @@ class RestModes:
         points, weights = gauss(2 * QUADRATURE - 1)
         ends = sorted({0.0, beam.beta, 1.0})
         x = [a + (b - a) * points for a, b in pairwise(ends)]
-        self.weights = np.concatenate([(b - a) * weights for a, b in pairwise(ends)])
-        self.x = np.concatenate(x)
-        self.weights = np.append(self.weights, beam.alpha)
-        self.x = np.append(self.x, beam.beta)
+        along = [(b - a) * weights for a, b in pairwise(ends)]
+        # A quadrature over the mass of the beam: (m,) each, of which the body is the last.
+        self.x = np.append(np.concatenate(x), beam.beta)
+        self.weights = np.append(np.concatenate(along), beam.alpha)
         self.scale = np.ones(self.count)
         values = self.shapes(self.x)
         self.scale = 1 / np.sqrt((values**2).sum(axis=2) @ self.weights)
-        self.values = self.shapes(self.x)
+        self.values = self.shapes(self.x)  # (k, m, 2)
         u, w = self.values[..., 0] * self.weights, self.values[..., 1]
-        self.G = w @ u.T  # (k, j): transverse of mode k, axial of mode j
+        self.G = w @ u.T  # (k, j): coupling of transverse motion in mode k and axial in mode j
         arm = self.x + beam.delta
         self.axial, self.transverse = u @ arm, (w * self.weights) @ arm
 
     def shapes(self, x: NDArray) -> NDArray:
         """Displacements (k, len(x), 2)."""
-        found = np.stack([self.solution.shape(k, x).real for k in range(self.count)])
-        return self.scale[:, None, None] * found
+        shapes = np.stack([self.solution.shape(k, x).real for k in range(self.count)])
+        return self.scale[:, None, None] * shapes
 
     def rates(self, gamma: float, spin: float, damping: float, y: NDArray) -> NDArray:
         """Derivatives of amplitudes and rates (2 k,)."""
@@ -132,6 +132,11 @@ def motion_without_stiffening(beam: Beam, until: float, **options: Any) -> Linea
     start in modes, a hub of inertia, and choices of methods. It ends early, where the tip is
     displaced by DIVERGED. Raises InvalidInput and NotConverged."""
     case = Case.of(beam=beam, until=until, **options)
+    if not beam.is_uniform:
+        raise InvalidInput(
+            "the motion without stiffening: the beam has to be uniform and clamped, with at most"
+            " one concentrated mass"
+        )
     drive = case.drive
     if case.start or isinstance(drive, Hub) or case.studied:
         raise InvalidInput(
@@ -146,11 +151,16 @@ def motion_without_stiffening(beam: Beam, until: float, **options: Any) -> Linea
     return LinearMotion(beam, t, gamma, angle, motion.position(t, [1.0])[:, 0], parts)
 
 
-def integrated(case: Case, drive: Ramp | Samples) -> list[Part]:
+def constant(y: NDArray, t: NDArray) -> NDArray:
+    """The same y (n,) at all times t (k,): (n, k)."""
+    return np.tile(y[:, None], len(t))
+
+
+def integrated(case: Case, drive: Ramp | Samples) -> list[LinearPart]:
     """The parts of a motion, until it diverges."""
     from scipy.integrate import solve_ivp
 
-    parts: list[Part] = []
+    parts: list[LinearPart] = []
     t, y = 0.0, np.zeros(0)
     modes: RestModes | None = None
     for part in case.parts:
@@ -178,18 +188,18 @@ def integrated(case: Case, drive: Ramp | Samples) -> list[Part]:
             if stop <= t:
                 continue
             if left(t, y) <= 0:
-                return parts or [Part(modes, 0.0, lambda t, y=y: np.tile(y[:, None], len(t)))]
-            found = solve_ivp(
+                return parts or [LinearPart(modes, 0.0, partial(constant, y))]
+            answer = solve_ivp(
                 *(rates, (t, stop), y, "DOP853"),
                 dense_output=True,
                 events=left,
                 rtol=RELATIVE,
                 atol=ABSOLUTE * case.tolerance,
             )
-            if not found.success:
-                raise NotConverged(f"t = {found.t[-1]:.4g}: the linear theory: {found.message}")
-            t, y = float(found.t[-1]), found.y[:, -1]
-            parts.append(Part(modes, t, found.sol))
-            if found.status == 1:
+            if not answer.success:
+                raise NotConverged(f"t = {answer.t[-1]:.4g}: the linear theory: {answer.message}")
+            t, y = float(answer.t[-1]), answer.y[:, -1]
+            parts.append(LinearPart(modes, t, answer.sol))
+            if answer.status == 1:
                 return parts
     return parts

@@ -42,7 +42,7 @@ def pulled(beam: Beam, deflection: float, at: float = 1.0, **options: Any) -> Pu
 @lru_cache(maxsize=8)
 def at_rest(beam: Beam, at: float, options: tuple[tuple[str, Any], ...]) -> tuple[AnyBeam, NDArray]:
     """A beam with a force at a point, and its equilibrium q (n,) without it. It is kept, as a
-    visitor who pulls a beam asks for one deflection after the other."""
+    visitor who pulls a beam asks for many deflections in a row."""
     case = Case.of(beam=beam, until=1.0, release_at=at, **dict(options))
     model = beam_of(case, refined(first_mesh(beam, case.problem)), bool(beam.alpha))
     return model, equilibrium(model, start_solution(case))

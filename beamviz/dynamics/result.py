@@ -39,32 +39,26 @@ class MotionStats:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A motion in time; lengths in L, times in T*, energies in E I / L. Arrays are read-only.
-
-    t: (n,). gamma: the speed (n,). tip: position of the tip from the clamp, in the rotating frame
-    (n, 2). energy: q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2 in the rotating frame (n,), which at
-    a constant speed without damping is constant, the Jacobi integral. error: the estimated largest
-    error of the tip. angle: of the hub [rad] (n,). model: the method and the terms of the theory.
-    start: amplitudes of modes, and release: the force at the point release_at, that it starts from.
-    catch, drop: times at which the mass docks and is released.
-    """
+    """A motion in time; lengths in L, times in T*, energies in E I / L. Arrays are read-only."""
 
     beam: Beam
     drive: Ramp | Samples | Hub
-    model: Mapping[str, Any]
-    start: Mapping[str, float]
-    release: float
-    t: NDArray
-    gamma: NDArray
-    angle: NDArray
-    tip: NDArray
+    model: Mapping[str, Any]  # the method and the terms of the theory
+    start: Mapping[str, float]  # amplitudes of modes at t = 0
+    release: float  # transverse force until t = 0 [E I / L^2], at the point release_at
+    t: NDArray  # (n,)
+    gamma: NDArray  # (n,) speed
+    angle: NDArray  # (n,) of the hub [rad]
+    tip: NDArray  # (n, 2) position of the tip from the clamp, in the rotating frame
+    # (n,) in the rotating frame, q' M q' / 2 + U - gamma^2 / 2 int rho |R|^2: at a constant speed
+    # without damping it is constant, the Jacobi integral.
     energy: NDArray
-    error: float
+    error: float  # estimated largest error of the tip
     stats: MotionStats
-    path: Path
+    path: Path  # the unknowns as polynomials in time
     release_at: float = 1.0
-    catch: float | None = None
-    drop: float | None = None
+    catch: float | None = None  # time at which the mass docks
+    drop: float | None = None  # time at which it is released
 
     def __repr__(self) -> str:
         numbers = self.beam.summary
@@ -81,7 +75,7 @@ class Motion:
         return np.stack((r.real, r.imag), axis=-1)
 
     def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
-        """Stretch |r'| (len(t), len(x)); at a jump the one inboard."""
+        """Stretch |r'| (len(t), len(x)); at a jump the stretch inboard of it."""
         return self._states(t).stretch(within("x", x, 1.0))
 
     def _states(self, t: ArrayLike) -> Any:

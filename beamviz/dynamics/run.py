@@ -1,4 +1,4 @@
-"""One integration of a case on one mesh with one choice of steps."""
+"""A single integration of a case, on a given mesh with a given choice of steps."""
 
 import math
 from dataclasses import dataclass, replace
@@ -14,6 +14,7 @@ from beamviz.dynamics.integration import Control, Path, Recorder, integrate
 from beamviz.dynamics.schemes import scheme
 from beamviz.errors import unknown_keyword
 from beamviz.mechanics.cubic import CubicBeam
+from beamviz.mechanics.cubic_elements import nodes_of
 from beamviz.mechanics.planar import PlanarBeam
 from beamviz.solver import Solution, solve
 from beamviz.space.elements import Elements
@@ -22,19 +23,18 @@ from beamviz.space.trial import cached_trial
 MODES = 10  # that a start may name
 SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from
 FIRST_STEP = 0.1  # [T*]; the next ones are chosen by the tails
-QUADRATURE_SHARE = (
-    0.1  # of the tolerance, that integrals over 1 over a property of a blade may lose
-)
+# Of the tolerance: share of the elastic energy of a blade by which its quadrature may be wrong.
+QUADRATURE_SHARE = 0.1
 
 Mesh = Elements | int  # the elements of method auto, the number of those of ancf
 
 
 @dataclass(frozen=True)
 class Run:
-    """An integration: its path, and the equation that holds until each of some times."""
+    """A motion that was integrated once."""
 
     path: Path
-    parts: tuple[tuple[float, Equation], ...]
+    parts: tuple[tuple[float, Equation], ...]  # the ends of parts, and the equation of each
 
     def tip(self, t: NDArray) -> NDArray:
         """Position of the tip (len(t), 2)."""
@@ -117,7 +117,7 @@ def beam_of(case: Case, mesh: Mesh, with_mass: bool) -> AnyBeam:
     beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
     theory = case.problem.theory
     if isinstance(mesh, int):
-        return CubicBeam(mesh, beam, theory, case.release_at)
+        return CubicBeam(nodes_of(case.beam, mesh), beam, theory, case.release_at)
     share = QUADRATURE_SHARE * case.tolerance
     trial = cached_trial(mesh, beam.blade, theory.bending_property, share)
     return PlanarBeam(trial, beam, theory, case.release_at)

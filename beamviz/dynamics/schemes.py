@@ -1,8 +1,8 @@
 """Integrators, as a table: each is a set of coefficients for one kind of step.
 
 In a step of length h the unknowns are the accelerations X (s, n) at s stages and, in the methods of
-Newmark's family, that at the end, of which the one before is known. With c the instants of the
-stages in units of h,
+Newmark's family, the acceleration at the end, where a0 at the beginning is known. With c the
+instants of the stages in units of h,
 
     a(c) = P X + p a0,    v(c) = v0 + h (E X + e a0),    q(c) = q0 + h c v0 + h^2 (D X + d a0),
 
@@ -32,33 +32,31 @@ from beamviz.dynamics.polynomials import legendre_integrals
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """The coefficients of a step. c: (s,). P, E, D: (s, s) and p, e, d of the stages. order: of
-    convergence of smooth motions.
+    """The coefficients of a step of s stages."""
 
-    polynomial: of a method of collocation, the coefficients of the orthonormal Legendre polynomials
-    of the step from the values at the stages (s, s); None in Newmark's family.
-    """
-
-    c: NDArray
-    P: NDArray
-    E: NDArray
-    D: NDArray
-    order: int
+    c: NDArray  # (s,) instants of the stages
+    P: NDArray  # (s, s) accelerations at the stages by X
+    E: NDArray  # (s, s) velocities
+    D: NDArray  # (s, s) positions
+    order: int  # of convergence, of smooth motions
+    # Of collocation: coefficients of the orthonormal Legendre polynomials of the step by values at
+    # the stages (s, s).
     polynomial: NDArray | None = None
-    p: float = 0.0
+    p: float = 0.0  # accelerations, velocities and positions by a0
     e: float = 0.0
     d: float = 0.0
     end: tuple[float, ...] = ()  # E, D, e and d of the end of the step, in Newmark's family
 
     def modes(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Eigenvectors of E, one of each pair: rows (i, s) into them, columns (s, i) back, of which
-        the real part is to be taken, and the values of P, E and D (3, i)."""
+        """The transformation to eigenvectors of E, of which a conjugate pair counts once: rows
+        (i, s) into their coordinates, columns (s, i) back, the real part of whose sum is to be
+        taken, and the eigenvalues of P, E and D (3, i)."""
         values, T = np.linalg.eig(self.E)
-        one = values.imag >= 0
+        kept = values.imag >= 0
         inverse = np.linalg.inv(T)
-        found = [np.diag(inverse @ A @ T)[one] for A in (self.P, self.E, self.D)]
-        back = T[:, one] * np.where(values[one].imag > 0, 2, 1)
-        return inverse[one], back, np.array(found)
+        diagonals = [np.diag(inverse @ A @ T)[kept] for A in (self.P, self.E, self.D)]
+        back = T[:, kept] * np.where(values[kept].imag > 0, 2, 1)
+        return inverse[kept], back, np.array(diagonals)
 
 
 def collocation(c: NDArray, order: int) -> Scheme:
@@ -89,14 +87,14 @@ def newmark(rho: float | None) -> Scheme:
     D = (1 - am + af) ** 2 / 4
     e, d = 1 - E, 0.5 - D
 
-    def one(value: float) -> NDArray:
+    def matrix(value: float) -> NDArray:
         return np.array([[value]])
 
     return Scheme(
         c=np.array([1 - af]),
-        P=one(1 - am),
-        E=one((1 - af) * E),
-        D=one((1 - af) * D),
+        P=matrix(1 - am),
+        E=matrix((1 - af) * E),
+        D=matrix((1 - af) * D),
         order=2,
         p=am,
         e=(1 - af) * e,
@@ -106,12 +104,11 @@ def newmark(rho: float | None) -> Scheme:
 
 
 class Integrator(NamedTuple):
-    """A row of the table. scheme: builds its coefficients. source: publication. choose: when to use
-    it."""
+    """A row of the table."""
 
-    scheme: Callable[[], Scheme]
-    source: str
-    choose: str
+    scheme: Callable[[], Scheme]  # builds the coefficients
+    source: str  # publication
+    choose: str  # when to use it
 
 
 STAGES = 10

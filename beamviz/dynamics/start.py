@@ -1,5 +1,5 @@
-"""States that a motion starts from: an equilibrium, one under a force, one of which a point is held
-aside, or the amplitudes of modes about one."""
+"""States that a motion starts from: an equilibrium, free, under a force or with a point held aside,
+or amplitudes of modes about it."""
 
 from collections.abc import Callable
 
@@ -29,7 +29,7 @@ def equilibrium(beam: AnyBeam, solution: Solution) -> NDArray:
     if root is None:
         raise NotConverged(
             "Newton's method leaves the equilibrium on the elements of the motion; ask for a"
-            " smaller tolerance"
+            " smaller tolerance, or with method ancf for more elements"
         )
     return root.state
 

@@ -15,38 +15,38 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from beamviz.beam import Beam
-from beamviz.mechanics.cubic_elements import CubicElements, gauss, hermite, locate
+from beamviz.mechanics.cubic_elements import (
+    CubicElements,
+    assemble,
+    assemble_band,
+    dense,
+    distributed_mass,
+    interpolate,
+)
 from beamviz.mechanics.inertia import Loading
 from beamviz.mechanics.planar import Derivatives, Tangents
 from beamviz.solver.constitutive import Theory
 
-MASS_DEGREE = 6  # of the product of two cubics
 LARGEST_STEP = 1.0  # of a coordinate at once
 HELD = (0, 1, 3)  # coordinates of the first node: r(0), and the direction of r'(0)
 
 
 class CubicBeam:
-    """A uniform, clamped beam on elements of equal length."""
+    """A clamped beam on elements between `nodes` (n + 1,); its bodies are points."""
 
-    def __init__(self, elements: int, beam: Beam, theory: Theory, force_at: float = 1.0):
+    def __init__(self, nodes: NDArray, beam: Beam, theory: Theory, force_at: float = 1.0):
         self.beam, self.theory, self.force_at = beam, theory, force_at
-        self.model = CubicElements(np.linspace(0.0, 1.0, elements + 1), beam, theory)
-        nodes = self.model.nodes
+        self.model = CubicElements(nodes, beam, theory)
         self.free = np.setdiff1d(np.arange(4 * len(nodes)), HELD)
         self.size = len(self.free)
-        self.places = 4 * np.arange(elements)[:, None] + np.arange(8)  # (elements, 8)
-        points, weights = gauss(MASS_DEGREE)
-        length = 1 / elements
-        self.points = (nodes[:-1, None] + length * points).ravel()
-        self.w = np.tile(length * weights, elements)
+        _, points, mass = distributed_mass(nodes, beam)
+        self.points = points.ravel()
         bodies = [(body.alpha, body.beta) for body in beam.bodies]
         alpha, beta = np.array(bodies).reshape(-1, 2).T
-        self.mass = np.append(self.w, alpha)  # (m,) of the points that have mass
-        self.N = self.rows(np.append(self.points, beta))  # (m, size) r by the unknowns
-        self.rotary, self.rotary_inertia = (
-            np.zeros(0),
-            np.zeros((0, self.size)),
-        )  # bodies are points
+        self.mass = np.append(mass, alpha)  # (m,) of the points that have mass
+        self.N = self.rows(np.append(points, beta))  # (m, size) r by the unknowns
+        self.rotary = np.zeros(0)  # of bodies that turn: there are none
+        self.rotary_inertia = np.zeros((0, self.size))
         self.loading = Loading(beam.gamma, beam.spin_up, theory.in_plane)
 
     @property
@@ -61,29 +61,15 @@ class CubicBeam:
 
     def rows(self, x: ArrayLike, derivative: int = 0) -> NDArray:
         """r, or its derivative 1 or 2 by x, at points x by the unknowns: complex (len(x), size)."""
-        nodes, x = self.model.nodes, np.atleast_1d(x)
-        element, xi = locate(nodes, x)
-        S = hermite(xi, np.diff(nodes)[element])[derivative]  # (len(x), 4)
-        rows = np.zeros((len(x), 4 * len(nodes)), complex)
-        places = self.places[element]
-        # Coordinates of an element: r1, r2, r1', r2' of both its nodes.
-        np.put_along_axis(rows, places[:, ::2], S + 0j, axis=1)
-        np.put_along_axis(rows, places[:, 1::2], 1j * S, axis=1)
-        return rows[:, self.free]
+        nodes = self.model.nodes
+        S = interpolate(nodes, np.eye(2 * len(nodes)), np.atleast_1d(x), derivative)
+        return np.kron(S, [1, 1j])[:, self.free]  # coordinates r1, r2, r1', r2' of each node
 
     def element_coordinates(self, q: NDArray) -> NDArray:
         """Coordinates (..., elements, 8) of unknowns (..., size)."""
-        full = np.zeros((*q.shape[:-1], 4 * len(self.model.nodes)))
-        full[..., self.free] = q
-        return full[..., self.places]
-
-    def assembled(self, parts: NDArray) -> NDArray:
-        """Sums (..., size) of parts of elements (..., elements, 8)."""
-        total = np.zeros((*parts.shape[:-2], 4 * len(self.model.nodes)))
-        for k in range(2):  # neighbours share a node
-            halves = parts[..., 4 * k : 4 * k + 4].reshape(*parts.shape[:-2], -1)
-            total[..., 4 * k : 4 * k + halves.shape[-1]] += halves
-        return total[..., self.free]
+        full = np.zeros((*q.shape[:-1], len(self.model.nodes), 4))
+        full.reshape(*q.shape[:-1], -1)[..., self.free] = q
+        return np.concatenate((full[..., :-1, :], full[..., 1:, :]), axis=-1)
 
     def nearest(self, f: NDArray, theta: NDArray) -> NDArray:
         """q (size,) of a stretch and an angle at `points`, in least squares."""
@@ -96,8 +82,8 @@ class CubicBeam:
         return self._nearest_slope((f_rate + 1j * f * theta_rate) * np.exp(1j * theta))
 
     def _nearest_slope(self, slope: NDArray) -> NDArray:
-        """q whose r' is nearest to a complex one at `points`."""
-        root = np.sqrt(self.w)
+        """q whose r' is nearest to a complex one at `points`, in proportion to the mass."""
+        root = np.sqrt(self.mass[: len(self.points)])
         rows, slope = root[:, None] * self.rows(self.points, 1), root * slope
         parts = np.concatenate((rows.real, rows.imag))
         return np.linalg.lstsq(parts, np.concatenate((slope.real, slope.imag)))[0]
@@ -125,8 +111,7 @@ class CubicState:
     @cached_property
     def f(self) -> NDArray:
         """The stretch (..., n) at the Gauss points of the elements."""
-        s = self.beam.model.strain_state(self.of_elements)
-        return np.hypot(s[..., 0], s[..., 1]).reshape(*self.q.shape[:-1], -1)
+        return self.beam.model.strain_state(self.of_elements)[1].reshape(*self.q.shape[:-1], -1)
 
     def positions(self, x: ArrayLike) -> NDArray:
         """r (..., len(x)) from the clamp at points of the beam."""
@@ -161,15 +146,16 @@ class CubicState:
 
     @property
     def centrifugal(self) -> Any:
-        """gamma^2 / 2 int rho |R|^2 (...)."""
-        return np.squeeze(self.loading.gamma) ** 2 / 2 * (abs(self.R) ** 2 @ self.beam.mass)
+        """gamma^2 / 2 int rho |P R|^2 (...)."""
+        axial = self.R if self.loading.in_plane else self.R.real
+        return np.squeeze(self.loading.gamma) ** 2 / 2 * (abs(axial) ** 2 @ self.beam.mass)
 
     @property
     def residual(self) -> NDArray:
         """The left-hand side of the equation of motion (..., size)."""
         beam = self.beam
         inertia = self.p.real @ beam.N.real + self.p.imag @ beam.N.imag
-        elastic = beam.assembled(beam.model.force(self.of_elements))
+        elastic = assemble(beam.model.force(self.of_elements))[..., beam.free]
         if self.loading.force:
             at = self.displacement_at(beam.force_at)
             inertia = inertia - (np.conj(self.loading.force) * at).real
@@ -192,9 +178,6 @@ class CubicState:
         by_q, by_v = loading.inertia(N), loading.inertia(np.zeros_like(N), N)
         virtual = N.conj().T * beam.mass
         K, C, M = ((virtual @ part).real for part in (by_q, by_v, N))
-        blocks = beam.model.stiffness(self.of_elements)  # (elements, 8, 8)
-        full = np.zeros((4 * len(beam.model.nodes),) * 2)
-        for place, block in zip(beam.places, blocks, strict=True):
-            full[np.ix_(place, place)] += block
-        K += full[np.ix_(beam.free, beam.free)]
+        elastic = dense(assemble_band(beam.model.stiffness(self.of_elements)))
+        K += elastic[np.ix_(beam.free, beam.free)]
         return Tangents(K, C, M), Derivatives(N, by_q, by_v)

@@ -18,6 +18,8 @@ the beam, odd ones across it. The clamp holds r(0) and the direction of r'(0); t
 is free.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
@@ -25,19 +27,61 @@ from numpy.typing import ArrayLike, NDArray
 from beamviz.beam import Beam
 from beamviz.blade import MAX_DEGREE
 from beamviz.solver.constitutive import StrainLaw, Theory
+from beamviz.space.spans import ends_of_spans
 
 # Green axial energy: (f^2 - 1)^2 with r' quadratic. 5 points; the tangent's degree is the same.
 # The curvature and the other laws are not polynomials, and not integrated exactly.
 AXIAL_DEGREE = 8
 
-TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # e3 x; the paper's I~: r' x r'' = r' TURN' r''
+MASS_DEGREE = 6  # of the product of two cubics
+# Least length of an element beside a body or a discontinuity. The rounding error of omega^2 grows
+# with its inverse cube: beside a tip mass 1e-6 at this length, and 400 at a thousandth of it.
+SHORTEST = 1e-3
 CROSS = np.fliplr(np.diag([1.0, -1.0, -1.0, 1.0]))  # r' x r'' = s' CROSS s / 2
+
+
+def nodes_of(beam: Beam, elements: int) -> NDArray:
+    """The nodes of `elements` equal elements; of a beam that is not uniform also at bodies and
+    where a property or its slope jumps, unless they would be nearer than SHORTEST to the node
+    before or to the tip: as equal as these allow, one at least between two."""
+    if beam.is_uniform:
+        return np.linspace(0.0, 1.0, elements + 1)
+    nodes = [0.0]
+    for stop in ends_of_spans(beam)[1:]:
+        start = nodes[-1]
+        if stop - start >= SHORTEST and (stop == 1 or 1 - stop >= SHORTEST):
+            count = max(1, round(elements * (stop - start)))
+            nodes.extend(np.linspace(start, stop, count + 1)[1:])
+    return np.array(nodes)
 
 
 def gauss(degree: int) -> tuple[NDArray, NDArray]:
     """The fewest Gauss points in [0, 1] exact for a polynomial of `degree`, and their weights."""
     points, weights = legendre.leggauss(degree // 2 + 1)
     return (points + 1) / 2, weights / 2
+
+
+class Quadrature(NamedTuple):
+    """Gauss points in each of n elements."""
+
+    xi: NDArray  # (p,) in 0 .. 1
+    x: NDArray  # (n, p)
+    weights: NDArray  # (n, p)
+
+
+def quadrature(nodes: NDArray, beam: Beam, degree: int) -> Quadrature:
+    """The quadrature that is exact for a polynomial of `degree` times a property of the beam."""
+    xi, weights = gauss(degree if beam.blade is None else degree + MAX_DEGREE)
+    lengths = np.diff(nodes)[:, None]
+    return Quadrature(xi, nodes[:-1, None] + lengths * xi, lengths * weights)
+
+
+def distributed_mass(nodes: NDArray, beam: Beam) -> Quadrature:
+    """The quadrature of an integral over the mass of the beam without bodies."""
+    points = quadrature(nodes, beam, MASS_DEGREE)
+    if beam.blade is None:
+        return points
+    return points._replace(weights=points.weights * beam.blade.at("mass", points.x))
 
 
 def hermite(xi: ArrayLike, length: ArrayLike) -> tuple[NDArray, NDArray, NDArray]:
@@ -74,18 +118,24 @@ def interpolate(nodes: NDArray, q: NDArray, x: ArrayLike, derivative: int = 0) -
 def mass(nodes: NDArray, beam: Beam) -> NDArray:
     """Mass matrix m_e of one component: (elements, 4, 4). int rho A S' S dx of each element (paper,
     eq. 8), and alpha S'(beta) S(beta) of each body in the element that holds it (eqs. 29-32)."""
-    points, weights = gauss(6 if beam.blade is None else 6 + MAX_DEGREE)  # S' S of cubics
-    lengths = np.diff(nodes)
-    S, _, _ = hermite(points, lengths[:, None])
-    weights = weights * lengths[:, None]
-    if beam.blade:
-        weights = weights * beam.blade.at("mass", nodes[:-1, None] + lengths[:, None] * points)
+    xi, _, weights = distributed_mass(nodes, beam)
+    S, _, _ = hermite(xi, np.diff(nodes)[:, None])
     m = np.einsum("ep,epi,epj->eij", weights, S, S)
     for body in beam.bodies:
         element, xi = locate(nodes, body.beta)
-        S, _, _ = hermite(xi, lengths[element])
+        S, _, _ = hermite(xi, np.diff(nodes)[element])
         m[element] += body.alpha * np.outer(S, S)
     return m
+
+
+def assemble(parts: NDArray) -> NDArray:
+    """The sum (..., k (n + 1)) of the vectors (..., n, 2 k) of n elements whose nodes have k
+    coordinates, sum_e B_e' parts_e (paper, eq. 19)."""
+    *stack, elements, width = parts.shape
+    total = np.zeros((*stack, elements + 1, width // 2), parts.dtype)
+    total[..., :-1, :] += parts[..., : width // 2]  # neighbours share a node
+    total[..., 1:, :] += parts[..., width // 2 :]
+    return total.reshape(*stack, -1)
 
 
 def assemble_band(parts: NDArray) -> NDArray:
@@ -102,37 +152,32 @@ def assemble_band(parts: NDArray) -> NDArray:
 def dense(A: NDArray) -> NDArray:
     """The full matrix (n, n) of a lower band."""
     n = A.shape[1]
-    lower = sum(np.diag(diagonal[: n - k], -k) for k, diagonal in enumerate(A[:n]))
-    return lower + np.tril(lower, -1).T
+    full, j = np.zeros((n, n)), np.arange(n)
+    for k, diagonal in enumerate(A[:n]):
+        full[j[k:], j[: n - k]] = full[j[: n - k], j[k:]] = diagonal[: n - k]
+    return full
 
 
 class CubicElements:
     """A beam on n cubic elements, between `nodes` (n + 1,) from 0 to 1, with p Gauss points each:
-    all that is independent of q and of the load gamma^2.
-
-    weights: (n, p). EI, EA: (n, p), or (1,) where they are 1. dS, ddS: S' and S'' of one component
-    (n, p, 4). B: element coordinates -> (r1', r2', r1'', r2'') (n, p, 4, 8). m: mass matrix of one
-    component (n, 4, 4). C: m times the projection away from the axis of rotation (n, 8, 8).
-    """
+    all that is independent of q and of the load gamma^2."""
 
     def __init__(self, nodes: NDArray, beam: Beam, theory: Theory):
         self.nodes, self.beam = nodes, beam
         self.law, self.curvature_power, in_plane = theory
-        blade = beam.blade
-        points, weights = gauss(AXIAL_DEGREE if blade is None else AXIAL_DEGREE + MAX_DEGREE)
-        lengths = np.diff(nodes)[:, None]
-        self.EI, self.EA = np.ones(1), np.ones(1)
-        if blade:
-            x = nodes[:-1, None] + lengths * points
-            self.EI = blade.at(theory.bending_property, x)
-            self.EA = blade.at("axial", x)
-        self.weights = weights * lengths
-        _, self.dS, self.ddS = hermite(points, lengths)
+        xi, x, self.weights = quadrature(nodes, beam, AXIAL_DEGREE)  # weights (n, p)
+        self.EI, self.EA = np.ones(1), np.ones(1)  # (n, p) of a blade
+        if beam.blade:
+            self.EI = beam.blade.at(theory.bending_property, x)
+            self.EA = beam.blade.at("axial", x)
+        _, self.dS, self.ddS = hermite(xi, np.diff(nodes)[:, None])  # (n, p, 4), of one component
+        # Element coordinates -> (r1', r2', r1'', r2''): (n, p, 4, 8).
         B = np.einsum("dnpi,cb->npdcib", np.stack((self.dS, self.ddS)), np.eye(2))
         self.B = B.reshape(*self.dS.shape[:2], 4, 8)
-        self.m = mass(nodes, beam)
-        self.C = self.planar(np.diag([1.0, float(in_plane)]))
-        self.euler = beam.spin_up * self.planar(TURN) if beam.spin_up else 0.0
+        self.m = mass(nodes, beam)  # (n, 4, 4), of one component
+        # m times the projection away from the axis of rotation: (n, 8, 8).
+        axial = np.diag([1.0, float(in_plane)])
+        self.C = np.einsum("eij,cd->eicjd", self.m, axial).reshape(-1, 8, 8)
 
     @property
     def unstressed(self) -> NDArray:
@@ -143,47 +188,36 @@ class CubicElements:
 
     def slopes(self, q: NDArray) -> NDArray:
         """r' at each node and at the Gauss points after it, along the beam: (n (p + 1) + 1, 2)."""
-        inside = self.strain_state(element_coordinates(q, 4))[..., :2]
+        inside = self.strain_state(element_coordinates(q, 4))[0][..., :2]
         nodes = q.reshape(-1, 1, 4)[..., 2:]
         return np.vstack((np.hstack((nodes[:-1], inside)).reshape(-1, 2), nodes[-1]))
 
     def residual(self, q: NDArray, load: float) -> NDArray:
         """R = dU/dq - gamma^2 C (q + delta t) (paper, eq. 40): (4 (n + 1),), load = gamma^2."""
         q_e = element_coordinates(q, 4)
-        parts = self.force(q_e) - self.centrifugal_force(q_e, load)
-        total = np.zeros((len(self.nodes), 4), parts.dtype)  # sum_e B_e' parts_e (paper, eq. 19)
-        total[:-1] += parts[:, :4]
-        total[1:] += parts[:, 4:]
-        return total.ravel()
+        return assemble(self.force(q_e) - self.centrifugal_force(q_e, load))
 
     def tangent(self, q: NDArray, load: float) -> NDArray:
         """K_T = K_a - gamma^2 C (paper, eq. 42), a lower band (8, 4 (n + 1))."""
-        return assemble_band(self.stiffness(element_coordinates(q, 4)) - self.field(load))
-
-    def planar(self, part: NDArray) -> NDArray:
-        """m times a matrix of both components (2, 2), of each element (n, 8, 8)."""
-        return np.einsum("eij,cd->eicjd", self.m, part).reshape(-1, 8, 8)
-
-    def field(self, load: float) -> NDArray:
-        """gamma^2 C, less the Euler force of a spin-up, of each element (n, 8, 8)."""
-        return load * self.C - self.euler
+        return assemble_band(self.stiffness(element_coordinates(q, 4)) - load * self.C)
 
     def centrifugal_force(self, q_e: NDArray, load: float) -> NDArray:
-        """gamma^2 C (q + delta t) of each element, and its Euler force: (n, 8). t is the unit
-        translation along the beam, which cubics hold exactly, so that delta C t is the load of the
-        hub radius (paper, eqs. 24-25, 33-34)."""
+        """gamma^2 C (q + delta t) of each element: (n, 8). t is the unit translation along the
+        beam, which cubics hold exactly, so that delta C t is the load of the hub radius (paper,
+        eqs. 24-25, 33-34)."""
         arm = q_e.copy()
         arm[:, [0, 4]] += self.beam.delta
-        return (self.field(load) @ arm[..., None])[..., 0]
+        return load * (self.C @ arm[..., None])[..., 0]
 
-    def strain_state(self, q_e: NDArray) -> NDArray:
-        """s = (r1', r2', r1'', r2'') at the Gauss points: (..., n, p, 4) of q_e (..., n, 8)."""
-        return (self.B @ q_e[..., None, :, None])[..., 0]
+    def strain_state(self, q_e: NDArray) -> tuple[NDArray, NDArray]:
+        """s = (r1', r2', r1'', r2'') (..., n, p, 4) and f (..., n, p) at the Gauss points, of q_e
+        (..., n, 8)."""
+        s = (self.B @ q_e[..., None, :, None])[..., 0]
+        return s, np.hypot(s[..., 0], s[..., 1])
 
     def energy(self, q_e: NDArray) -> NDArray:
         """Strain energy (...) of all elements, of q_e (..., n, 8)."""
-        s = self.strain_state(q_e)
-        f = np.hypot(s[..., 0], s[..., 1])
+        s, f = self.strain_state(q_e)
         kappa, _ = bending(s, f, self.curvature_power)
         density = self.beam.mu**2 * self.EA * self.law.strain(f) ** 2 + self.EI * kappa**2
         return (self.weights * density).sum(axis=(-2, -1)) / 2
@@ -191,8 +225,7 @@ class CubicElements:
     def force(self, q_e: NDArray) -> NDArray:
         """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (..., n, 8) of q_e
         (..., n, 8)."""
-        s = self.strain_state(q_e)
-        f = np.hypot(s[..., 0], s[..., 1])
+        s, f = self.strain_state(q_e)
         kappa, dkappa = bending(s, f, self.curvature_power)
         g = (self.EI * kappa)[..., None] * dkappa
         g[..., :2] += (self.beam.mu**2 * self.EA * self.law.force(f) / f)[..., None] * s[..., :2]
@@ -200,8 +233,7 @@ class CubicElements:
 
     def stiffness(self, q_e: NDArray) -> NDArray:
         """Tangent of each element, K_e = d^2 U / dq_e^2 (paper, eqs. 43-44): (n, 8, 8)."""
-        s = self.strain_state(q_e)
-        f = np.hypot(s[..., 0], s[..., 1])
+        s, f = self.strain_state(q_e)
         EI, EA = self.EI[..., None, None], self.EA[..., None, None]
         H = self.beam.mu**2 * EA * axial_hessian(s, f, self.law)
         return self._integral((H + EI * bending_hessian(s, f, self.curvature_power)) @ self.B)

@@ -164,9 +164,9 @@ def _solve_states(beams: list[Beam], problem: Problem, extra_modes: int) -> list
         if isinstance(answer, Solution) and answer.equilibrium.stable:
             answers.append(replace(answer, problem=problem))
             continue
-        from beamviz.solver.bent import solve_by_method
+        from beamviz.solver.bent import solve_bent
 
-        answer = _attempt(solve_by_method, beam, problem, near, extra_modes)
+        answer = _attempt(solve_bent, beam, problem, near, extra_modes)
         near = answer.equilibrium.bent_state if isinstance(answer, Solution) else None
         answers.append(answer)
     return answers
@@ -178,9 +178,8 @@ def _check_state(beam: Beam, problem: Problem) -> None:
     requested = f"spin_up = {beam.spin_up:g}" if beam.spin_up else f"state = {problem.state!r}"
     if beam.spin_up and problem.state == "straight":
         reason, use = "there is no straight state", {"state": ("stable", "bent")}
-    elif not METHODS[problem.method].deflected:
-        reason = f"method {problem.method} has no bent states"
-        use = {"method": tuple(name for name, row in METHODS.items() if row.deflected)}
+    elif problem.method != Problem.method:
+        reason, use = f"method {problem.method} has no bent states", {"method": (Problem.method,)}
     elif not (problem.stiffening and problem.softening):
         reason = "stiffening and softening cannot be switched off"
     elif beam.spin_up and not problem.chordwise:

@@ -41,8 +41,7 @@ class Method(NamedTuple):
     """A row of the table of methods. package: the part of `beamviz.solver` that has it.
     unsupported: names of options. resolution: None where it refines to a tolerance. source:
     publication. choose: when to use it. rigid_tension: whether the tension is that of the
-    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform.
-    deflected: whether it solves for deflected states, and for beams with a spin-up."""
+    unstretched beam (first-order coupling). blades: whether it takes beams that are not uniform."""
 
     package: str
     unsupported: tuple[str, ...]
@@ -51,7 +50,6 @@ class Method(NamedTuple):
     choose: str
     rigid_tension: bool = False
     blades: bool = False
-    deflected: bool = False
 
 
 SWITCHES = "stiffening", "softening"
@@ -63,19 +61,12 @@ METHODS = {
         "this program: high-order elements in gradient and curvature, split at the mass",
         "unless you are studying another method: fastest to any accuracy",
         blades=True,
-        deflected=True,
     ),
     "ancf": Method(
         *FEM,
         "the paper's cubic elements (2017), stretching and bending solved separately",
         "to see the paper's own numbers; 20 elements are the paper's",
         blades=True,
-    ),
-    "ancf-planar": Method(
-        *FEM,
-        "the paper's cubic elements through the full planar tangent (eqs. 40-48)",
-        "to check ancf: the same answer with all unknowns at once",
-        deflected=True,
     ),
     "linear": Method(
         *FEM,
@@ -136,10 +127,10 @@ class Problem:
     modes: int = option(5, "Number of modes.", limits=(1, MAX_MODES), resolution=True)
     method: str = option(
         "auto",
-        "auto: as accurate as the tolerance asks; ancf: the paper's cubic elements; ancf-planar:"
-        " the same with the full planar tangent; linear: prestressed linear elements; foac, zoac:"
-        " first-order and no coupling of stretch and bending; assumed-modes, power-series:"
-        " classical solutions of foac; chebyshev: collocation.",
+        "auto: as accurate as the tolerance asks; ancf: the paper's cubic elements; linear:"
+        " prestressed linear elements; foac, zoac: first-order and no coupling of stretch and"
+        " bending; assumed-modes, power-series: classical solutions of foac; chebyshev:"
+        " collocation.",
         choices=METHODS,
     )
     strain: str = option("green", f"Axial strain; {STRAIN_DESCRIPTIONS}.", choices=STRAIN_LAWS)
@@ -166,7 +157,7 @@ class Problem:
     )
     elements: int | None = option(
         None,
-        "Number of elements of ancf, ancf-planar and linear (default 20, as in the paper).",
+        "Number of elements of ancf and linear (default 20, as in the paper).",
         feature="number of elements",
         resolution=True,
     )

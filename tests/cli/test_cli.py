@@ -175,7 +175,7 @@ def test_every_option_reaches_the_solver(run, options):
     ("line", "advice", "in_python"),
     [
         ("--spin-up 2", "--state stable", "state='stable'"),
-        ("--state bent --method linear", "--method ancf-planar", "method='ancf-planar'"),
+        ("--state bent --method linear", "--method auto", "method='auto'"),
         ("--spin-up 2 --state stable --plane flapwise", "--plane chordwise", "plane='chordwise'"),
     ],
 )

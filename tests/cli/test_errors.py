@@ -25,7 +25,7 @@ NAMED = {  # what a message names, separated by |: the option, the value, the va
     "modes --beta half": "beta = 'half'|0 .. 1",
     "modes --modes 2.5": f"modes = 2.5|1 .. {MAX_MODES}",
     "modes --modes many": f"modes = 'many'|1 .. {MAX_MODES}",
-    "modes --elements 8": "elements = 8|auto|ancf, ancf-planar, linear",
+    "modes --elements 8": "elements = 8|auto|ancf, linear",
     "modes --si none.toml": "none.toml",
     "modes --si größe.toml": "größe.toml",
     "modes --si none.toml --gamma 0": "--gamma 0|--si none.toml",

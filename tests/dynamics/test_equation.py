@@ -21,6 +21,7 @@ BLADE = Beam(
     masses=(Mass(0.2, 0.7, (0.05, 0.08, 0.1)), Mass(0.1, 1.0, (0, 0, 0.02))),
     blade=Blade((0, 0.2, 0.2, 1), (1, 0.9, 0.6, 0.3), (1, 0.7, 0.4, 0.1), (1, 0.9, 0.7, 0.5)),
 )
+POINTS = BLADE.replace(root=np.inf, masses=(Mass(0.2, 0.7), Mass(0.1, 1.0)))
 STEP = 1e-6
 SPEED = (np.array([0.0, 1.0]), np.array([3.0, 3.7]))
 
@@ -34,8 +35,8 @@ def random_state(size: int) -> list[np.ndarray]:
 @pytest.mark.parametrize(("strain", "curvature"), [("green", "spatial"), ("biot", "material")])
 @pytest.mark.parametrize(
     ("beam", "method"),
-    [(UNIFORM, "auto"), (UNIFORM, "ancf"), (BLADE, "auto")],
-    ids=["uniform", "cubic", "blade"],
+    [(UNIFORM, "auto"), (UNIFORM, "ancf"), (POINTS, "ancf"), (BLADE, "auto")],
+    ids=["uniform", "cubic", "cubic blade", "blade"],
 )
 def test_tangents(beam: Beam, method: str, hub: bool, strain: str, curvature: str):
     theory = {"strain": strain, "curvature": curvature, "method": method}

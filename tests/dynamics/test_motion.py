@@ -14,6 +14,7 @@ from beamviz import (
     motion,
     solve,
 )
+from beamviz.blade import Blade, Mass
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.integration import Control
 from beamviz.dynamics.meshes import with_orders
@@ -241,6 +242,21 @@ def test_the_elements_of_the_paper_converge_to_the_same_motion():
     assert errors[2] < errors[1] < errors[0]
 
 
+def test_the_elements_of_the_paper_on_a_blade():
+    """Properties that jump and a second body, while the concentrated mass is released."""
+    jumps = Blade((0, 0.4, 0.4, 1), (1, 0.8, 0.5, 0.2), (1, 0.7, 0.3, 0.1), (1, 0.9, 0.6, 0.4))
+    beam = Beam(alpha=0.5, beta=0.7, gamma=4, mu=50, blade=jumps, masses=(Mass(0.1, 1.0),))
+    options = {"release": 1.0, "drop": 0.4, "points": 11}
+    reference = motion(beam, 1, tolerance=1e-5, **options)
+    errors = []
+    for count in (3, 12):
+        moved = motion(beam, 1, method="ancf", elements=count, **options)
+        errors.append(abs(moved.tip - reference.tip).max())
+        assert errors[-1] <= 2 * moved.error + 1e-4
+    assert errors[1] < errors[0] / 2
+    assert errors[1] < 0.01 * abs(reference.tip[:, 1]).max()
+
+
 def test_both_mirror_images_move_alike_only_without_rotation():
     """At rest a deflection to the other side is the mirror image; in rotation Coriolis forces tell
     them apart."""
@@ -318,9 +334,11 @@ def test_moments_that_are_close(after, place):
     assert until[0].tip == pytest.approx(until[1].tip, abs=2e-3)
 
 
-def test_the_elements_of_the_paper_take_a_uniform_beam():
-    with pytest.raises(InvalidInput, match="uniform"):
-        motion(Beam(gamma=2, root=5), 1, method="ancf")
+@pytest.mark.parametrize("extra", [{"root": 5}, {"masses": (Mass(0.2, 1, (0, 0, 0.1)),)}])
+def test_the_elements_of_the_paper_take_a_clamp_and_points(extra):
+    """No spring at the root, and no bodies that turn: they say so, with the remedy."""
+    with pytest.raises(InvalidInput, match=r"clamped, its bodies without .* method auto"):
+        motion(Beam(gamma=2, **extra), 1, method="ancf")
 
 
 @pytest.mark.slow

@@ -77,10 +77,12 @@ def test_without_stiffening_a_fast_beam_diverges():
     assert fast.position(fast.t[-1:], [1.0])[0, 0] == pytest.approx(fast.tip[-1])
 
 
-def test_the_linear_theory_takes_no_start_in_modes():
+def test_the_linear_theory_takes_no_start_in_modes_and_no_spring():
     """Which is said."""
     with pytest.raises(InvalidInput, match="no start in modes"):
         motion_without_stiffening(Beam(), 1.0, start={"B1": 0.1})
+    with pytest.raises(InvalidInput, match="uniform"):
+        motion_without_stiffening(Beam(root=5), 1.0, release=0.1)
 
 
 def test_a_body_docks_with_its_velocity_without_stiffening_too():

@@ -29,7 +29,6 @@ CHARTS = {  # of a link: its chart, and the labels of its lines
 ERRORS = {  # of methods, as they are for one beam
     "assumed-modes": 1e-2,
     "ancf": 1e-5,
-    "ancf-planar": 9e-6,
     "linear": 8e-6,
     "auto": 1e-9,
     "foac": 1e-10,

@@ -147,7 +147,7 @@ def test_a_slow_map_is_cancelled_and_restarted(guest, few_columns):
     pause(guest)
     guest.do("tab", "map")
     map_shown(guest, columns=str(few_columns))
-    guest.choose("method", "ancf-planar")
+    guest.choose("method", "ancf")
     running = r"computing: map .* [1-9]\d? %"
     for action, place in (("cancel_jobs", "work"), (None, "map-chart-wait")):
         guest.wait(lambda _, p=place: re.search(running, guest.texts[p]))

@@ -14,7 +14,6 @@ from beamviz.errors import NoEquilibrium, NotConverged
 from beamviz.solver import METHODS
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
 
-ANCF = ("ancf", "ancf-planar")
 planes = st.sampled_from(["chordwise", "flapwise"])
 curvatures = st.sampled_from(sorted(CURVATURES))
 MODELS = {"strain": st.sampled_from(sorted(STRAIN_LAWS)), "curvature": curvatures, "plane": planes}
@@ -37,8 +36,6 @@ RATES = [
     ("ancf", Beam(alpha=1, beta=0.5), {}, 20, "S1", 1),
     ("ancf", Beam(alpha=1, beta=0.5, gamma=10), {}, 20, "S1", 1),
     ("ancf", Beam(alpha=2, beta=0.25, gamma=20), {}, 20, "S1", 1),
-    ("ancf-planar", Beam(gamma=10), {}, 20, "B3", 4),
-    ("ancf-planar", Beam(alpha=1, beta=0.5, gamma=10), {}, 20, "S1", 1),
     ("linear", Beam(gamma=10, delta=1), {}, 20, "B2", 4),
     ("linear", Beam(alpha=1, gamma=10), {}, 20, "B2", 4),
     ("linear", Beam(alpha=1, beta=0.5), {}, 20, "S1", 1),
@@ -65,27 +62,9 @@ def test_methods_converge_as_declared(method, beam, options, number, label, decl
     assert observed == pytest.approx(declared, abs=0.3)
 
 
-@settings(max_examples=25)
-@given(
-    beam=beams(alpha=(0, 3), gamma=(0.1, 30), delta=(0, 2), mu=(100, 100)),
-    coriolis=st.booleans(),
-    **MODELS,
-)
-def test_planar_elements_agree_with_those_by_parts(beam, **options):
-    """The full planar tangent and half its coordinates at a time are the same discretisation."""
-    try:
-        parts, planar = (solve(beam, method=method, elements=10, **options) for method in ANCF)
-    except (NoEquilibrium, NotConverged):  # of either, alike
-        return
-    scale = abs(parts.omega_squared) + beam.gamma**2
-    assert np.all(abs(planar.omega_squared - parts.omega_squared) <= 1e-7 * scale)
-    assert planar.labels == parts.labels
-    assert planar.equilibrium.tip == pytest.approx(parts.equilibrium.tip, rel=1e-9)
-
-
 def test_families_do_not_mix():
     """A shape has one component, even where bending and stretching are equal to 1e-3."""
-    solution = solve(Beam(alpha=1, gamma=4.46417), 6, method="ancf-planar")
+    solution = solve(Beam(alpha=1, gamma=4.46417), 6, method="ancf")
     assert min(np.diff(solution.frequencies)) < 1e-2
     shapes = solution.displacement(np.linspace(0, 1, 11))
     assert np.all(shapes[0] == 0)
@@ -187,7 +166,6 @@ def test_error_bars_of_assumed_modes_hold(beam, terms, coriolis):
     [
         ("ancf", {"elements": 3}, 6),
         ("assumed-modes", {"terms": 6}, 6),
-        ("ancf-planar", {"elements": 3, "state": "bent"}, 6),
         ("power-series", {}, 8),
     ],
 )

@@ -52,7 +52,6 @@ LINE_STYLES: dict[str, dict[str, Any]] = {
     "foac": {"color": "#0072B2", "marker": "s", "ls": (0, (4, 2)), **THIN},
     "zoac": {"color": "#0072B2", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
     "ancf": {"color": "#D55E00", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
-    "ancf-planar": {"color": "#D55E00", "marker": "s", "ls": (0, (4, 2)), **THIN},
     "linear": {"color": "#D55E00", "marker": "d", "ls": (0, (1, 1.5)), **THIN},
     "chebyshev": {"color": "#007A5E", "lw": 1.5, "ms": 4, "marker": "o", "zorder": 4},
     "power-series": {"color": "#007A5E", "marker": "s", "ls": (0, (4, 2)), **THIN},

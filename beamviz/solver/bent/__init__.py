@@ -40,23 +40,9 @@ from beamviz.solver.straight.refinement import MAX_ATTEMPTS
 from beamviz.space.elements import Elements
 from beamviz.space.refinement import TRUNCATION_FACTOR, refined
 
-REFERENCE_TOLERANCE = 1e-8  # of states that elements start from, and beside limit points
+REFERENCE_TOLERANCE = 1e-8  # of states beside limit points
 NEARER = 1e-4  # of the way to a limit point: distance from it of the second start
 MAX_UNKNOWNS = 2000  # two for each point: ten seconds
-
-
-def solve_by_method(
-    beam: Beam, problem: Problem, near: SavedState | None, extra_modes: int
-) -> Solution:
-    """The modes about a deflected equilibrium by the method of the problem: `solve_bent` for auto;
-    for ancf-planar about the state of its elements next to the converged one."""
-    if problem.method == "auto":
-        return solve_bent(beam, problem, near, extra_modes)
-    from beamviz.solver.bent.ancf_planar import solve_planar
-
-    more = replace(problem, modes=problem.modes + extra_modes)
-    finer = replace(more, method="auto", elements=None, tolerance=REFERENCE_TOLERANCE)
-    return solve_planar(beam, more, solve_bent(beam, finer, near))
 
 
 def solve_bent(
@@ -109,7 +95,7 @@ def other_stable_states(solution: Solution, near: Sequence[Solution] = ()) -> li
             if (first := resolved(guess)) is None:
                 continue
             start = time.perf_counter()
-            other = solve_by_method(beam, problem, saved(first), 0)
+            other = solve_bent(beam, problem, saved(first))
             other.stats.seconds = time.perf_counter() - start
             (state,) = bent_states([other])
             if not (state.is_straight or any(map(state.is_same, seen))):
@@ -138,8 +124,7 @@ def end_of_bent_state(solution: Solution, over: str, stop: float) -> float | Non
 
 
 def bent_states(solutions: Iterable[Solution]) -> list[BentState]:
-    """The deflected states of those solutions that have one; of method ancf-planar the converged
-    state that its own was computed from."""
+    """The deflected states of those solutions that have one."""
     states = (solution.equilibrium.bent_state for solution in solutions)
     return [state.restored() for state in states if state is not None]
 

@@ -1,4 +1,4 @@
-"""Methods on cubic elements: the paper's, by parts or fully planar, and the linear one.
+"""Methods on cubic elements: the paper's, and the linear one.
 
 Each assembles the stiffness along and across a straight state; the eigenproblem is shared. At such
 a state the full planar tangent couples nothing along the beam to anything across it: its even
@@ -20,21 +20,16 @@ from beamviz.mechanics.cubic_elements import (
     assemble_band,
     dense,
     element_coordinates,
-    hermite,
     interpolate,
-    locate,
+    nodes_of,
 )
 from beamviz.solver import constitutive
 from beamviz.solver.continuation import Root, continue_load, newton_at
 from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
-from beamviz.space.spans import ends_of_spans
 
 MIN_CARRIED = 0.5  # share of the force at the end of a law that the load must account for
-# Least length of an element beside a body or a discontinuity. The rounding error of omega^2 grows
-# with its inverse cube: beside a tip mass 1e-6 at this length, and 400 at a thousandth of it.
-SHORTEST = 1e-3
 LAW_END = 0.1  # a limit at a stretch this close to the end of a force law is attributed to it
 # Parts of a planar band that act along and across a straight beam: r1, r1' and r2, r2' of each
 # node. The clamp takes r1 out of the first, r2 and r2' out of the second.
@@ -68,21 +63,6 @@ def solve(beam: Beam, problem: Problem) -> Solution:
     return build_solution(beam, problem, modes, size, curve, iterations, nodes)
 
 
-def nodes_of(beam: Beam, elements: int) -> NDArray:
-    """The nodes of `elements` equal elements; of a beam that is not uniform also at bodies and
-    where a property or its slope jumps, unless they would be nearer than SHORTEST to the node
-    before or to the tip: as equal as these allow, one at least between two."""
-    if beam.is_uniform:
-        return np.linspace(0.0, 1.0, elements + 1)
-    nodes = [0.0]
-    for stop in ends_of_spans(beam)[1:]:
-        start = nodes[-1]
-        if stop - start >= SHORTEST and (stop == 1 or 1 - stop >= SHORTEST):
-            count = max(1, round(elements * (stop - start)))
-            nodes.extend(np.linspace(start, stop, count + 1)[1:])
-    return np.array(nodes)
-
-
 def with_rotary_inertia(
     model: CubicElements, position: NDArray, Fa: NDArray, Fb: NDArray, Kb: NDArray, problem: Problem
 ) -> tuple[NDArray, NDArray, NDArray]:
@@ -91,13 +71,9 @@ def with_rotary_inertia(
     masses, nodes = model.beam.masses, model.nodes
     Jx, Jy, Jz = np.array([mass.inertia for mass in masses]).T
     J, stiffness = (Jz, Jz) if problem.chordwise else (Jy, Jz - Jx)
-    rows = np.zeros((len(masses), len(Fb)))
-    for row, mass in zip(rows, masses, strict=True):
-        element, xi = locate(nodes, mass.beta)
-        _, slope, _ = hermite(xi, np.diff(nodes)[element])
-        here = np.s_[2 * element : 2 * element + 4]
-        f = 1.0 if problem.rigid_tension else slope @ position[here]
-        row[here] = slope / f  # theta = w' / f
+    at = np.array([mass.beta for mass in masses])
+    f = 1.0 if problem.rigid_tension else interpolate(nodes, position, at, 1)[:, None]
+    rows = interpolate(nodes, np.eye(len(Fb)), at, 1) / f  # theta = w' / f
     rows = rows[:, -Fb.shape[1] :]
     Kb = Kb + model.beam.gamma**2 * (rows.T * stiffness) @ rows
     still = np.zeros((len(masses), Fa.shape[1]))
@@ -123,14 +99,6 @@ def _ancf(model: CubicElements) -> Assembled:
     return Assembled(q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1]))
 
 
-def _ancf_planar(model: CubicElements) -> Assembled:
-    """The matrices of the paper's elements, along and across, from the full planar tangent."""
-    root = straight_equilibrium(model)
-    K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
-    Ka, Kb = dense(K[ALONG][:, 1:]), dense(K[ACROSS][:, 2:])
-    return Assembled(root.state[::2], root.iterations, Ka, Kb)
-
-
 def _linear(model: CubicElements) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress."""
     rest, load = model.unstressed[::2], model.beam.gamma**2
@@ -143,7 +111,7 @@ def _linear(model: CubicElements) -> Assembled:
     return Assembled(rest + u, 1, K[1:, 1:], _held(model, Kb, 1.0))
 
 
-ASSEMBLERS = {"ancf": _ancf, "ancf-planar": _ancf_planar, "linear": _linear}
+ASSEMBLERS = {"ancf": _ancf, "linear": _linear}
 
 
 def _dense(parts: NDArray) -> NDArray:
