@@ -62,6 +62,7 @@ FLOORS = {  # share of the size of a quantity that is allowed
     "index": 1e-4,
 }
 LAST_DIGITS = (4e-16, -8e-16)  # relative changes of the numbers: what rounding does
+NO_EFFECT = 1e-8  # of a spin-up
 CLOSE = 1e-7  # relative distance of two frequencies below which their order is chance
 THRESHOLDS = (0.1, 0.5, 0.9)  # of the bending fraction, where a label or a family changes
 BORDERLINE = 0.02  # of the veering index, about the least that is listed
@@ -350,7 +351,7 @@ def solve_rows(case: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[Row]
     else:
         errors = golden["errors"] + now["errors"]
         yield frequencies("s", s, now["s"], RELATIVE * size(s) + errors)
-        most = WIDER_BARS * golden["errors"] + tolerance * size(s)
+        most = WIDER_BARS * golden["errors"] + widest_bars(s, tolerance)
         yield bars("errors", golden["errors"], now["errors"], most)
     if len(s) != len(now["s"]):
         return
@@ -364,6 +365,13 @@ def outcome_row(prefix: str, golden: str, now: str) -> Row:
     """Whether there is an answer of the same kind. One may be found where there was none."""
     improved = golden == "not-converged" and now in ("solution", "no-equilibrium")
     return Row(prefix + "answer", golden, now, 0.0 if golden == now or improved else math.inf)
+
+
+def widest_bars(s: NDArray, tolerance: float) -> NDArray:
+    """The errors (modes,) that a tolerance allows: of a slow mode an error of s^2."""
+    square = 2 * tolerance * size(s) ** 2
+    root = abs(s) + np.sqrt(np.maximum(abs(s) ** 2 - square, 0.0))
+    return np.where(abs(s) ** 2 > square, square / np.maximum(root, 1e-300), np.sqrt(square))
 
 
 def bars(quantity: str, golden: NDArray, now: NDArray, most: NDArray) -> Row:
@@ -417,7 +425,8 @@ def default_rows(case: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[Ro
     yield frequencies("default: s", s, now["s"], now["errors"] + golden["errors"])
     if len(s) != len(now["s"]):
         return
-    most = np.maximum(WIDER_BARS * golden["errors"] + DEFAULT * size(s), 2 * default["errors"])
+    most = WIDER_BARS * golden["errors"] + widest_bars(s, DEFAULT)
+    most = np.maximum(most, 2 * default["errors"])
     yield bars("default: errors", default["errors"], now["errors"], most)
     if not is_ambiguous(golden, 1e-3) and sensitivity(s).max() < 100:
         yield same("default: labels", golden["labels"], now["labels"])
@@ -537,7 +546,8 @@ def solve_case(case: Record) -> Record:
         note = ""
     else:
         tolerance, first = first_converged(beam, options)
-        found, others, note = settled(beam, options, tolerance, first)
+        settle = settled if abs(beam.get("spin_up", 1)) > NO_EFFECT else settled_straight
+        found, others, note = settle(beam, options, first)
         case = {**case, "default": default_record(answer(beam, with_tolerance(options, DEFAULT)))}
     limit_counts = "limit" in found and not math.isnan(found["limit"][0])
     case |= {"tolerance": tolerance, "answer": found, "spread": spread_of(found, others)}
@@ -558,31 +568,40 @@ def first_converged(beam: Record, options: Record) -> tuple[float, Record]:
     return tolerance, found
 
 
-def settled(
-    beam: Record, options: Record, tolerance: float, first: Record
-) -> tuple[Record, list[Record], str]:
+def settled(beam: Record, options: Record, first: Record) -> tuple[Record, list[Record], str]:
     """The answer that two meshes agree on, other answers that agree with it, and a note."""
-    if first["is"] not in ("solution", "no-equilibrium"):
+    if first["is"] == "invalid-input":
         return first, [], ""
     fine = finest(beam, options) or first
     meshes, candidates = beam, [fine]
-    for _ in range(3):
+    for _ in range(4):
         if (more := at_more_stations(meshes)) is None:
             break
         meshes = more
         other = finest(meshes, options)
         if other is None:
-            break
+            continue
         candidates.append(other)
         if agree(candidates[-1], candidates[-2]):
             found = candidates[-2]
-            note = "" if len(candidates) == 2 else f"of {len(candidates) - 2} times more stations"
+            note = "" if len(candidates) == 2 else "confirmed at more stations only"
             near = [
                 each for each in (first, *candidates) if each is not found and agree(each, found)
             ]
             return found, near, note
     note = "one mesh" if len(candidates) == 1 else f"{len(candidates)} meshes disagree"
     return candidates[-1] if len(candidates) > 2 else fine, [], note
+
+
+def settled_straight(
+    beam: Record, options: Record, first: Record
+) -> tuple[Record, list[Record], str]:
+    """`settled` for a beam with a spin-up of no effect: from its straight state, which another part
+    of the solver computes."""
+    still = {name: value for name, value in beam.items() if name != "spin_up"}
+    model = {name: value for name, value in options.items() if name != "state"}
+    found, others, note = settled(still, model, answer(still, with_tolerance(model, DEFAULT)))
+    return {**found, "state": "bent"}, others, note
 
 
 def finest(beam: Record, options: Record) -> Record | None:
@@ -774,7 +793,7 @@ def write(file: Path, wanted: "Selection") -> None:
 def complete_case(case: Record, complete: Callable[[Record], Record]) -> Record:
     """A case with its answers in the types of JSON, and the quantities that this code does not meet
     itself."""
-    done: Record = json.loads(json.dumps(packed(complete(json.loads(json.dumps(case))))))
+    done: Record = json.loads(json.dumps(packed(complete(json.loads(json.dumps(packed(case)))))))
     missed = [row for row in rows_of(case_of(done)) if not row.ratio <= 1]
     return done | ({"known": {row.quantity: text(row.now) for row in missed}} if missed else {})
 
