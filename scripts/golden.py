@@ -76,7 +76,7 @@ EVENTS = (
     *("buckling", "limit point", "second state"),
 )
 LIMITS = ("no-equilibrium", "unstable", "growing")
-REPORTED = 60  # rows of the table, at most
+REPORTED, CALLS = 60, 5  # rows of the table and calls, at most
 LONG = 3.0  # [s] of a case that is told of
 
 
@@ -818,6 +818,14 @@ def rows_of(case: Record) -> Iterator[Row]:
             yield from default_rows(case, answer(beam, with_tolerance(options, DEFAULT)))
 
 
+def rows_or_crash(case: Record) -> list[Row]:
+    """`rows_of` a case; an error that is no answer is a difference."""
+    try:
+        return list(rows_of(case))
+    except Exception as error:
+        return [Row("crash", "", repr(error), math.inf)]
+
+
 class Selection(NamedTuple):
     """The cases that are wanted."""
 
@@ -841,7 +849,7 @@ def compare(file: Path, wanted: Selection, strict: bool) -> int:
     beyond, known = list[tuple[Record, Row]](), 0
     cases = [record for record in read(file)["cases"] if wanted.takes(record)]
     for record in cases:
-        for row in rows_of(case_of(record)):
+        for row in rows_or_crash(case_of(record)):
             if not row.ratio <= 1 and row.quantity in record.get("known", ()) and not strict:
                 known += 1
                 continue
@@ -867,7 +875,7 @@ def print_table(beyond: list[tuple[Record, Row]], worst: Mapping[str, float]) ->
         print(f"{record['name']:24} {row.quantity:26}", *texts, f"{row.ratio:14.3g}")
     if len(beyond) > REPORTED:
         print(f"... and {len(beyond) - REPORTED} more")
-    for record in list({record["name"]: record for record, _ in beyond}.values())[:10]:
+    for record in list({record["name"]: record for record, _ in beyond}.values())[:CALLS]:
         print(f"{record['name']}: {call_of(record)}")
     greatest = sorted(worst.items(), key=lambda pair: -pair[1])[:8]
     print("greatest over allowed:", ", ".join(f"{kind} {ratio:.2g}" for kind, ratio in greatest))
