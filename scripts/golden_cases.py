@@ -543,7 +543,7 @@ MOTIONS: dict[str, tuple[Beam, float, Record]] = {
         {"integrator": "generalised-alpha", "step": 0.002, "release": 1.0},
     ),
 }
-QUICK_MOTIONS = ("damped", "catch", "biot", "ramp")
+QUICK_MOTIONS = ("ramp", "hub", "modes", "damped", "buckled", "catch", "drop", "biot", "hencky")
 
 
 def motions() -> Iterator[Record]:
