@@ -85,6 +85,9 @@ BLADES: dict[str, Beam] = {
 }
 
 
+SOFT_MIDDLE = Beam(mu=200, gamma=2, blade=Blade((0, 0.5, 1), (1,) * 3, (1, 1e-4, 1), (1,) * 3))
+
+
 def rounded(value: float) -> float:
     """A number of six digits, which is shorter in a file."""
     return float(f"{value:.6g}")
@@ -203,9 +206,9 @@ QUICK = {  # of so many cases of a kind one is quick
     "bodies": 1,
     "methods": 1,
     "refused": 1,
-    "blades": 2,
-    "deflected": 3,
-    "deflected blades": 4,
+    "blades": 1,
+    "deflected": 2,
+    "deflected blades": 3,
     "limits": 5,
 }
 
@@ -285,6 +288,20 @@ def deflected_blades(rng: Random, k: int) -> tuple[Beam, Record] | None:
     return (beam, options) if is_deflected(beam, options) else None
 
 
+def soft_places() -> Iterator[Record]:
+    """Deflected blades with soft places in bending, whose error bars are hard to get right. An
+    angular acceleration so small has no effect: the frequencies are those of the straight blade."""
+    narrow = Beam(mu=100, gamma=3, blade=several_dips(0.05, 0.005, (0.3, 0.62)))
+    deep = Beam(mu=100, gamma=3, blade=dipped(0.001, 0.7, 0.03))
+    given = {"dip": DIP, "narrow": narrow, "heavy root": HEAVY, "deep": deep, "soft": SOFT_MIDDLE}
+    for name, beam in given.items():
+        still = beam.replace(spin_up=1e-9).record
+        for modes in (3, 4):
+            options = {"state": "bent", "modes": modes}
+            kind = "deflected blades"
+            yield solve_record(f"{kind}, {name}, {modes} modes", kind, modes - 1, still, options)
+
+
 def methods(rng: Random, k: int) -> tuple[Beam, Record]:
     """Every method but auto, in turn."""
     method = METHODS[k % len(METHODS)]
@@ -361,7 +378,8 @@ def refused() -> Iterator[Record]:
         (beam, {"modes": 0}),
         (beam, {"modes": 21}),
         (beam, {"strain": "cauchy"}),
-        (beam, {"tolerance": 1}),
+        (beam, {"modes": 2.5}),
+        (beam, {"mode": 3}),
         (beam, {"method": "chebyshev", "coriolis": True}),
         (beam, {"method": "ancf", "terms": 5}),
         (beam, {"method": "ancf", "elements": 2}),
@@ -381,8 +399,10 @@ def solves() -> Iterator[Record]:
     yield from seeded("straight", 110, straight)
     yield from seeded("bodies", 40, bodies)
     yield from seeded("blades", 60, blades)
+    yield solve_record("blades, soft middle", "blades", 1, SOFT_MIDDLE.record, {})
     yield from seeded("deflected", 60, deflected)
     yield from seeded("deflected blades", 44, deflected_blades)
+    yield from soft_places()
     yield from seeded("methods", 9 * len(METHODS), methods)
     yield from seeded("limits", 15, limits)
     yield from refused()
@@ -391,6 +411,9 @@ def solves() -> Iterator[Record]:
 # Charts.
 
 A, B = Beam(alpha=1, beta=0.5, gamma=10), Beam(alpha=0.5, beta=0.3, gamma=6, delta=0.5, mu=40)
+FOLDING = Beam(alpha=4.656, beta=1, gamma=5.341, delta=-0.09663, mu=194.4)  # it snaps through
+SHORT = Beam(delta=-0.5, mu=10, gamma=4.45)  # it has a bent state up to gamma = 4.508896
+SOFT_LAW = {"strain": "biot", "curvature": "material"}
 CHARTS: list[tuple[Beam, str, float, float, Record]] = [
     (A, "gamma", 0, 20, {}),
     (A, "gamma", 0, 20, {"coriolis": True}),
@@ -434,6 +457,13 @@ CHARTS: list[tuple[Beam, str, float, float, Record]] = [
     (INWARD, "spin_up", -10, 10, {"state": "stable", "modes": 3}),
     (Beam(gamma=3, spin_up=15), "gamma", 0, 12, {"state": "stable", "coriolis": True}),
     (Beam(alpha=1, beta=0.6, gamma=4, spin_up=5), "alpha", 0, 3, {"state": "stable"}),
+    (Beam(mu=10_000), "spin_up", 0, 200, {"state": "stable", "modes": 2}),
+    (FOLDING, "spin_up", 0, 0.3, {"state": "stable", "modes": 2, **SOFT_LAW}),
+    (SHORT, "gamma", 4.45, 4.6, {"state": "stable", "modes": 2, "strain": "hencky"}),
+    (
+        BLADES["steel"].replace(alpha=0.546, delta=-0.01, gamma=0),
+        *("gamma", 0, 5, {"plane": "flapwise", "state": "stable"}),
+    ),
     (BLADES["steel"], "gamma", 0, 20, {"per_rev": 2}),
     (BLADES["steel"], "gamma", 0, 20, {"plane": "flapwise", "per_rev": 4}),
     (BLADES["nrel"], "gamma", 0, 12, {"modes": 4}),
@@ -459,7 +489,7 @@ CHARTS: list[tuple[Beam, str, float, float, Record]] = [
 ]
 
 
-QUICK_CHARTS = (0, 1, 12, 13, 16, 21, 22, 25, 26, 29, 34, 42, 46, 48, 51, 54, 55)
+QUICK_CHARTS = (0, 1, 12, 13, 16, 21, 22, 25, 26, 29, 46, 47, 50, 52, 55, 58, 59)
 
 
 def charts() -> Iterator[Record]:
@@ -481,7 +511,7 @@ def charts() -> Iterator[Record]:
 
 KANE = Beam(mu=444)
 CARRIER = Beam(alpha=0.5, beta=0.7, gamma=2, delta=0.1, mu=60)
-SHORT = CARRIER.replace(mu=20)
+THICK = CARRIER.replace(mu=20)
 SPEEDS = ((0.0, 0.5, 1.2, 2.0), (2.0, 3.0, 0.5, 1.5))
 STOP = {"to": 0, "within": 1.3, "shape": "linear", "start": 2.0}
 TORQUE = ((0.0, 0.7, 1.5), (2.0, -3.0, 0.0))
@@ -500,8 +530,8 @@ MOTIONS: dict[str, tuple[Beam, float, Record]] = {
     "buckled": (INWARD.replace(gamma=5), 1.5, {"state": "bent", **BENT, "damping": 0.02}),
     "catch": (CARRIER, 1, {"catch": 0.4, "body_velocity": (0.1, -0.2), "damping": 0.3}),
     "drop": (CARRIER, 1, {"drop": 0.4, "damping": 0.1, "start": {"B1": 0.05}}),
-    "biot": (SHORT, 1, {"strain": "biot", "curvature": "material", **BENT}),
-    "hencky": (SHORT, 1, {"strain": "hencky", **BENT}),
+    "biot": (THICK, 1, {"strain": "biot", "curvature": "material", **BENT}),
+    "hencky": (THICK, 1, {"strain": "hencky", **BENT}),
     "ancf": (CARRIER, 1, {"method": "ancf", "elements": 8, "release": 1.0}),
     "gauss": (CARRIER, 1, {"integrator": "gauss", **BENT}),
     "generalised-alpha": (
@@ -510,7 +540,7 @@ MOTIONS: dict[str, tuple[Beam, float, Record]] = {
         {"integrator": "generalised-alpha", "step": 0.002, "release": 1.0},
     ),
 }
-QUICK_MOTIONS = ("damped", "catch", "biot", "ramp")
+QUICK_MOTIONS = ("ramp", "hub", "modes", "damped", "buckled", "catch", "drop", "biot", "hencky")
 
 
 def motions() -> Iterator[Record]:
