@@ -136,7 +136,7 @@ def test_a_wrong_command_line_is_named(run, files, tmp_path, monkeypatch, line):
 
 MISTYPED = {
     "modes --strain gren": "green",
-    "modes --method ancf_planar": "ancf-planar",
+    "modes --method assumed_modes": "assumed-modes",
     "modes --format Json": "json",
     "modes --si nrel-5mw-balde": "nrel-5mw-blade",
     "mods": "modes",
