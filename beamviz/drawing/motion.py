@@ -17,6 +17,7 @@ from beamviz.dynamics import Motion
 from beamviz.dynamics.linear import LinearMotion
 from beamviz.scene import ViewOptions
 
+UNSTIFFENED = "without stiffening"  # title of the linear theory beside a motion
 MAX_SHAPES = 12  # principal shapes that a motion is drawn with
 DRAWN = 2e-4  # [L] deviation of the drawn beam that is not seen
 SAMPLED = 200  # times that the shapes are computed from

@@ -3,6 +3,7 @@ they show in words."""
 
 import numpy as np
 
+from beamviz.drawing.motion import UNSTIFFENED
 from beamviz.drawing.text import (
     frequencies,
     length_text,
@@ -13,7 +14,6 @@ from beamviz.explorer import page
 from beamviz.explorer.computed_motion import Computed
 from beamviz.explorer.film import time_text
 from beamviz.explorer.page import Data
-from beamviz.explorer.view import UNSTIFFENED
 
 WIDER = 1.1  # than to the highest frequency of a mode
 DECADES = 4  # of amplitude in the spectrum

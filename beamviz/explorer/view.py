@@ -14,7 +14,7 @@ from beamviz.drawing import BeamScene, stacked_heights
 from beamviz.drawing.beam_mesh import DrawnBeam
 from beamviz.drawing.comparison import pair_heights, pair_of
 from beamviz.drawing.modes import SampledModes
-from beamviz.drawing.motion import drawn
+from beamviz.drawing.motion import UNSTIFFENED, drawn
 from beamviz.drawing.objects import Caption
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.explorer.clock import Clock, growth_rates, suitable_rate
@@ -132,9 +132,6 @@ def picture_of(
     pair = pair_of(drawn, other, title, stacked=compared.stacked, swings=response is None)
     first, second_drawn, partner = pair
     return replace(picture, drawn=first, second=second_drawn, partner=partner, compared=compared)
-
-
-UNSTIFFENED = "without stiffening"
 
 
 def with_film(

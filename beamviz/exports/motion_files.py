@@ -9,6 +9,7 @@ import numpy as np
 
 from beamviz.checks import check_float, check_int
 from beamviz.dynamics import Motion
+from beamviz.dynamics.linear import LinearMotion
 from beamviz.exports import (
     FORMATS,
     FRAME_RATES,
@@ -20,7 +21,7 @@ from beamviz.exports import (
     write_film,
 )
 from beamviz.exports.arrays import structure_record
-from beamviz.exports.motion_scene import MotionScene
+from beamviz.exports.motion_scene import MotionScene, beside
 from beamviz.exports.renderer import Renderer
 from beamviz.files import check_suffix, replaced
 from beamviz.output.motion import motion_csv, si_columns
@@ -37,25 +38,26 @@ def export_motion(
     progress: Callable[[int], Iterable[int]] = range,
     *,
     dark: bool = False,
+    unstiffened: LinearMotion | None = None,
 ) -> None:
     """Write a motion as a file of the format its suffix names: .csv, .npz; a chart, .png, .svg or
     .pdf; a film, .gif, .webp or .mp4; .html, one page with film, chart and numbers that needs no
-    network. progress: as in `beamviz.animate`; dark: colours of a film or page. Raises InvalidInput
-    and Unavailable; the file is complete or untouched."""
+    network. progress: as in `beamviz.animate`; dark: colours of a film or page; unstiffened: the
+    motion without stiffening, beside it in charts, films and pages. Raises InvalidInput and
+    Unavailable; the file is complete or untouched."""
     suffix = check_suffix(path, SUFFIXES)
     if suffix in CHARTS:
         spectrum = motion.spectrum()
-        figure = draw_motion(
-            *(motion.t, motion.tip[:, 1], motion.gamma, spectrum), motion.beam.units
-        )
+        columns = motion.t, motion.tip[:, 1], motion.gamma, spectrum
+        figure = draw_motion(*columns, motion.beam.units, second=beside(unstiffened))
         save_figure(Path(path), figure)
     elif suffix in FORMATS:
-        animate_motion(path, motion, progress=progress, dark=dark)
+        animate_motion(path, motion, progress=progress, dark=dark, unstiffened=unstiffened)
     elif suffix == ".html":
         from beamviz.exports.motion_page import motion_page
 
         with replaced(path) as file:
-            file.write_text(motion_page(motion, dark=dark), encoding="utf-8")
+            file.write_text(motion_page(motion, unstiffened, dark=dark), encoding="utf-8")
     else:
         with replaced(path) as file:
             if suffix == ".csv":
@@ -94,14 +96,16 @@ def animate_motion(
     workers: int | None = None,
     *,
     dark: bool = False,
+    unstiffened: LinearMotion | None = None,
 ) -> None:
-    """Write a motion as a film, in the rotating frame; options as in `beamviz.animate`."""
+    """Write a motion as a film, in the rotating frame; options as in `beamviz.animate`, and as in
+    `export_motion`."""
     suffix = check_suffix(path, tuple(FORMATS))
     size = check_int("width", width, *PIXELS), check_int("height", height, *PIXELS)
     fps = check_format(suffix, size, check_float("fps", fps, *FRAME_RATES))
     workers = None if workers is None else check_int("workers", workers, 1, MAX_WORKERS)
     with replaced(path) as file:
-        scene = MotionScene(motion, dark=dark)
+        scene = MotionScene(motion, unstiffened, dark=dark)
         count = max(round(scene.seconds * fps), 2)
         renderer = Renderer(scene, *size)
         frames, sample = (

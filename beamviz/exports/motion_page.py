@@ -7,11 +7,13 @@ import numpy as np
 from matplotlib import rc_context
 from numpy.typing import NDArray
 
-from beamviz.drawing import BeamScene, camera
+from beamviz.drawing import BeamScene, BeamView, camera
 from beamviz.drawing.beam_mesh import to_hub_frame
 from beamviz.drawing.modes import SampledModes
+from beamviz.drawing.motion import MotionShapes
 from beamviz.drawing.text import described, duration, length_text, si_text
 from beamviz.dynamics import Motion
+from beamviz.dynamics.linear import LinearMotion
 from beamviz.exports.html_page import (
     RESOLUTION,
     beam_record,
@@ -22,7 +24,7 @@ from beamviz.exports.html_page import (
     player,
     steps,
 )
-from beamviz.exports.motion_scene import MotionScene
+from beamviz.exports.motion_scene import MotionScene, beside
 from beamviz.exports.offline_data import OfflineMotion
 from beamviz.plotting import STYLE, axis_of
 from beamviz.plotting.motion import draw_motion, scales_of
@@ -33,19 +35,24 @@ CHART_SIZE = 4.4, 4.8  # [in], as wide as the panel
 LONGEST = 40.0  # [s] on the screen
 
 
-def motion_page(motion: Motion, *, dark: bool = False) -> str:
-    """viser's self-contained page with offline_motion.js, which plays the motion, and a panel."""
-    scene, recorded = MotionScene(motion, dark=dark), RecordedServer()
+def motion_page(
+    motion: Motion, unstiffened: LinearMotion | None = None, *, dark: bool = False
+) -> str:
+    """viser's self-contained page with offline_motion.js, which plays the motion, and a panel.
+    unstiffened: the motion without stiffening, drawn over it."""
+    scene, recorded = MotionScene(motion, unstiffened, dark=dark), RecordedServer()
     camera.place(recorded.initial_camera, scene.camera(1.0))
     beams = scene.draw(ViserScene(recorded.scene))
-    beams.move(scene.shapes.phases(0.0), scene.shapes.angle(0.0))
+    scene.move(beams, 0.0)
     values = readings(motion, scene.shapes.t)
     data = motion_data(scene, beams, values)
     script = player("motion", data, OfflineMotion, "exports/offline_motion.js")
-    return document(recorded, motion.beam, panel(motion, values), script, dark=dark)
+    return document(recorded, motion.beam, panel(motion, values, unstiffened), script, dark=dark)
 
 
-def panel(motion: Motion, values: list[dict[str, Any]]) -> str:
+def panel(
+    motion: Motion, values: list[dict[str, Any]], unstiffened: LinearMotion | None = None
+) -> str:
     """The beam and what happens to it, the present moment, the chart and a table of moments."""
     beam = motion.beam
     rows = "".join(
@@ -58,7 +65,7 @@ def panel(motion: Motion, values: list[dict[str, Any]]) -> str:
         f"<h1>{escape(described(beam))}</h1><p>{escape(what_happens(motion))}</p>"
         + controls("time")
         + f'<table class="readings" aria-label="this moment">{rows}</table>'
-        + chart(motion)
+        + chart(motion, unstiffened)
         + f"<p>The tip is known to {known}.</p>"
         + f"<details><summary>Numbers</summary>{html_table('', motion.table)}</details>"
     )
@@ -104,11 +111,11 @@ def readings(motion: Motion, t: NDArray) -> list[dict[str, Any]]:
     ]
 
 
-def chart(motion: Motion) -> str:
+def chart(motion: Motion, unstiffened: LinearMotion | None) -> str:
     """The tip over time, with a line at the present moment, and its spectrum."""
     with rc_context(STYLE):
         columns = motion.t, motion.tip[:, 1], motion.gamma, motion.spectrum()
-        figure = draw_motion(*columns, motion.beam.units, CHART_SIZE)
+        figure = draw_motion(*columns, motion.beam.units, CHART_SIZE, beside(unstiffened))
         return figure_element(figure, figure.axes[0], 0.0, moves=True)
 
 
@@ -119,8 +126,9 @@ def motion_data(
     intervals (n,). fields: points of the unloaded beam, and their change by each shape (4 j,), see
     `steps`; parts: the sizes of the shapes over time."""
     motion, (row,), t = scene.motion, beams.rows, scene.shapes.t
-    still = points_of(row.shapes, np.zeros_like(row.shapes.centreline))
-    fields = [still, *(points_of(row.shapes, mode) - still for mode in row.shapes.modes)]
+    moved = [moved_beam(row, scene.shapes, t)]
+    if beams.second and scene.second:
+        moved.append(moved_beam(beams.second, scene.second, t))
     speeds, speed = [], row.surroundings.speed if row.surroundings else None
     if row.surroundings and speed and speed.text:
         gamma = np.interp(t, motion.t, motion.gamma).tolist()
@@ -139,10 +147,19 @@ def motion_data(
         "speed": speed.point.name if speed and speeds else "",
         "speeds": speeds,
         "of_mass": [caption.point.name for caption in row.bodies.captions if caption.text],
-        "beams": [
-            beam_record(row)
-            | {"fields": steps(np.transpose(fields)), "parts": steps(scene.shapes.parts)}
-        ],
+        "beams": moved,
+    }
+
+
+def moved_beam(row: BeamView, shapes: MotionShapes, t: NDArray) -> dict[str, Any]:
+    """A beam with its shapes, and their sizes at times (n,); where the motion has ended, those at
+    its end."""
+    still = points_of(row.shapes, np.zeros_like(row.shapes.centreline))
+    fields = [still, *(points_of(row.shapes, mode) - still for mode in row.shapes.modes)]
+    parts = [np.interp(t, shapes.t, column) for column in shapes.parts.T]
+    return beam_record(row) | {
+        "fields": steps(np.transpose(fields)),
+        "parts": steps(np.transpose(parts)),
     }
 
 

@@ -9,9 +9,10 @@ from beamviz.beam import Beam
 from beamviz.drawing import BeamScene, camera
 from beamviz.drawing.beam_mesh import DEFAULT_SCALE, DrawnBeam
 from beamviz.drawing.modes import playback_rate
-from beamviz.drawing.motion import MotionShapes, dominant_frequency, drawn, drawn_beam
+from beamviz.drawing.motion import UNSTIFFENED, MotionShapes, dominant_frequency, drawn, drawn_beam
 from beamviz.drawing.scene_graph import DrawnScene
 from beamviz.dynamics import Motion
+from beamviz.dynamics.linear import LinearMotion
 from beamviz.scene import Camera, Scene
 
 SECONDS = 3.0, 20.0  # shortest and longest film
@@ -19,14 +20,17 @@ SAMPLES, MOST_SAMPLES = 40, 4001  # of the shapes, for each T* and in all
 
 
 class MotionScene:
-    """A motion as a scene, in the rotating frame. rate: time [T*] per second on the screen;
-    seconds: of a film."""
+    """A motion as a scene, in the rotating frame, with that without stiffening over it, if given.
+    rate: time [T*] per second on the screen; seconds: of a film."""
 
-    def __init__(self, motion: Motion, *, dark: bool = False):
+    def __init__(
+        self, motion: Motion, unstiffened: LinearMotion | None = None, *, dark: bool = False
+    ):
         self.motion, self.scene = motion, Scene.of(nodes=False, dark=dark)
         count = min(math.ceil(SAMPLES * motion.t[-1]) + 1, MOST_SAMPLES)
         t = np.linspace(0.0, motion.t[-1], max(count, len(motion.t)))
         self.shapes = MotionShapes(motion, t)
+        self.second = MotionShapes(unstiffened) if unstiffened else None
         self.rate = playback_rate(dominant_frequency(motion), float(abs(motion.gamma).max()))
         self.seconds = float(np.clip(motion.t[-1] / self.rate, *SECONDS))
 
@@ -39,6 +43,15 @@ class MotionScene:
         """The beam, at `scale` [pixels per beam length]."""
         beam, shapes = self.beam(with_mass=with_mass), self.shapes
         return drawn(shapes.sampled, shapes.amplitudes, beam, self.scene.view, scale)
+
+    def second_drawn(self, scale: float, *, with_mass: bool) -> DrawnBeam | None:
+        """That without stiffening; None without one."""
+        if self.second is None:
+            return None
+        beam, shapes = self.beam(with_mass=with_mass), self.second
+        ends = " (diverges)" if shapes.until < self.motion.t[-1] else ""
+        look = self.scene.view, scale, UNSTIFFENED + ends
+        return drawn(shapes.sampled, shapes.amplitudes, beam, *look)
 
     def camera(self, aspect: float) -> Camera:
         """A camera that sees the beam at all times."""
@@ -53,13 +66,27 @@ class MotionScene:
     def draw(self, scene: DrawnScene, scale: float = DEFAULT_SCALE) -> BeamScene:
         """The scene, at `scale` [pixels per beam length]."""
         beams = BeamScene(scene)
-        beams.show(self.drawn(scale, with_mass=bool(self.motion.beam.alpha)))
+        self.show(beams, scale, with_mass=bool(self.motion.beam.alpha))
         return beams
+
+    def show(self, beams: BeamScene, scale: float, *, with_mass: bool) -> None:
+        """Draw the beam, and that without stiffening."""
+        second = self.second_drawn(scale, with_mass=with_mass)
+        beams.show(self.drawn(scale, with_mass=with_mass), second)
 
     def move(self, beams: BeamScene, moment: float) -> None:
         """Move the beam drawn to a time."""
         drawn, with_mass = beams.view(0).drawn, self.motion.has_mass(moment)
         if with_mass != bool(drawn.shapes.beam.alpha):
-            beams.show(self.drawn(drawn.scale, with_mass=with_mass))
+            self.show(beams, drawn.scale, with_mass=with_mass)
         beams.tell_speed(self.shapes.gamma(moment))
-        beams.move(self.shapes.phases(moment), self.shapes.angle(moment))
+        others = self.second.phases(moment) if self.second else None
+        beams.move(self.shapes.phases(moment), self.shapes.angle(moment), others)
+
+
+def beside(unstiffened: LinearMotion | None) -> tuple[NDArray, NDArray, str] | None:
+    """The motion without stiffening as a line beside that of the tip: times (n,), deflections (n,)
+    and title; None without one."""
+    if unstiffened is None:
+        return None
+    return unstiffened.t, unstiffened.tip[:, 1], UNSTIFFENED

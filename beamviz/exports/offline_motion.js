@@ -4,8 +4,8 @@
   const { byId, send, ...offline } = beamvizOffline;
   /** @type {OfflineMotion} */
   const data = await offline.unpacked("motion");
-  const [beam] = data.beams, { fields, parts } = beam;
-  offline.undoSteps([...fields, ...parts], data.resolution);
+  const columns = data.beams.flatMap(({ fields, parts }) => [...fields, ...parts]);
+  offline.undoSteps(columns, data.resolution);
   const [slider, shown] = ["time", "time-shown"].map(byId), clock = offline.playButton();
   /** @type {HTMLElement | null} */
   const chart = document.querySelector("aside figure[data-step]");
@@ -30,19 +30,21 @@
     const text = data.speed && data.speeds[Math.round(t * last)];
     if (`${text} ${hasMass}` === told) return;
     told = `${text} ${hasMass}`;
-    for (const name of Object.keys(beam.bodies))
+    for (const name of data.beams.flatMap(({ bodies }) => Object.keys(bodies)))
       send("SetSceneNodeVisibilityMessage", name, { visible: hasMass });
     const there = data.captions.filter(({ name }) => hasMass || !data.of_mass.includes(name));
     beamvizCaptions.show(there.map((one) => (one.name === data.speed ? { ...one, text } : one)));
   }
 
   function show() {
-    const [still, ...shapes] = fields, moved = new Float32Array(still.length);
-    parts.map(at).forEach((size, m) => {
-      for (let i = 0; i < moved.length; i++) moved[i] += size * shapes[m][i];
-    });
-    offline.draw(data, beam, still, moved);
-    offline.turn(data, beam, at(data.angle));
+    for (const beam of data.beams) {
+      const [still, ...shapes] = beam.fields, moved = new Float32Array(still.length);
+      beam.parts.map(at).forEach((size, m) => {
+        for (let i = 0; i < moved.length; i++) moved[i] += size * shapes[m][i];
+      });
+      offline.draw(data, beam, still, moved);
+      offline.turn(data, beam, at(data.angle));
+    }
     caption(data.with_mass[Math.floor(t * last)]);
   }
 

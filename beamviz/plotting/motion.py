@@ -1,6 +1,6 @@
 """The chart of a motion in time: the deflection of the tip, the speed, and the spectrum."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 WIDTH, HEIGHT = 7.0, 5.2  # [in]
 DECADES = 5  # of amplitude shown below the highest peak
+SECOND: dict[str, Any] = {"color": "#A8A8A8", "lw": 1.1, "zorder": 1}
 LEAST_LINES = 8  # of the spectrum that are shown
 
 
@@ -49,6 +50,17 @@ def plot_deflection(
     return axes
 
 
+def plot_second(
+    axes: "Axes", t: NDArray, deflection: NDArray, title: str, units: Units | None
+) -> None:
+    """Draw another deflection (n,) over time (n,) into the frame of the first, and name it."""
+    scales = scales_of(units)
+    axes.set_ylim(axes.get_ylim())  # it may grow without end
+    axes.plot(scales.time * t, scales.length * deflection, label=title, **SECOND)
+    above: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0, 1), "borderaxespad": 0.2}
+    axes.legend(frameon=False, fontsize=8, **above)
+
+
 def plot_spectrum(
     frequency: NDArray, amplitude: NDArray, axes: "Axes", units: Units | None = None
 ) -> None:
@@ -73,15 +85,19 @@ def draw_motion(
     spectrum: tuple[NDArray, NDArray],
     units: Units | None = None,
     size: tuple[float, float] = (WIDTH, HEIGHT),
+    second: tuple[NDArray, NDArray, str] | None = None,
 ) -> "Figure":
     """A figure of a size [in] of the tip's deflection and the speed (n,) over time (n,), and of the
-    spectrum; in s, mm or m, rpm and Hz for a beam in SI."""
+    spectrum; in s, mm or m, rpm and Hz for a beam in SI. second: another deflection, as times (k,),
+    values (k,) and its title, as far as it stays in the frame of the first."""
     from matplotlib import rc_context
 
     with rc_context(STYLE):
         figure = new_figure(*size, layout="constrained")
         above, below = figure.subplots(2, 1)
         plot_deflection(t, deflection, above, units)
+        if second:
+            plot_second(above, *second, units)
         if np.ptp(gamma) > 0:
             right, speed = above.twinx(), axis_of("gamma", units)
             right.plot(

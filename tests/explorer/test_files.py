@@ -13,10 +13,11 @@ from PIL import Image
 
 from beamviz.beam import Beam
 from beamviz.explorer.features import files
+from beamviz.explorer.features.loci_chart import CHART_KINDS
 from beamviz.exports import animate
 from beamviz.exports.solved_scene import Loop
 from beamviz.input_files import MAX_TOML_BYTES
-from beamviz.scene import Camera, Scene
+from beamviz.scene import Camera, Scene, Second
 from beamviz.units import Units
 
 FIRST = Scene.of(
@@ -76,6 +77,33 @@ def test_every_file_can_be_exported(guest, monkeypatch, kind, begin):
     assert part["content"][: len(begin)].lower() == begin.lower()
     if start["part_count"] == 1:
         assert len(part["content"]) == start["size_bytes"]
+
+
+@pytest.mark.parametrize("kind", CHART_KINDS)
+def test_the_chart_can_be_downloaded_with_the_second_beam(guest, kind):
+    """As pictures and as a table, of the axis and the per-rev lines chosen."""
+    guest.set(comparison="mass", over="alpha", gamma=4.0)
+    guest.do("export_chart", kind)
+    start, part = heard(guest, "FileTransferStartDownload", "FileTransferPart")
+    assert start["filename"] == f"chart{kind}"
+    if kind == ".png":
+        assert part["content"].startswith(b"\x89PNG")
+        return
+    text = part["content"].decode()
+    assert "twice the mass" in text
+    assert ("mass ratio α" if kind == ".svg" else "\nalpha,B1,") in text
+
+
+def test_an_export_has_the_second_beam(guest):
+    """The beam that the page shows beside the first, in a page and in a scene file."""
+    guest.set(comparison="mass", stacked=True)
+    guest.says("twice the mass")
+    assert saved(guest).second == Second(
+        FIRST.beam.replace(alpha=2), {}, "twice the mass", True, "mass"
+    )
+    guest.do("export", ".html")
+    (part,) = heard(guest, "FileTransferPart")
+    assert "twice the mass" in part["content"].decode(errors="replace")
 
 
 @pytest.mark.slow

@@ -17,8 +17,8 @@ from scipy import ndimage
 
 from beamviz.beam import Beam
 from beamviz.blade import Blade, Mass
+from beamviz.drawing.comparison import number
 from beamviz.explorer import FrameLoop, explorer
-from beamviz.explorer.features.comparison import number
 from beamviz.explorer.mass_drag import nearest
 from beamviz.explorer.state import Grip
 from beamviz.scene import Scene

@@ -24,11 +24,11 @@ from live.server import (
 from live.visitor import BEAM, PAPER, Visitor, frequency_text, pause, visitor
 
 from beamviz.beam import NUMBERS, Beam
+from beamviz.drawing.comparison import number
 from beamviz.drawing.text import growth, rounded_to_error
 from beamviz.explorer import computed_loci, explorer, frame_loop, jobs, page, session
 from beamviz.explorer import visitor as visitor_module
 from beamviz.explorer.features import files
-from beamviz.explorer.features.comparison import number
 from beamviz.explorer.features.lessons import begun, first_state
 from beamviz.explorer.state import RATES, State
 from beamviz.lessons import lesson

@@ -15,6 +15,7 @@ from typing import Any
 
 from beamviz.beam import Beam
 from beamviz.dynamics import Motion
+from beamviz.dynamics.linear import LinearMotion
 from beamviz.errors import Cancelled, InvalidInput, NoEquilibrium
 from beamviz.explorer import page
 from beamviz.explorer.computed_motion import JOB as MOTION
@@ -53,12 +54,14 @@ KINDS = {
 @dataclass(eq=False)
 class File:
     """A scene, its frequency chart, or a motion in time, to be written as a file; film: keywords of
-    `animate`, None for other files; is_chart: the chart."""
+    `animate`, None for other files; unstiffened: the motion without stiffening beside it; is_chart:
+    the chart."""
 
     scene: Scene
     name: str
     film: dict[str, Any] | None
     motion: Motion | None = None
+    unstiffened: LinearMotion | None = None
     is_chart: bool = False
 
     @property
@@ -140,7 +143,8 @@ class Files(Feature):
         elif suffix in MOTION_KINDS and computed:
             film: dict[str, Any] | None = {} if suffix in FORMATS else None
             scene = Scene(computed.beam, view=self.visitor.state.view)
-            self.begin(File(scene, f"motion{suffix}", film, computed.motion))
+            second = None if isinstance(computed.second, str) else computed.second
+            self.begin(File(scene, f"motion{suffix}", film, computed.motion, second))
 
     def start_chart(self, suffix: Any) -> None:
         """Export the frequency chart."""
@@ -173,11 +177,12 @@ class Files(Feature):
             with tempfile.TemporaryDirectory(prefix="beamviz-") as folder:
                 path = Path(folder) / file.name
                 frames, dark = partial(self.frames, file), file.scene.view.dark
+                beside: dict[str, Any] = {"dark": dark, "unstiffened": file.unstiffened}
                 if file.motion and file.film is not None:
-                    options: dict[str, Any] = {"workers": 1, "dark": dark, **file.film}
+                    options: dict[str, Any] = {"workers": 1, **beside, **file.film}
                     animate_motion(path, file.motion, progress=frames, **options)
                 elif file.motion:
-                    export_motion(path, file.motion, dark=dark)
+                    export_motion(path, file.motion, **beside)
                 elif file.is_chart:
                     export_chart(path, file.scene)
                 elif file.film is None:
