@@ -104,7 +104,7 @@ class MotionRequest(NamedTuple):
         return float(f"{self.experiment.pull * SAFE / abs(deflection):.2g}")
 
     def deflection(self, force: float) -> float:
-        """The deflection [L] of the point that is pulled, of the beam at rest by a force [E I / L^2],
+        """The deflection [L] of the point that a force [E I / L^2] pulls, of the beam at rest,
         by the theory of small ones: force times int (at - x)^2 / EI dx."""
         blade, at = self.beam.blade, self.experiment.pull_at
         if blade is None:
