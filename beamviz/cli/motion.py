@@ -7,6 +7,7 @@ import typer
 
 from beamviz.beam import Beam
 from beamviz.cli.options import given_options, number, option
+from beamviz.cli.quantities import dimensionless, force, speed, time
 from beamviz.errors import InvalidInput
 
 OUT = typer.Argument(
@@ -39,28 +40,27 @@ def motion(
     options: dict[str, Any],
     context: typer.Context,
     path: Annotated[Path | None, OUT] = None,
-    until: Annotated[float, number("The time [T*] until which the beam moves.")] = 10.0,
-    ramp_to: Annotated[
-        float | None, number("Speed gamma at the end of a ramp from --gamma.")
-    ] = None,
-    within: Annotated[float | None, number("Time [T*] of the ramp.")] = None,
+    until: Annotated[Any, time("The time [T*] until which the beam moves.")] = 10.0,
+    ramp_to: Annotated[Any, speed("Speed gamma at the end of a ramp from --gamma.")] = None,
+    within: Annotated[Any, time("Time [T*] of the ramp.")] = None,
     ramp: Annotated[Literal["smooth", "linear"], option("Shape of the ramp.")] = "smooth",
-    release: Annotated[float, number(RELEASE_HELP)] = 0.0,
+    release: Annotated[Any, force(RELEASE_HELP)] = 0.0,
     release_at: Annotated[float, number("Its place, from 0 at the root to 1 at the tip.")] = 1.0,
     start: Annotated[
         list[Any] | None, option(START_HELP, parser=parse_start, metavar="MODE:AMPLITUDE")
     ] = None,
     damping: Annotated[float, number("Damping ratio of all modes.")] = 0.0,
-    catch: Annotated[float | None, number("Time at which the mass docks.")] = None,
-    drop: Annotated[float | None, number("Time at which the mass is released.")] = None,
+    catch: Annotated[Any, time("Time [T*] at which the mass docks.")] = None,
+    drop: Annotated[Any, time("Time [T*] at which the mass is released.")] = None,
     points: Annotated[int, number("Number of times in the output.")] = 401,
     integrator: Annotated[str, option("Integrator; see the reference.")] = "radau",
-    step: Annotated[float | None, number("Constant step in time [T*].")] = None,
+    step: Annotated[Any, time("Constant step in time [T*].")] = None,
     format: Annotated[Literal["table", "json", "csv"], option(FORMAT_HELP)] = "table",
 ) -> None:
     """Motion in time: released, set swinging, spun up or stopped; numbers, chart, film or page.
 
-    --tolerance is that of the tip [L], 1e-4 where it is not given.
+    --tolerance is that of the tip [L], 1e-4 where it is not given. Times, speeds and forces of a
+    beam in SI may have a unit: --until 2s --ramp-to 300rpm --within 500ms --release 20N.
     """
     from beamviz.dynamics import motion as move
     from beamviz.dynamics.drives import Ramp
@@ -72,22 +72,22 @@ def motion(
         check_suffix(path, SUFFIXES)
         check_writable(path)
     check_needs(context)
-    speed = None
-    if ramp_to is not None and within is not None:
-        speed = Ramp(ramp_to, within, ramp, start=beam.gamma)
+    given = {"until": until, "within": within, "catch": catch, "drop": drop, "step": step}
+    times: dict[str, Any] = {
+        name: dimensionless(name, value, "time", beam) for name, value in given.items()
+    }
+    to, within = dimensionless("ramp-to", ramp_to, "speed", beam), times.pop("within")
+    drive = Ramp(to, within, ramp, start=beam.gamma) if to is not None and within else None
     moved = move(
         beam,
-        until,
-        speed=speed,
-        release=release,
+        **times,
+        speed=drive,
+        release=dimensionless("release", release, "force", beam),
         release_at=release_at,
         start=amplitudes(start or []),
         damping=damping,
         points=points,
-        catch=catch,
-        drop=drop,
         integrator=integrator,
-        step=step,
         **model_options(context, options),
     )
     if path:

@@ -226,3 +226,34 @@ def test_charts_are_in_si(uniform):
     assert texts >= {"time t [s]", "deflection of the tip [mm]", "frequency [Hz]"}
     assert not [text for text in texts if "T*" in text]
     assert figure.axes[0].get_xlim()[1] == pytest.approx(0.2 * beam.units.time)
+
+
+def test_quantities_of_a_motion_may_have_units(run, uniform):
+    """Seconds, rpm and newtons by suffix are what the dimensionless numbers say."""
+    units = Beam.from_toml(uniform).units
+    gamma = 600 * 2 * np.pi / 60 * units.time
+    plain = {
+        "--until": ("20ms", 0.02 / units.time),
+        "--ramp-to": ("600rpm", gamma),
+        "--within": ("0.01s", 0.01 / units.time),
+        "--release": ("50N", 50 / units.force),
+    }
+    tips = []
+    for k in range(2):
+        words = [word for name, pair in plain.items() for word in (name, str(pair[k]))]
+        line = ["motion", "--si", uniform, "--points", "3", "--format", "json", *words]
+        tips.append(strict(run(*line)[1])["tip"])
+    assert np.array(tips[0]) == pytest.approx(np.array(tips[1]), abs=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("in_si", "words", "said"),
+    [
+        (True, ("--until", "2rpm"), "a time is in s, ms, min"),
+        (True, ("--until", "1", "--release", "3kg"), "a force is in N, kN, MN"),
+        (False, ("--until", "2s"), "--si"),
+    ],
+)
+def test_a_unit_of_another_kind_is_named(run, uniform, in_si, words, said):
+    code, _, err = run("motion", *(["--si", uniform] if in_si else []), *words)
+    assert (code, said in err) == (2, True)

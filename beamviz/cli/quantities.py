@@ -1,0 +1,69 @@
+"""Quantities on the command line: a dimensionless number, or of a beam whose size is known one with
+its unit, as 2s, 300rpm or 50N."""
+
+import math
+import re
+from functools import partial
+from typing import Any, NamedTuple
+
+import typer
+
+from beamviz.beam import Beam
+from beamviz.cli.options import option
+from beamviz.errors import InvalidInput
+from beamviz.units import Units
+
+UNITS = {  # of each kind of quantity, their sizes in SI
+    "time": {"s": 1.0, "ms": 1e-3, "min": 60.0},
+    "speed": {"rpm": math.pi / 30, "rad/s": 1.0, "deg/s": math.pi / 180, "Hz": 2 * math.pi},
+    "force": {"N": 1.0, "kN": 1e3, "MN": 1e6},
+}
+
+
+class Quantity(NamedTuple):
+    """What was typed."""
+
+    value: float
+    unit: str  # "" of a dimensionless number
+
+
+def parse_quantity(text: str) -> Quantity:
+    """A number, perhaps with a unit; typer.BadParameter for anything else."""
+    match = re.fullmatch(r"\s*(.+?)\s*([a-zA-Z][a-zA-Z/]*)?\s*", str(text))
+    number, unit = match.groups() if match else ("", None)
+    if (whole := f"{number}{unit or ''}").lower().lstrip("+-") in ("inf", "infinity", "nan"):
+        number, unit = whole, None  # which the check of the range names
+    try:
+        return Quantity(float(number), unit or "")
+    except ValueError:
+        raise typer.BadParameter(f"{text!r} is not a number, nor one with a unit") from None
+
+
+def quantity(kind: str, help: str) -> Any:
+    """An option of this kind."""
+    return option(help, parser=parse_quantity, metavar=f"NUMBER[{'|'.join(UNITS[kind])}]")
+
+
+time, speed, force = (partial(quantity, kind) for kind in UNITS)
+
+
+def dimensionless(name: str, given: Quantity | float | None, kind: str, beam: Beam) -> Any:
+    """The dimensionless number of a quantity, None of None. Raises InvalidInput for a unit of
+    another kind, or of a beam whose size is not known."""
+    if not isinstance(given, Quantity):
+        return given
+    if not given.unit:
+        return given.value
+    shown = f"--{name} {given.value:g}{given.unit}"
+    if given.unit not in UNITS[kind]:
+        raise InvalidInput(f"{shown}: a {kind} is in {', '.join(UNITS[kind])}, or dimensionless")
+    size = unit_of(kind, beam.units) if beam.units else None
+    if size is None:
+        raise InvalidInput(f"{shown}: the size of the beam is not known; give it in SI units: --si")
+    return given.value * UNITS[kind][given.unit] / size
+
+
+def unit_of(kind: str, units: Units) -> float | None:
+    """The dimensionless 1 of a kind of quantity in SI; None of a force where the mass is not
+    known."""
+    return {"time": units.time, "speed": 1 / units.time, "force": units.force}[kind]
