@@ -281,7 +281,11 @@ def test_the_help_of_a_command_ends_with_an_example(run, tmp_path, monkeypatch, 
     (line,) = re.findall(r"^ *Example: beamviz (.+?) *$", out, re.MULTILINE)
     assert line.split()[0] == command
     worked = []
-    for function in ("explorer.serve", "benchmark.benchmark", "failure_maps.stability"):
+    for function in (
+        "explorer.serve",
+        "evidence.benchmark.benchmark",
+        "evidence.failure_maps.stability",
+    ):
         work = lambda *given, **options: worked.append(given) or ""  # noqa: E731
         monkeypatch.setattr(f"beamviz.{function}", work)
     code, out, err = run(*line.split())
