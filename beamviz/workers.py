@@ -5,6 +5,7 @@ import itertools
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent import futures
@@ -15,6 +16,9 @@ from beamviz.signals import defer_signals
 
 IN_FLIGHT = 2  # tasks for each worker: one is computed, one waits
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+# Where a signal ends the process before all is closed, Python's own tracker of semaphores, which
+# then removes them, is not to warn of it.
+NO_TRACKER = "ignore:resource_tracker"
 POLL = 0.2  # [s] until a signal that came while tasks are waited for is handled
 
 Task = TypeVar("Task", bound=tuple)
@@ -91,6 +95,7 @@ def process_pool(workers: int) -> Iterator[Workers]:
     before = {name: os.environ[name] for name in THREADS if name in os.environ}
     os.environ |= dict.fromkeys(THREADS, "1")  # small matrices: more threads wait for each other
     others = {*multiprocessing.active_children()}
+    sys.warnoptions.append(NO_TRACKER)  # the process that Python starts besides inherits it
     pool = Workers(workers, spawn, _start_worker, (listener,))
     try:
         yield pool
@@ -101,6 +106,7 @@ def process_pool(workers: int) -> Iterator[Workers]:
             process.kill()  # it may be importing still, and not look at the pipe
         pool.shutdown(cancel_futures=True)
         listener.close()
+        sys.warnoptions.remove(NO_TRACKER)
         for name in THREADS:
             del os.environ[name]
         os.environ |= before

@@ -35,7 +35,7 @@ def words_of(hint: str) -> list[str]:
     words = shlex.split(hint.replace('"\n', " ").partition('"')[0])
     taken = []
     for word in words:
-        if not re.fullmatch(r"-e|\.(\[\w+\])?|[\w-]+([<>=~!].*)?", word):
+        if not re.fullmatch(r"-e|\.(\[\w+\])?|[\w-]+(\[[\w,]+\])?([<>=~!].*)?", word):
             break
         taken.append(word)
     return taken

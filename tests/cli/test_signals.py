@@ -142,9 +142,34 @@ def test_what_does_not_end_is_ended(tmp_path):
     target.write_bytes(b"before")
     process = python(tmp_path, "-c", STUCK, str(target))
     with process:
-        _, errors = process.communicate(timeout=60)
+        try:
+            _, errors = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert (process.returncode, errors) == (130, "beamviz: interrupted\n")
     assert contents(target.parent) == {"a.png": b"before"}
+
+
+ENDED = """
+import os, time
+from beamviz.workers import process_pool
+if __name__ == "__main__":
+    with process_pool(2) as pool:
+        pool.submit(time.sleep, 0).result()
+        pool.submit(time.sleep, 600)
+        os._exit(130)
+"""
+
+
+def test_workers_end_with_their_process_however_it_ends(tmp_path):
+    """Nothing is said, neither by Python's own tracker of what is left."""
+    script = tmp_path / "ended.py"
+    script.write_text(ENDED)
+    process = python(tmp_path, str(script), start_new_session=True)
+    with process:
+        _, errors = process.communicate(timeout=60)  # when the workers have ended, too
+    assert (process.returncode, errors) == (130, "")
+    wait_until(lambda: not session_of(process.pid))
 
 
 @pytest.mark.parametrize(
