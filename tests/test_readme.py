@@ -70,7 +70,7 @@ def test_the_python_runs(code, tmp_path, monkeypatch):
     """Each Python block runs as it stands, and writes the files it names."""
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {})
-    assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+\.\w+)"', code))
+    assert {path.name for path in tmp_path.iterdir()} == set(re.findall(r'"(\w+(?:\.\w+)+)"', code))
 
 
 def test_the_tables_name_every_method_event_and_limit():
