@@ -147,7 +147,7 @@ def test_a_beam_is_coloured_by_its_motion_and_grey_without_an_equilibrium(begun)
     wait_until(lambda: colours() > 20)
     for key, value in {"strain": "biot", "alpha": 0, "mu": 10, "gamma": 20}.items():
         begun.send(key, value)
-    begun.wait(says("No equilibrium above γ = 15.71"))
+    begun.wait(says("No equilibrium above γ = 15.708"))
     wait_until(lambda: colours() == 1)
     assert begun.problems == []
 
