@@ -25,13 +25,12 @@ from beamviz.benchmark.work_precision import processor_time
 from beamviz.dynamics import motion
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.drives import Ramp
-from beamviz.dynamics.elements import Elements, elements_between
 from beamviz.dynamics.equation import Equation
 from beamviz.dynamics.integration import Control
-from beamviz.dynamics.meshes import cubic_mesh
-from beamviz.dynamics.run import equation_of, run, start_solution
+from beamviz.dynamics.meshes import with_orders
+from beamviz.dynamics.run import Mesh, equation_of, run, start_solution
 from beamviz.dynamics.schemes import INTEGRATORS
-from beamviz.dynamics.start import equilibrium, held
+from beamviz.dynamics.start import equilibrium, under_force
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 
 EXPLICIT = "explicit"  # the classical Runge-Kutta method, which is no row of the product
@@ -148,7 +147,7 @@ def works(
     """Solver, resolution and the work that gives the tip (n, 2)."""
     for tolerance in effort.tolerances:
         yield "auto", f"tolerance {tolerance:g}", partial(auto_tip, scene, tolerance)
-    mesh = elements_between((0.0, 1.0), (ORDER,))
+    mesh = with_orders([0.0, 1.0], [ORDER])
     for name, row in INTEGRATORS.items():
         for count in effort.low if row.scheme().order == 2 else effort.high:
             work = partial(run_tip, scene, mesh, {"integrator": name}, scene.until / count)
@@ -156,7 +155,7 @@ def works(
     for count in effort.elements:
         options = {"method": "ancf", "integrator": "generalised-alpha"}
         step = scene.until / effort.low[-1]
-        work = partial(run_tip, scene, cubic_mesh(count), options, step)
+        work = partial(run_tip, scene, count, options, step)
         yield CUBIC, f"{count} elements, {effort.low[-1]} steps", work
     if peers:
         for elements, times in product(*effort.peer):
@@ -183,7 +182,7 @@ def row_of(row: Row, work: Callable[[], NDArray], reference: NDArray) -> Row:
 
 
 def reference_tip(scene: Scene, model: dict[str, str]) -> NDArray:
-    mesh = elements_between((0.0, 1.0), (FINE_ORDER,))
+    mesh = with_orders([0.0, 1.0], [FINE_ORDER])
     return run_tip(scene, mesh, model, scene.until / REFERENCE_STEPS)
 
 
@@ -193,7 +192,7 @@ def auto_tip(scene: Scene, tolerance: float) -> NDArray:
     return moved.tip
 
 
-def run_tip(scene: Scene, mesh: Elements, options: dict[str, Any], step: float) -> NDArray:
+def run_tip(scene: Scene, mesh: Mesh, options: dict[str, Any], step: float) -> NDArray:
     case = Case(beam=scene.beam, until=scene.until, step=step, **scene.options, **options)
     return run(case, start_solution(case), mesh, Control(1e-6, case.until, step)).tip(scene.times)
 
@@ -245,7 +244,7 @@ MAP_TIMES = np.linspace(0.0, MAP_UNTIL, 201)
 
 def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
     """Tip (n, 2) and energy (n,) at the times of the map."""
-    solution, mesh = start_solution(case), elements_between((0.0, 1.0), (MAP_ORDER,))
+    solution, mesh = start_solution(case), with_orders([0.0, 1.0], [MAP_ORDER])
     if integrator == EXPLICIT:
         return explicit(case, equation_of(case, mesh, False))
     found = run(case, solution, mesh, Control(case.tolerance, case.until, case.step))
@@ -254,7 +253,8 @@ def integrate(case: Case, integrator: str) -> tuple[NDArray, NDArray]:
 
 def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
     """The same by the classical Runge-Kutta method, with steps that end at the times of the map."""
-    q = held(equation, equilibrium(equation, start_solution(case)), MAP_GAMMA, MAP_RELEASE)
+    beam = equation.beam
+    q = under_force(beam, equilibrium(beam, start_solution(case)), MAP_GAMMA, MAP_RELEASE)
     assert case.step is not None
     count = math.ceil((MAP_TIMES[1] - MAP_TIMES[0]) / case.step)
     h = (MAP_TIMES[1] - MAP_TIMES[0]) / count
@@ -276,7 +276,7 @@ def explicit(case: Case, equation: Equation) -> tuple[NDArray, NDArray]:
                 raise NoEquilibrium(f"t = {t:.3g}: the positions grow without bound", np.nan)
         equation.check(float(t), *state)
     positions, velocities = np.array(states).swapaxes(0, 1)
-    tip = equation.unknowns.positions(positions, 1.0)[:, 0]
+    tip = beam.state(positions).positions(np.ones(1))[:, 0]
     energy = equation.energy(np.full(len(tip), MAP_GAMMA), positions, velocities)
     return np.stack((tip.real, tip.imag), axis=1), energy
 

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from beamviz.beam import Beam
 from beamviz.dynamics.case import DEFAULT_ELEMENTS, Case
 from beamviz.dynamics.drives import Hub
-from beamviz.dynamics.elements import Elements
 from beamviz.dynamics.integration import Control
-from beamviz.dynamics.meshes import cubic_mesh, first_mesh, refined
+from beamviz.dynamics.meshes import first_mesh, refined
 from beamviz.dynamics.result import Motion, MotionStats
-from beamviz.dynamics.run import Run, run, start_solution
+from beamviz.dynamics.run import Mesh, Run, run, start_solution
 from beamviz.errors import BeamvizError, NoEquilibrium, NotConverged
 from beamviz.solver import Solution
 from beamviz.solver.solution import read_only
@@ -98,7 +97,7 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
     their number is doubled while the orders of the mesh are raised. Without damping there is one
     more in between, with about as many steps as in the first, of equal length.
     """
-    mesh, steps = first_mesh(case.beam, case.greatest_speed), None
+    mesh, steps = first_mesh(fastest(case), case.problem), None
     last, change = attempt(case, solution, mesh, steps), math.inf
     for runs in range(2, REFINEMENTS + 2):
         doubled = runs > 2 or case.damping > 0
@@ -122,10 +121,9 @@ def to_tolerance(case: Case, solution: Solution) -> tuple[Run, float, int]:
 def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
     """A motion at a given resolution, its error estimate by one of twice that, and 2."""
     count = case.elements or DEFAULT_ELEMENTS
-    if case.method == "ancf":
-        meshes = cubic_mesh(count), cubic_mesh(2 * count)
-    else:
-        mesh = refined(first_mesh(case.beam, case.greatest_speed))
+    meshes: tuple[Mesh, Mesh] = count, 2 * count
+    if not case.cubic:
+        mesh = refined(first_mesh(fastest(case), case.problem))
         meshes = mesh, refined(mesh)
     controls = [
         Control(tail * case.tolerance, case.until, step, progress=case.report)
@@ -135,6 +133,11 @@ def at_resolution(case: Case, solution: Solution) -> tuple[Run, float, int]:
         run(case, solution, mesh, control) for mesh, control in zip(meshes, controls, strict=True)
     )
     return found, COARSER * difference(case, found, finer), 2
+
+
+def fastest(case: Case) -> Beam:
+    """The beam at the speed that the first mesh resolves."""
+    return case.beam.replace(gamma=case.greatest_speed)
 
 
 def estimate(case: Case, change: float, before: float) -> float:
@@ -148,14 +151,12 @@ def estimate(case: Case, change: float, before: float) -> float:
     return ESTIMATE * change * ratio / (1 - ratio) + UNRESOLVED * case.tolerance
 
 
-def attempt(
-    case: Case, solution: Solution, elements: Elements, ends: NDArray | None
-) -> Run | BeamvizError:
+def attempt(case: Case, solution: Solution, mesh: Mesh, ends: NDArray | None) -> Run | BeamvizError:
     """A run with steps between given ends, or by the tolerance, or its failure: a finer one may
     succeed."""
     try:
         control = Control(TAIL * case.tolerance, case.until, ends=ends, progress=case.report)
-        return run(case, solution, elements, control)
+        return run(case, solution, mesh, control)
     except (NoEquilibrium, NotConverged) as error:
         return error
 
@@ -201,11 +202,11 @@ def record(case: Case, found: Run, error: float, runs: int, seconds: float) -> M
     t, path = case.times, found.path
     drive = case.drive
     angle = path.at(t)[0][:, -1] if isinstance(drive, Hub) else drive.angle(t)
-    elements = path.unknowns.elements
+    orders = path.beam.orders
     stats = MotionStats(
-        dof=path.unknowns.size,
-        elements=len(elements.orders),
-        order=max(elements.orders),
+        dof=path.beam.size,
+        elements=len(orders),
+        order=max(orders),
         steps=len(path.q),
         runs=runs,
         seconds=seconds,

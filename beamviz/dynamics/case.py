@@ -3,6 +3,7 @@ moments at which the body docks or is released."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from beamviz.dynamics.drives import Hub, Ramp, Samples, drive_of
 from beamviz.dynamics.schemes import INTEGRATORS
 from beamviz.errors import InvalidInput, unknown_keyword
 from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.solver.problem import Problem
 
 METHODS = {
     "auto": "stretch and angle, polynomials of high order on few elements, split at the mass",
@@ -84,10 +86,10 @@ class Case:
                 " its speed from `speed`, as Ramp(to, within); on the command line from --ramp-to"
                 " and --within"
             )
-        if not self.beam.is_uniform:
+        if self.cubic and not self.beam.is_uniform:
             raise InvalidInput(
-                "motion in time: the beam has to be uniform and clamped, with at most one"
-                " concentrated mass; `solve` and `loci` take this one"
+                "method ancf: the beam has to be uniform and clamped, with at most one concentrated"
+                " mass; method auto takes this one"
             )
         set_to("until", check_float("until", self.until, *TIMES))
         set_to("release", check_float("release", self.release, *FORCES))
@@ -179,9 +181,11 @@ class Case:
 
     @property
     def greatest_speed(self) -> float:
-        """The gamma that the first mesh resolves: of a hub that turns freely that at t = 0, as what
-        it will reach is not known."""
-        return self.beam.gamma if isinstance(self.drive, Hub) else max(self.drive.extremes)
+        """The size of gamma that the first mesh resolves: of a hub that turns freely that at
+        t = 0, as what it will reach is not known."""
+        if isinstance(self.drive, Hub):
+            return self.beam.gamma
+        return max(map(abs, self.drive.extremes))
 
     @property
     def times(self) -> NDArray:
@@ -218,6 +222,11 @@ class Case:
     def studied(self) -> bool:
         """Whether the resolution is given: nothing is refined then."""
         return self.cubic or self.step is not None
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The theory."""
+        return Problem(strain=self.strain, curvature=self.curvature)
 
     @property
     def cubic(self) -> bool:

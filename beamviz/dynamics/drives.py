@@ -36,10 +36,10 @@ class Ramp:
 
     def __post_init__(self) -> None:
         check = {
-            "to": check_float("to", self.to, 0.0),
+            "to": check_float("to", self.to),
             "within": check_positive("within", self.within),
             "shape": check_choice("shape", self.shape, SHAPES),
-            "start": check_float("start", self.start, 0.0),
+            "start": check_float("start", self.start),
         }
         for name, value in check.items():
             object.__setattr__(self, name, value)
@@ -206,12 +206,12 @@ def as_array(name: str, given: ArrayLike) -> NDArray:
 
 def drive_of(beam: Beam, speed: Any) -> Ramp | Samples | Hub:
     """The drive that the argument `speed` of `motion` stands for; raises InvalidInput where a speed
-    is out of the range of the beam's."""
+    is out of the range of the beam's, in either direction."""
     if isinstance(speed, Hub):
         return speed
     if speed is None:
         return Samples(np.zeros(1), np.array([beam.gamma]))
-    drive = speed if isinstance(speed, Ramp) else samples("speed", speed, 0.0, math.inf)
+    drive = speed if isinstance(speed, Ramp) else samples("speed", speed, -math.inf, math.inf)
     for gamma in drive.extremes:
-        beam.replace(gamma=gamma)
+        beam.replace(gamma=abs(gamma))
     return drive

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.dynamics.coordinates import StretchAndAngle
-from beamviz.dynamics.cubic import CubicPositions
-from beamviz.dynamics.elements import legendre_integrals
-from beamviz.dynamics.equation import Equation, Load
+from beamviz.dynamics.equation import AnyBeam, Equation, Load
+from beamviz.dynamics.polynomials import legendre_integrals
 from beamviz.dynamics.schemes import Scheme
 from beamviz.errors import NotConverged
 
@@ -48,7 +46,7 @@ class Path:
     t: (steps + 1,). q, v: at the start of each step (steps, n); slopes, rates: (steps, s, n).
     """
 
-    unknowns: StretchAndAngle | CubicPositions
+    beam: AnyBeam
     t: NDArray
     q: NDArray
     v: NDArray
@@ -219,8 +217,8 @@ def hermite_coefficients(
 class Recorder:
     """Collects the steps of a motion."""
 
-    def __init__(self, unknowns: StretchAndAngle | CubicPositions, start: float):
-        self.unknowns, self.t = unknowns, [start]
+    def __init__(self, beam: AnyBeam, start: float):
+        self.beam, self.t = beam, [start]
         self.q: list[NDArray] = []
         self.v: list[NDArray] = []
         self.slopes: list[NDArray] = []
@@ -238,7 +236,7 @@ class Recorder:
     def path(self) -> Path:
         """The steps so far."""
         arrays = (np.array(part) for part in (self.t, self.q, self.v, self.slopes, self.rates))
-        return Path(self.unknowns, *arrays)
+        return Path(self.beam, *arrays)
 
 
 def integrate(

@@ -24,8 +24,8 @@ from beamviz.beam import Beam
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.drives import Hub, Ramp, Samples
 from beamviz.errors import InvalidInput, NotConverged
+from beamviz.mechanics.cubic_elements import gauss
 from beamviz.solver import Solution, solve
-from beamviz.solver.fem.elements import gauss
 
 MODES, HIGHEST = 8, 250.0  # of the lowest, and their highest frequency: those above move a
 # plucked tip by less than 1e-4 L

@@ -78,18 +78,17 @@ class Motion:
     def position(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Position (len(t), len(x), 2) of the points x in 0 .. 1 at times t, from the clamp, in the
         rotating frame. Raises ValueError outside."""
-        q, x = self._unknowns(t), within("x", x, 1.0)
-        r = self.path.unknowns.positions(q, x)
+        r = self._states(t).positions(within("x", x, 1.0))
         return np.stack((r.real, r.imag), axis=-1)
 
     def stretch(self, t: ArrayLike, x: ArrayLike) -> NDArray:
         """Stretch |r'| (len(t), len(x)); at a jump the one inboard."""
-        return self.path.unknowns.stretch(self._unknowns(t), within("x", x, 1.0))
+        return self._states(t).stretch(within("x", x, 1.0))
 
-    def _unknowns(self, t: ArrayLike) -> NDArray:
-        """The unknowns of the beam (len(t), n)."""
+    def _states(self, t: ArrayLike) -> Any:
+        """The states of the beam at times."""
         q, _ = self.path.at(within("t", t, float(self.t[-1])))
-        return q[:, : self.path.unknowns.size]
+        return self.path.beam.state(q[:, : self.path.beam.size])
 
     def has_mass(self, t: float) -> bool:
         """Whether the concentrated mass is on the beam at a time."""

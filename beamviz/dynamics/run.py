@@ -1,5 +1,6 @@
 """One integration of a case on one mesh with one choice of steps."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,17 +9,24 @@ from numpy.typing import NDArray
 from beamviz.dynamics import start
 from beamviz.dynamics.case import Case
 from beamviz.dynamics.drives import Hub
-from beamviz.dynamics.elements import Elements
-from beamviz.dynamics.equation import TIP, Equation, HubEquation, Model
+from beamviz.dynamics.equation import AnyBeam, Equation, HubEquation
 from beamviz.dynamics.integration import Control, Path, Recorder, integrate
 from beamviz.dynamics.schemes import scheme
 from beamviz.errors import unknown_keyword
+from beamviz.mechanics.cubic import CubicBeam
+from beamviz.mechanics.planar import PlanarBeam
 from beamviz.solver import Solution, solve
-from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz.space.elements import Elements
+from beamviz.space.trial import cached_trial
 
 MODES = 10  # that a start may name
 SOLVE_TOLERANCE = 1e-9  # of the equilibrium and the modes that a motion starts from
 FIRST_STEP = 0.1  # [T*]; the next ones are chosen by the tails
+QUADRATURE_SHARE = (
+    0.1  # of the tolerance, that integrals over 1 over a property of a blade may lose
+)
+
+Mesh = Elements | int  # the elements of method auto, the number of those of ancf
 
 
 @dataclass(frozen=True)
@@ -31,7 +39,8 @@ class Run:
     def tip(self, t: NDArray) -> NDArray:
         """Position of the tip (len(t), 2)."""
         q, _ = self.path.at(t)
-        tip = self.path.unknowns.positions(q[:, : self.path.unknowns.size], TIP)[:, 0]
+        beam = self.path.beam
+        tip = beam.state(q[:, : beam.size]).positions(np.ones(1))[:, 0]
         return np.stack((tip.real, tip.imag), axis=1)
 
     def speed(self, t: NDArray) -> NDArray:
@@ -54,7 +63,7 @@ class Run:
 def start_solution(case: Case) -> Solution:
     """The equilibrium at the first speed, and the modes about it where the start names some.
     Raises NoEquilibrium."""
-    beam = case.beam.replace(gamma=case.first_speed)
+    beam = case.beam.replace(gamma=abs(case.first_speed))
     if not case.parts[0].with_mass:
         beam = beam.replace(alpha=0.0)
     return solve(
@@ -68,24 +77,26 @@ def start_solution(case: Case) -> Solution:
     )
 
 
-def run(case: Case, solution: Solution, elements: Elements, control: Control) -> Run:
+def run(case: Case, solution: Solution, mesh: Mesh, control: Control) -> Run:
     """Integrates a case. Raises NoEquilibrium and NotConverged."""
-    first = equation_of(case, elements, case.parts[0].with_mass)
-    q = start.equilibrium(first, solution)
+    first = equation_of(case, mesh, case.parts[0].with_mass)
+    beam, gamma = first.beam, case.first_speed
+    q = start.equilibrium(beam, solution)
     if case.damping:
-        first.D = start.damping_matrix(first, q, case.first_speed, case.damping)
+        first.D = start.damping_matrix(beam, q, gamma, case.damping)
     v = np.zeros_like(q)
     if case.release:
-        q = start.held(first, q, case.first_speed, case.release)
+        q = start.under_force(beam, q, gamma, case.release)
     elif case.start:
-        q, v = start.with_modes(first, solution, mode_amplitudes(case, solution))
+        turning = math.copysign(1.0, gamma)
+        q, v = start.with_modes(beam, q, solution, mode_amplitudes(case, solution), turning)
     if isinstance(case.drive, Hub):
         q, v = np.append(q, 0.0), np.append(v, case.beam.gamma)
-    record, t, length = Recorder(first.unknowns, 0.0), 0.0, FIRST_STEP
+    record, t, length = Recorder(beam, 0.0), 0.0, FIRST_STEP
     parts: list[tuple[float, Equation]] = []
     before: Equation | None = None
     for part in case.parts:
-        equation = equation_of(case, elements, part.with_mass) if before else first
+        equation = equation_of(case, mesh, part.with_mass) if before else first
         equation.D = first.D
         if before and part.with_mass:
             v = equation.after_docking(q, v, before, complex(*case.body_velocity))
@@ -99,15 +110,23 @@ def run(case: Case, solution: Solution, elements: Elements, control: Control) ->
     return Run(record.path, tuple(parts))
 
 
-def equation_of(case: Case, elements: Elements, with_mass: bool) -> Equation:
-    """The equation of motion, not damped, with or without the concentrated mass."""
+def beam_of(case: Case, mesh: Mesh, with_mass: bool) -> AnyBeam:
+    """The beam on a mesh, with or without the concentrated mass."""
     beam = case.beam if with_mass else replace(case.beam, alpha=0.0)
-    model = Model(
-        beam, STRAIN_LAWS[case.strain], CURVATURES[case.curvature], case.cubic, case.release_at
-    )
+    theory = case.problem.theory
+    if isinstance(mesh, int):
+        return CubicBeam(mesh, beam, theory, case.release_at)
+    share = QUADRATURE_SHARE * case.tolerance
+    trial = cached_trial(mesh, beam.blade, theory.bending_property, share)
+    return PlanarBeam(trial, beam, theory, case.release_at)
+
+
+def equation_of(case: Case, mesh: Mesh, with_mass: bool) -> Equation:
+    """The equation of motion, not damped, with or without the concentrated mass."""
+    beam = beam_of(case, mesh, with_mass)
     if isinstance(case.drive, Hub):
-        return HubEquation(elements, model, case.drive.inertia, case.drive.history)
-    return Equation(elements, model, case.drive)
+        return HubEquation(beam, case.drive.inertia, case.drive.history)
+    return Equation(beam, case.drive)
 
 
 def mode_amplitudes(case: Case, solution: Solution) -> dict[int, float]:

@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_jacobi, roots_legendre
 
-from beamviz.dynamics.elements import legendre_integrals
+from beamviz.dynamics.polynomials import legendre_integrals
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,118 +1,161 @@
-"""States that a motion starts from: an equilibrium, one under a force at the tip, or the amplitudes
-of modes about one."""
+"""States that a motion starts from: an equilibrium, one under a force, one of which a point is held
+aside, or the amplitudes of modes about one."""
 
-import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from beamviz.dynamics.equation import Equation
+from beamviz.beam import Beam
+from beamviz.dynamics.equation import AnyBeam
 from beamviz.errors import NotConverged
+from beamviz.mechanics.inertia import Loading
 from beamviz.solver import Solution
+from beamviz.solver.continuation import Root, continue_load, newton, newton_at
+from beamviz.space.grid import Grid, make_grid
+from beamviz.space.spans import ends_of_spans
 
-NEWTON_STEPS = 12
-CONVERGED = 1e-11  # Newton step [L]; rounding errors are a hundredth of it
-SMALLEST = 1e-4  # of the force in one step, at which following an equilibrium is given up
+LARGEST_STEP = 2.0  # of Newton's method, in the units of a step that should be taken at once
+# Gauss points of the shapes of modes, in proportion to the length of a span, and more in each.
+MODE_ORDER, MORE_ORDER = 20, 8
+SMALLEST_SHARE = 1e-4  # of a force or a deflection in one step, at which following is given up
 
 
-def equilibrium(equation: Equation, solution: Solution) -> NDArray:
-    """q (n,) of the equilibrium of a solution without a force, by Newton's method from its
-    positions."""
-    x, curve = equation.unknowns.elements.points, solution.equilibrium
-    q = equation.unknowns.fitted(curve.angle(x), curve.stretch(x))
-    found = newton(equation, q, solution.beam.gamma, 0.0)
-    if found is None:
+def equilibrium(beam: AnyBeam, solution: Solution) -> NDArray:
+    """q (n,) of the equilibrium of a solution, by Newton's method from its positions."""
+    _, f, theta = solution.equilibrium.curve(beam.points)
+    guess = beam.nearest(f, theta)
+    root = newton(lambda q: balancing_step(beam, q, Loading(solution.beam.gamma)), guess)
+    if root is None:
         raise NotConverged(
             "Newton's method leaves the equilibrium on the elements of the motion; ask for a"
             " smaller tolerance"
         )
-    return found
+    return root.state
 
 
-def held(equation: Equation, q: NDArray, gamma: float, force: float) -> NDArray:
-    """q (n,) of the equilibrium under a force [E I / L^2] across the beam at its tip, followed from
-    the equilibrium q without it."""
-    reached, step, last = 0.0, 1.0, q
-    while reached < 1:
-        step = min(step, 1 - reached)
-        found = newton(equation, q, gamma, (reached + step) * force)
-        if found is None:
-            step /= 2
-            if step < SMALLEST:
-                raise NotConverged(
-                    f"release = {force:g}: the equilibrium under this force was followed to"
-                    f" {reached * force:.4g} only; ask for a smaller one"
-                )
-            q = last
-            continue
-        reached += step
-        q, last, step = 2 * found - last if reached < 1 else found, found, 1.5 * step
-    return q
+def balancing_step(beam: AnyBeam, q: NDArray, loading: Loading) -> NDArray:
+    """Newton's step (n,) towards the equilibrium under a loading; LinAlgError where it is so long
+    that it would lead to another one, or beyond the range of the strain law."""
+    state, law = beam.state(q, loading), beam.theory.law
+    if not state.residual.any():  # nothing loads the beam, which may turn freely
+        return np.zeros_like(q)
+    step = -np.linalg.solve(state.stiffness, state.residual)
+    inside = law.min_stretch < state.f.min() and state.f.max() < law.max_stretch
+    if not (inside and state.step_size(step) < LARGEST_STEP):
+        raise np.linalg.LinAlgError
+    return step
 
 
-def newton(equation: Equation, q: NDArray, gamma: float, force: float) -> NDArray | None:
-    """The equilibrium near q at a speed under a force across the unloaded beam; None where Newton's
-    method does not converge."""
-    equation.force = 1j * force
+def under_force(beam: AnyBeam, q: NDArray, gamma: float, force: float) -> NDArray:
+    """q (n,) of the equilibrium under a force [E I / L^2] across the unloaded beam at the point
+    `force_at`, followed from the equilibrium q without it."""
+
+    def increment(share: float, q: NDArray) -> NDArray:
+        return balancing_step(beam, q, Loading(gamma, force=1j * share * force))
+
+    return followed(increment, q, f"release = {force:g}: the equilibrium under this force", force)
+
+
+def held_aside(beam: AnyBeam, q: NDArray, gamma: float, deflection: float) -> tuple[NDArray, float]:
+    """q (n,) of the equilibrium in which the point `force_at` has a deflection y [L], followed from
+    the equilibrium q without a force, and the force:
+
+        R(q) - force dy/dq = 0,    y(q) = deflection.
+    """
+    at = np.array([beam.force_at])
+    start = beam.state(q).positions(at)[0].imag
+    n = len(q)
+
+    def increment(share: float, z: NDArray) -> NDArray:
+        q, force = z[:n], z[n]
+        state = beam.state(q, Loading(gamma, force=1j * force))
+        dy = state.displacement_at(beam.force_at).imag
+        target = start + share * (deflection - start)
+        bordered = np.zeros((n + 1, n + 1))
+        bordered[:n, :n], bordered[:n, n], bordered[n, :n] = state.stiffness, -dy, dy
+        missing = np.append(state.residual, state.positions(at)[0].imag - target)
+        step = -np.linalg.solve(bordered, missing)
+        if not state.step_size(step[:n]) < LARGEST_STEP:
+            raise np.linalg.LinAlgError
+        return step
+
+    z = followed(increment, np.append(q, 0.0), "pulled aside: the equilibrium", deflection)
+    return z[:n], float(z[n])
+
+
+def followed(
+    increment: Callable[[float, NDArray], NDArray], start: NDArray, subject: str, target: float
+) -> NDArray:
+    """The equilibrium at the whole of what is applied, followed from that at none of it."""
+    reached = 0.0
+
+    def margin(share: float, _: NDArray) -> float:
+        nonlocal reached
+        reached = max(reached, share)
+        return 1.0
+
     try:
-        return balanced(equation, q, gamma)
-    finally:
-        equation.force = 0.0
-
-
-def balanced(equation: Equation, q: NDArray, gamma: float) -> NDArray | None:
-    """The equilibrium near q at a speed; None where Newton's method does not converge."""
-    last = math.inf
-    for _ in range(NEWTON_STEPS):
-        R, K, _ = equation.balance(gamma, q)
-        step = np.linalg.solve(K, R)
-        q, size = q - step, float(np.abs(step).max())
-        if not math.isfinite(size) or size > 1:
-            return None
-        if size < CONVERGED or (size < 1e-7 and size > last / 2):
-            f = equation.unknowns.gauss_stretch(q)
-            law = equation.model.law
-            inside = law.min_stretch < f.min() and f.max() < law.max_stretch
-            return q if inside else None
-        last = size
-    return None
+        path: Root = continue_load(
+            newton_at(increment), start, 1.0, margin, precision=SMALLEST_SHARE
+        )
+    except NotConverged:
+        raise NotConverged(
+            f"{subject} was followed to {reached * target:.4g} of {target:.4g} only; ask for less"
+        ) from None
+    return path.state
 
 
 def with_modes(
-    equation: Equation, solution: Solution, amplitudes: dict[int, float]
+    beam: AnyBeam,
+    q: NDArray,
+    solution: Solution,
+    amplitudes: dict[int, float],
+    turning: float = 1.0,
 ) -> tuple[NDArray, NDArray]:
-    """q and v (n,) about an equilibrium at the phase in which each mode has its amplitude.
+    """q and v (n,) about the equilibrium q at the phase in which each mode has its amplitude.
+    turning: -1 where the hub turns the other way, which gives the mirror image of the modes.
 
     The shapes, scaled to a largest displacement of 1, are taken as changes of stretch and angle,
     which bend the beam without stretching it however large they are.
     """
-    elements = equation.unknowns.elements
-    x = elements.points
-    f, theta = solution.equilibrium.stretch(x), solution.equilibrium.angle(x)
+    grid = grid_of_spans(solution.beam)
+    x = grid.points
+    _, f, theta = solution.equilibrium.curve(x)
     e = np.exp(1j * theta)
     moved, rates = np.zeros((2, len(x)), complex)  # in the axes of the hub
     everywhere = np.linspace(0, 1, 201)
     for k, amplitude in amplitudes.items():
         size = np.linalg.norm(solution.shape(k, everywhere), axis=1).max()
         along, across = amplitude / size * solution.shape(k, x).T  # complex in time
-        omega = np.nan_to_num(solution.frequencies[k])
+        along = turning * along  # the mirror image, in the opposite phase
+        rate = 1j * np.nan_to_num(solution.frequencies[k])
         moved += (along.real + 1j * across.real) * e
-        rates += (1j * omega * along).real * e + 1j * (1j * omega * across).real * e
-    integration = elements.integration(x)
-    slope, slope_rate = (np.linalg.solve(integration, field) / e for field in (moved, rates))
-    theta, f = theta + slope.imag / f, f + slope.real
-    return (
-        equation.unknowns.fitted(theta, f),
-        equation.unknowns.fitted_rates(theta, f, slope_rate.imag / f, slope_rate.real),
-    )
+        rates += ((rate * along).real + 1j * (rate * across).real) * e
+    slopes = np.linalg.solve(grid.integration_matrix, np.column_stack((moved, rates))) / e[:, None]
+    rows = grid.at(beam.points)
+    slope, slope_rate = (rows @ slopes).T
+    _, f, theta = solution.equilibrium.curve(beam.points)
+    angle_rate = slope_rate.imag / f
+    moved_f, moved_theta = f + slope.real, theta + slope.imag / f
+    change = beam.nearest(moved_f, moved_theta) - beam.nearest(f, theta)
+    return q + change, beam.nearest_rates(moved_f, moved_theta, slope_rate.real, angle_rate)
 
 
-def damping_matrix(equation: Equation, q: NDArray, gamma: float, ratio: float) -> NDArray:
+def grid_of_spans(beam: Beam) -> Grid:
+    """A grid on which the displacements of low modes are differentiated."""
+    ends = np.array(ends_of_spans(beam))
+    orders = np.ceil(MODE_ORDER * np.diff(ends)).astype(int) + MORE_ORDER
+    return make_grid(ends, tuple(orders.tolist()))
+
+
+def damping_matrix(beam: AnyBeam, q: NDArray, gamma: float, ratio: float) -> NDArray:
     """D (n, n) that gives every mode without Coriolis forces about the equilibrium q the same
     damping ratio: the sum of 2 ratio omega (M phi)(M phi)', phi of unit modal mass."""
     from scipy.linalg import eigh
 
-    _, K, M = equation.balance(gamma, q)
-    squares, shapes = eigh((K + K.T) / 2, (M + M.T) / 2)
+    state = beam.state(q, Loading(gamma))
+    K, M = state.stiffness, state.inertia
+    squares, shapes = eigh((K + K.T) / 2, M)
     scaled = M @ shapes
     return (scaled * (2 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ scaled.T

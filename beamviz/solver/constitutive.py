@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,20 @@ CURVATURES = {  # the power c of each curvature measure
     "spatial": 3,  # curvature of the deformed axis, per deformed length (paper, eq. 16)
     "material": 2,  # rotation per reference length, d theta / dx (Gerstmayr & Irschik 2008)
 }
+
+
+class Theory(NamedTuple):
+    """What the energy of a beam follows from: the strain law, the power c of the curvature measure,
+    and the plane of its bending."""
+
+    law: StrainLaw
+    curvature_power: int
+    in_plane: bool = True  # whether it moves in the plane of rotation
+
+    @property
+    def bending_property(self) -> str:
+        """The property of a `Blade` that is its bending stiffness in this plane."""
+        return "bending" if self.in_plane else "flap"
 
 
 def axial_stiffness(f: np.ndarray, mu: float | np.ndarray, law: StrainLaw) -> np.ndarray:

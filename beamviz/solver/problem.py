@@ -16,7 +16,7 @@ import numpy as np
 
 from beamviz.checks import check_choice, check_float, check_int
 from beamviz.errors import InvalidInput, unknown_keyword
-from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw
+from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS, StrainLaw, Theory
 
 MAX_MODES = 20
 STRAIN_DESCRIPTIONS = "; ".join(f"{law.name}: {law.description}" for law in STRAIN_LAWS.values())
@@ -225,6 +225,11 @@ class Problem:
     def chordwise(self) -> bool:
         """Whether the beam bends in the plane of rotation, where the centrifugal force softens."""
         return self.plane == "chordwise"
+
+    @cached_property
+    def theory(self) -> Theory:
+        """The strain law, the curvature measure and the plane."""
+        return Theory(self.strain_law, self.curvature_power, self.chordwise)
 
     @cached_property
     def bending_property(self) -> str:

@@ -3,39 +3,61 @@
 import numpy as np
 import pytest
 
-from beamviz import Beam
-from beamviz.dynamics.elements import elements_between
-from beamviz.dynamics.equation import Equation, HubEquation, Model
-from beamviz.dynamics.meshes import cubic_mesh
-from beamviz.solver.constitutive import CURVATURES, STRAIN_LAWS
+from beamviz import Beam, Hub
+from beamviz.blade import Blade, Mass
+from beamviz.dynamics.case import Case
+from beamviz.dynamics.equation import HubEquation
+from beamviz.dynamics.meshes import with_orders
+from beamviz.dynamics.run import equation_of
 
-BEAM = Beam(alpha=1.2, beta=0.4, delta=0.3, mu=20)
+UNIFORM = Beam(alpha=1.2, beta=0.4, delta=0.3, mu=20)
+# Two bodies that turn, a spring at the root, and properties that jump inside an element.
+BLADE = Beam(
+    alpha=0.3,
+    beta=0.4,
+    delta=0.3,
+    mu=20,
+    root=2.0,
+    masses=(Mass(0.2, 0.7, (0.05, 0.08, 0.1)), Mass(0.1, 1.0, (0, 0, 0.02))),
+    blade=Blade((0, 0.2, 0.2, 1), (1, 0.9, 0.6, 0.3), (1, 0.7, 0.4, 0.1), (1, 0.9, 0.7, 0.5)),
+)
 STEP = 1e-6
+SPEED = (np.array([0.0, 1.0]), np.array([3.0, 3.7]))
 
 
-@pytest.mark.parametrize("cubic", [False, True])
+def random_state(size: int) -> list[np.ndarray]:
+    """Unknowns near the straight, unstretched beam, velocities and accelerations."""
+    return list(np.random.default_rng(0).normal(size=(3, size)) * 0.05)
+
+
 @pytest.mark.parametrize("hub", [False, True])
 @pytest.mark.parametrize(("strain", "curvature"), [("green", "spatial"), ("biot", "material")])
-def test_tangents(cubic, hub, strain, curvature):
-    model = Model(BEAM, STRAIN_LAWS[strain], CURVATURES[curvature], cubic)
-    mesh = cubic_mesh(3) if cubic else elements_between((0.0, 0.4, 1.0), (4, 5))
-    load = np.array([3.0]), np.array([0.7])
-    made = HubEquation(mesh, model, 0.5, None) if hub else Equation(mesh, model, None)
-    random = np.random.default_rng(0)
-    none = np.zeros_like(mesh.points)
-    start = np.append(made.unknowns.fitted(none, none + 1), [0.0] * hub)  # straight, unstretched
-    state = [part + random.normal(size=len(start)) * 0.05 for part in (start, 0.0, 0.0)]
-    if hub:
+@pytest.mark.parametrize(
+    ("beam", "method"),
+    [(UNIFORM, "auto"), (UNIFORM, "ancf"), (BLADE, "auto")],
+    ids=["uniform", "cubic", "blade"],
+)
+def test_tangents(beam: Beam, method: str, hub: bool, strain: str, curvature: str):
+    theory = {"strain": strain, "curvature": curvature, "method": method}
+    case = Case(beam=beam, until=1.0, speed=Hub(0.5) if hub else SPEED, **theory)
+    mesh = 3 if method == "ancf" else with_orders([0.0, 0.4, 0.7, 1.0], [6, 5, 5])
+    equation = equation_of(case, mesh, with_mass=True)
+    model = equation.beam
+    none = np.zeros(len(model.points))
+    state = random_state(model.size + hub)
+    state[0][: model.size] += model.nearest(none + 1, none)
+    if isinstance(equation, HubEquation):
         state[1][-1] = 2.0  # the speed
-    tangents = made.tangents(load, *(part[None] for part in state))
+    load = equation.load(np.array([0.5]))
+    tangents = equation.tangents(load, *(part[None] for part in state))
     for k, tangent in enumerate(tangents):
         columns = []
-        for j in range(len(start)):
+        for j in range(len(state[0])):
             shifted = []
             for sign in (1, -1):
                 moved = [part.copy() for part in state]
                 moved[k][j] += sign * STEP
-                shifted.append(made.residual(load, *(part[None] for part in moved))[0])
+                shifted.append(equation.residual(load, *(part[None] for part in moved))[0])
             columns.append((shifted[0] - shifted[1]) / (2 * STEP))
         # Rounding errors of the differences are 1e-9 of the forces, the next terms less.
         differences = np.array(columns).T

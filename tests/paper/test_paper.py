@@ -17,10 +17,10 @@ from scipy.optimize import brentq
 
 from beamviz import Beam, solve
 from beamviz.cli import main
+from beamviz.mechanics import cubic_elements as elements
 from beamviz.paper import MODELS, compute, figures, tables
 from beamviz.paper.figures import FIGURES, LociFigure, printed_numbers
 from beamviz.paper.tables import TABLES
-from beamviz.solver.fem import elements
 
 # figure, printed number, the models within a unit of its last digit.
 FITS = """

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beamviz.beam import Beam
-from beamviz.solver.fem.elements import PlanarBeam, element_coordinates, gauss, hermite
+from beamviz.mechanics.cubic_elements import CubicElements, element_coordinates, gauss, hermite
 from beamviz.solver.problem import Problem
 
 NODES = np.array([0, 0.12, 0.35, 0.6, 1])
@@ -21,7 +21,7 @@ def test_force_and_tangent_of_the_paper(seed):
     """The force of a green beam with spatial curvature is the paper's eq. 17, term by term, and
     the tangent its eq. 44, with its one unsymmetric term, -6 Gamma q q' S'S', made symmetric: as
     printed it is not the derivative of eq. 17."""
-    model = PlanarBeam(NODES, Beam(mu=SOFT), Problem())
+    model = CubicElements(NODES, Beam(mu=SOFT), Problem().theory)
     noise = np.random.default_rng(seed).standard_normal((len(NODES), 4)) * [0.05, 0.05, 0.25, 0.4]
     q_e = element_coordinates(model.unstressed + noise.ravel(), 4)  # tens of degrees and percent
     paper = [paper_element(e, q, SOFT) for e, q in enumerate(q_e)]

@@ -29,7 +29,6 @@ from beamviz.solver.bent.profile import (
     SavedState,
     curve,
     fields,
-    gradients,
     profile_of,
     saved,
 )
@@ -217,27 +216,23 @@ def _errors(state: BentState, modes: BentModes) -> tuple[np.ndarray, np.ndarray]
     y* T'(s) v it is the change of s. The quadrature of the stretch adds what it adds for straight
     beams.
     """
-    bent, s, V = state.beam, modes.s, state.beam.values(modes.V)
-    energies, n = _energies(state, V), len(bent.w)
-    f_tails, kappa_tails = bent.trial.tails(state.f - 1, state.kappa)
+    bent, s, V = state.beam, modes.s, modes.V
+    energies = _energies(state, V)
     truncation = _contributions_to_shapes(state, modes)
-    for k in range(len(truncation)):
-        part = bent.trial.element_of_points == k
+    for k, highest in enumerate(bent.highest):
         lower = state.q.copy()
-        lower[:n] -= part * f_tails
-        lower[n : 2 * n] -= part * kappa_tails
+        lower[highest] = 0.0
         dK, dC, dM = _energies(BentState(bent, lower), V) - energies
         truncation[k] += abs(dK + s * dC + s**2 * dM)
     slope = np.maximum(2 * abs(s), TINY)  # of s^2
     squared = slope * truncation / np.maximum(modes.pairing, TINY)
-    rigid = state.rigidities @ abs(V) ** 2 / energies[2].real  # s^2 without any softening
-    scale = np.maximum(abs(s) ** 2, rigid)
+    rigid = (V.conj() * product(state.rigidity, V)).sum(axis=0).real / energies[2].real
+    scale = np.maximum(abs(s) ** 2, rigid)  # of s^2 without any softening
     # The tail of a mode may nearly vanish by chance: it is at least that of each lower mode,
     # relative to its scale.
     relative = np.maximum.accumulate(squared / scale, axis=1)
-    lost = (
-        4 * np.bincount(bent.trial.element_of_points, bent.w * f_tails**2) / (bent.w @ state.f) ** 2
-    )
+    tails = np.array([(state.q[along] ** 2).sum() for along, _ in bent.trial.highest])
+    lost = 4 * tails / (bent.beam.mu * (bent.w @ state.f)) ** 2
     relative += max(1.0, state.f[0]) * lost[:, None]
     return TRUNCATION_FACTOR * scale * relative / slope, modes.rounding
 
@@ -247,8 +242,8 @@ def _contributions_to_shapes(state: BentState, modes: BentModes) -> np.ndarray:
     (elements, modes): t* T v + v* T t - t* T t."""
     s, V, highest = modes.s, modes.V, state.beam.highest
     terms = [(state.stiffness, 1.0), (state.inertia, s**2)]
-    if state.coriolis is not None:
-        terms.append((state.coriolis, s))
+    if state.gyroscopic is not None:
+        terms.append((state.gyroscopic, s))
     contributions = np.zeros((len(highest), len(s)), complex)
     for matrix, factor in terms:
         right, left = product(matrix, V), product(matrix.T, V.conj())
@@ -274,9 +269,9 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
     """The Solution of modes with these errors of s."""
     squared = (2 * abs(modes.s) + errors) * errors  # errors of s^2
     bent, orders = state.beam, state.beam.elements.orders
-    V = bent.values(modes.V)
+    V = modes.V
     moved = state.displaced(V)
-    theta = bent.to_masses(state.kappa[:, None]) + state.root_angle
+    theta = (bent.to_masses(state.kappa) + state.root_angle)[:, None]
     across = np.cos(theta) * moved[1] - np.sin(theta) * moved[0]
     profile = profile_of(state)
     loads = Loads(bent.beam, bent.problem.chordwise, bent.grid.breaks, partial(curve, profile))
@@ -292,5 +287,5 @@ def _solution(state: BentState, modes: BentModes, errors: np.ndarray) -> Solutio
         s=modes.s,
         estimate_errors=partial(np.array, squared),
         bending_energy_fraction=fraction,
-        fields=partial(fields, profile, gradients(state, V)),
+        fields=partial(fields, profile, state.gradients(V)),
     )

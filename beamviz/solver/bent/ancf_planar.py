@@ -13,10 +13,10 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from beamviz.beam import Beam
 from beamviz.errors import NotConverged
+from beamviz.mechanics.cubic_elements import TURN, CubicElements, element_coordinates, interpolate
 from beamviz.solver.bent.beam import corotational_components
 from beamviz.solver.bent.modes import unsymmetric_modes
 from beamviz.solver.continuation import continue_load, newton_at
-from beamviz.solver.fem.elements import TURN, PlanarBeam, element_coordinates, interpolate
 from beamviz.solver.loads import Loads
 from beamviz.solver.problem import Problem
 from beamviz.solver.quadrature import quadrature
@@ -40,7 +40,7 @@ class PlanarProblem:
 
     def __init__(self, beam: Beam, problem: Problem, elements: int):
         self.beam = beam
-        self.model = PlanarBeam(np.linspace(0.0, 1.0, elements + 1), beam, problem)
+        self.model = CubicElements(np.linspace(0.0, 1.0, elements + 1), beam, problem.theory)
         self.free = np.setdiff1d(np.arange(4 * (elements + 1)), CLAMPED)
         self.G, self.M = (self.assembled(self.model.planar(part)) for part in (TURN, np.eye(2)))
 

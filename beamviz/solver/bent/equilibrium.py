@@ -11,12 +11,14 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import pairwise
 from operator import attrgetter
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
+from beamviz.mechanics.planar import MAX_TURN
 from beamviz.mechanics.straight_equilibrium import (
     axial_problem,
     coarse_equilibrium,
@@ -24,14 +26,13 @@ from beamviz.mechanics.straight_equilibrium import (
     is_small_strain,
 )
 from beamviz.mechanics.straight_properties import stack_of
-from beamviz.solver.bent.beam import MAX_TURN, BentBeam, BentState
+from beamviz.solver.bent.beam import BentBeam, BentState
 from beamviz.solver.problem import Problem, interruption
 from beamviz.space.elements import Elements
 from beamviz.space.grid import make_mesh
 from beamviz.space.spans import Span, find_spans, unstretched_positions
 
 FIRST_ORDER, LONGEST_ELEMENT = 10, 0.5
-LAYER, GRADING = 3.0, 4.0  # first element in widths of a bending layer; ratio of neighbours
 SOFT_ROOT = 5.0  # stiffness of a root spring below which a beam folds over at its root
 DESCENT_TRIALS, NEWTON_STEPS = 500, 12
 SMALLEST_SHIFT = 4.0**-12  # of the stiffness in a descent step, in units of the rigidities
@@ -47,6 +48,19 @@ ROUNDED = 1e-5  # size of a Newton step that, if it no longer shrinks, is roundi
 ENERGY_ROUNDING = 1e-12  # of its terms
 STRETCHES = 1e-3, 1e3  # at which a descent ends
 BEYOND = 4.0  # times past the ends of a strain law's force, where a descent ends as well
+
+
+class Grading(NamedTuple):
+    """How elements are graded towards a bending layer. layer: length of the first one, in widths
+    of the layer; ratio: of neighbours; widest: layer that gets elements of its own, over the length
+    of its part of the beam."""
+
+    layer: float
+    ratio: float
+    widest: float
+
+
+LAYERS = Grading(layer=3.0, ratio=4.0, widest=math.inf)
 
 
 def folded_over(beam: Beam) -> Beam:
@@ -71,20 +85,28 @@ def layer_widths(beam: Beam, problem: Problem) -> list[tuple[Span, list[float]]]
     ]
 
 
-def first_elements(beam: Beam, problem: Problem) -> Elements:
-    """Elements graded towards the layers of bending at the clamp and at the concentrated mass."""
+def graded_breaks(beam: Beam, problem: Problem, grading: Grading) -> list[float]:
+    """Ends of elements graded towards the layers of bending at the clamp, at bodies and at jumps of
+    a property."""
     breaks = {0.0}
     for span, (first, last) in layer_widths(beam, problem):
         start, end = span.start.x, span.end.x
-        half = (end - start) / 2
-        if not span.start.smooth:
-            breaks |= {start + away for away in distances(LAYER * first, GRADING, half)}
+        length = end - start
+        if not span.start.smooth and first < grading.widest * length:
+            away = distances(grading.layer * first, grading.ratio, length / 2)
+            breaks |= {start + distance for distance in away}
         if end == 1 or not span.end.smooth:
             breaks.add(end)
-        if end < 1 and not span.end.smooth:
-            breaks |= {end - away for away in distances(LAYER * last, GRADING, half)}
+        if end < 1 and not span.end.smooth and last < grading.widest * length:
+            away = distances(grading.layer * last, grading.ratio, length / 2)
+            breaks |= {end - distance for distance in away}
+    return sorted(breaks)
+
+
+def first_elements(beam: Beam, problem: Problem) -> Elements:
+    """Elements graded towards the layers of bending."""
     starts: list[float] = []  # of the elements
-    for a, b in pairwise(sorted(breaks)):
+    for a, b in pairwise(graded_breaks(beam, problem, LAYERS)):
         n = math.ceil((b - a) / LONGEST_ELEMENT)
         starts += [a + (b - a) * k / n for k in range(n)]
     orders = (FIRST_ORDER,) * len(starts)
@@ -142,29 +164,28 @@ def guesses(beam: BentBeam) -> Iterator[np.ndarray]:
     folded = folded_state(beam)
     f = folded.f if folded else np.ones(n)
     if beam.beam.root < SOFT_ROOT:  # turned over at the root
-        yield beam.unknowns(f, np.zeros(n), math.pi)
+        yield beam.fitted(f, np.zeros(n), math.pi)
     else:
-        yield beam.unknowns(f, math.pi * decay / (w @ decay))
+        yield beam.fitted(f, math.pi * decay / (w @ decay))
     if straight is None:
         return
-    r = beam.r
+    r = beam.along
     omega_squared, modes = np.linalg.eigh(straight.stiffness[r:, r:])
     for k in range(min(2, int((omega_squared < 0).sum()))):
-        turning = beam.values(np.append(np.zeros(r), modes[:, k]))[n:]
-        turning *= MAX_TURN / abs(beam.to_angle(turning)).max()
-        yield np.concatenate((straight.f, turning))
+        turning = modes[:, k] * MAX_TURN / abs(beam.S @ modes[:, k]).max()
+        yield np.append(straight.q[:r], turning)
 
 
 def straight_state(bent: BentBeam) -> BentState | None:
     """The straight state that is stable along the beam; None where there is none."""
     grid = bent.grid
     mesh = make_mesh(tuple(grid.breaks.tolist()), grid.orders)
-    problem = axial_problem(mesh, stack_of([bent.beam]), bent.law)
+    problem = axial_problem(mesh, stack_of([bent.beam]), bent.section.law)
     try:
-        axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.law))
+        axial = problem.stable_state(has_unique_equilibrium(bent.beam, bent.section.law))
     except (NoEquilibrium, NotConverged):
         return None
-    return BentState(bent, bent.unknowns(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
+    return BentState(bent, bent.fitted(axial.f[0], np.zeros(len(bent.w))), axial.iterations)
 
 
 def folded_state(bent: BentBeam) -> BentState | None:
@@ -180,8 +201,8 @@ def descend(beam: BentBeam, q: np.ndarray) -> BentState | None:
     definite, the step is bounded and the energy falls, so that the descent leaves saddle points.
     After such a step it falls again, near the state to 0, where Newton's method converges.
     """
-    low = max(STRETCHES[0], beam.law.min_stretch / BEYOND)
-    high = min(STRETCHES[1], beam.law.max_stretch * BEYOND)
+    low = max(STRETCHES[0], beam.section.law.min_stretch / BEYOND)
+    high = min(STRETCHES[1], beam.section.law.max_stretch * BEYOND)
     state, shift, last_shift, last_size = BentState(beam, q), 0.0, 1.0, math.inf
     if not state.f.min() > 0:  # a stretch interpolated across a kink
         return None
@@ -214,22 +235,17 @@ def _falls(state: BentState, trial: BentState, step: np.ndarray) -> bool:
 def _newton_step(state: BentState, shift: float = 0.0) -> tuple[np.ndarray, float]:
     """Newton's step and its size, infinite where the stiffness is not positive definite. shift:
     added to the stiffness, in units of the present rigidities."""
-    bent, K = state.beam, state.stiffness
-    if shift:
-        added, n = shift * state.rigidities, len(bent.w)
-        K = bent.local(added[:n], np.zeros(n), added[n : 2 * n], added[2 * n :].sum())
-        K += state.stiffness
+    K = state.stiffness + shift * state.rigidity if shift else state.stiffness
     L, info = lapack.dpotrf(K, lower=1)
     if info:
         return np.zeros_like(state.q), math.inf
-    step = -bent.values(lapack.dpotrs(L, bent.on_unknowns(state.residual), lower=1)[0])
+    step = -lapack.dpotrs(L, state.residual, lower=1)[0]
     return step, state.step_size(step)
 
 
 def _unsymmetric_step(state: BentState) -> tuple[np.ndarray, float]:
     """Newton's step and its size where the stiffness is not symmetric or not positive definite."""
-    bent = state.beam
-    step = -bent.values(np.linalg.solve(state.stiffness, bent.on_unknowns(state.residual)))
+    step = -np.linalg.solve(state.stiffness, state.residual)
     return step, state.step_size(step)
 
 

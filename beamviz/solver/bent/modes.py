@@ -43,7 +43,7 @@ def bent_modes(state: BentState, count: int) -> BentModes:
     """The `count` lowest modes about a state. A state without a spin-up has to be stable, which the
     descent to it guarantees. Raises NotConverged where the stiffness of such a state is not
     positive definite."""
-    K, M, C = state.stiffness, state.inertia, state.coriolis
+    K, M, C = state.stiffness, state.inertia, state.gyroscopic
     spin_up = state.beam.beam.spin_up
     F = None if spin_up or C is None else state.factor_of_inertia
     if spin_up:

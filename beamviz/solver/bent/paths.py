@@ -209,8 +209,8 @@ def states_on_both_sides(beam: BentBeam) -> list[BentState]:
 
 def _on_the_side_of_the_force(state: BentState, spin_up: float) -> BentState:
     """The state or its mirror image: that on which the Euler force of a spin-up does work."""
-    x, y = state.arms
-    return state.mirrored if -spin_up * (state.beam.mass @ (x * y)) < 0 else state
+    R = state.R
+    return state.mirrored if -spin_up * (state.beam.mass @ (R.real * R.imag)) < 0 else state
 
 
 def _around_limit_points(start: BentState, target: float) -> BentState:
@@ -224,7 +224,7 @@ def _around_limit_points(start: BentState, target: float) -> BentState:
     def at(z: NDArray) -> BentState:
         """The state of z (size + 1,): the change of the unknowns from the start, and p."""
         spin_up = float(np.clip(z[-1] * target, *SPIN_UP.limits))
-        return BentState(bent.changed(spin_up=spin_up), start.q + bent.values(z[:-1]))
+        return BentState(bent.changed(spin_up=spin_up), start.q + z[:-1])
 
     largest_share = bent.beam.spin_up / target
     # Arc lengths are in the mean squares of the stretch and, relative to the start, of kappa.
@@ -273,9 +273,7 @@ def _bordered(
     """The tangent of R(q, p) by z = (q, p) with the row `across` below it, and R, in unknowns."""
     h = np.append(np.zeros(len(z) - 1), DIFFERENCE)
     state = at(z)
-    before, here, beyond = (
-        each.beam.on_unknowns(each.residual) for each in (at(z - h), state, at(z + h))
-    )
+    before, here, beyond = (each.residual for each in (at(z - h), state, at(z + h)))
     slope = (beyond - before) / (2 * DIFFERENCE)
     return np.vstack((np.column_stack((state.stiffness, slope)), across)), here
 
@@ -287,7 +285,7 @@ def _corrected(at: Callable[[NDArray], BentState], z: NDArray, across: NDArray) 
         A, residual = _bordered(at, z, across)
         step = -np.linalg.solve(A, np.append(residual, 0.0))
         state = at(z)
-        if not state.step_size(state.beam.values(step[:-1])) < 1:
+        if not state.step_size(step[:-1]) < 1:
             raise np.linalg.LinAlgError
         return step
 

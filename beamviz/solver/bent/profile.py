@@ -46,8 +46,8 @@ class Profile(NamedTuple):
 
 def profile_of(state: BentState) -> Profile:
     """A state as a function of x."""
-    gradient = state.f * state.direction
-    return Profile(state.beam.grid, state.f, state.kappa, state.root_angle, gradient)
+    gradient = np.stack((state.slope.real, state.slope.imag))
+    return Profile(state.beam.grid, state.f, state.kappa, float(state.root_angle), gradient)
 
 
 def curve(profile: Profile, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -57,18 +57,9 @@ def curve(profile: Profile, x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     return from_clamp @ profile.gradient.T, grid.at(x) @ profile.f, angle
 
 
-def gradients(state: BentState, V: NDArray) -> NDArray:
-    """Derivatives (2, n, modes) of displacements in x and in y, of changes V (n + turning, modes)
-    of q."""
-    df, dkappa = np.split(V, [len(state.f)])
-    c, s = state.direction[..., None]
-    turn = state.f[:, None] * state.beam.to_angle(dkappa)
-    return np.stack((c * df - s * turn, s * df + c * turn))
-
-
 def fields(profile: Profile, moved: NDArray, x: NDArray) -> NDArray:
     """Displacements (len(x), 2, modes) along and across the deflected beam, of their derivatives
-    `moved` (2, n, modes) in x and in y (`gradients`)."""
+    `moved` (2, n, modes) in x and in y (`BentState.gradients`)."""
     from_clamp = profile.grid.from_clamp(x)
     angle = from_clamp @ profile.kappa + profile.root_angle
     dx, dy = from_clamp @ moved

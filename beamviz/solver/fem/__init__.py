@@ -15,11 +15,8 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from beamviz.beam import Beam
 from beamviz.errors import NoEquilibrium, NotConverged
-from beamviz.solver import constitutive
-from beamviz.solver.continuation import Root, continue_load, newton_at
-from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
-from beamviz.solver.fem.elements import (
-    PlanarBeam,
+from beamviz.mechanics.cubic_elements import (
+    CubicElements,
     assemble_band,
     dense,
     element_coordinates,
@@ -27,6 +24,9 @@ from beamviz.solver.fem.elements import (
     interpolate,
     locate,
 )
+from beamviz.solver import constitutive
+from beamviz.solver.continuation import Root, continue_load, newton_at
+from beamviz.solver.families import Shapes, build_solution, modes_of_matrices, no_equilibrium
 from beamviz.solver.problem import Problem
 from beamviz.solver.solution import Solution, straight
 from beamviz.space.spans import ends_of_spans
@@ -54,7 +54,7 @@ class Assembled(NamedTuple):
 def solve(beam: Beam, problem: Problem) -> Solution:
     """Equilibrium and modes, or an error of `beamviz.solve`."""
     nodes = nodes_of(beam, problem.resolution)
-    model = PlanarBeam(nodes, beam, problem)
+    model = CubicElements(nodes, beam, problem.theory)
     try:
         position, iterations, Ka, Kb = ASSEMBLERS[problem.method](model)
     except NotConverged as error:
@@ -84,7 +84,7 @@ def nodes_of(beam: Beam, elements: int) -> NDArray:
 
 
 def with_rotary_inertia(
-    model: PlanarBeam, position: NDArray, Fa: NDArray, Fb: NDArray, Kb: NDArray, problem: Problem
+    model: CubicElements, position: NDArray, Fa: NDArray, Fb: NDArray, Kb: NDArray, problem: Problem
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Factors of the mass matrices and the stiffness across the beam with bodies that turn: as in
     `hp.modes.add_rotary_inertia`."""
@@ -104,7 +104,7 @@ def with_rotary_inertia(
     return np.vstack((Fa, still)), np.vstack((Fb, np.sqrt(J)[:, None] * rows)), Kb
 
 
-def _held(model: PlanarBeam, Kb: NDArray, f: float) -> NDArray:
+def _held(model: CubicElements, Kb: NDArray, f: float) -> NDArray:
     """The stiffness across the beam without the clamped coordinates: r2 of the first node, and its
     slope, or the root spring on that. f: stretch at the root."""
     if model.beam.root == math.inf:
@@ -113,7 +113,7 @@ def _held(model: PlanarBeam, Kb: NDArray, f: float) -> NDArray:
     return Kb[1:, 1:]
 
 
-def _ancf(model: PlanarBeam) -> Assembled:
+def _ancf(model: CubicElements) -> Assembled:
     """The stiffness of stretching and that of bending, integrated separately, about the equilibrium
     of the full residual."""
     root = straight_equilibrium(model)
@@ -123,7 +123,7 @@ def _ancf(model: PlanarBeam) -> Assembled:
     return Assembled(q, root.iterations, Ka[1:, 1:], _held(model, Kb, q[1]))
 
 
-def _ancf_planar(model: PlanarBeam) -> Assembled:
+def _ancf_planar(model: CubicElements) -> Assembled:
     """The matrices of the paper's elements, along and across, from the full planar tangent."""
     root = straight_equilibrium(model)
     K = assemble_band(model.stiffness(element_coordinates(root.state, 4)))
@@ -131,7 +131,7 @@ def _ancf_planar(model: PlanarBeam) -> Assembled:
     return Assembled(root.state[::2], root.iterations, Ka, Kb)
 
 
-def _linear(model: PlanarBeam) -> Assembled:
+def _linear(model: CubicElements) -> Assembled:
     """Linear statics under the load of the reference length, then vibration with its prestress."""
     rest, load = model.unstressed[::2], model.beam.gamma**2
     m, K = _dense(model.m), _dense(axial(model, rest))
@@ -162,7 +162,7 @@ def _shapes(nodes: NDArray, free: NDArray) -> Shapes:
     return partial(interpolate, nodes, np.concatenate((clamped, free)))
 
 
-def straight_equilibrium(model: PlanarBeam) -> Root:
+def straight_equilibrium(model: CubicElements) -> Root:
     """The straight state (paper, eq. 40), followed by Newton-Raphson from rest to the beam's gamma.
     Returns its planar coordinates and the number of iterations; it may be unstable (delta < 0).
     Raises NoEquilibrium with the limit in gamma, and NotConverged."""
@@ -185,7 +185,7 @@ def straight_equilibrium(model: PlanarBeam) -> Root:
     return path
 
 
-def straight_margins(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
+def straight_margins(model: CubicElements, load: float, q: NDArray) -> NDArray:
     """Distances (3,) of a straight state from the end of its branch, 1 at rest, where one of them
     is 0: the least stretch, the least slope n' of the force law, and the static stiffness of the
     tip. All are 0 where the tangent is not positive definite."""
@@ -198,13 +198,13 @@ def straight_margins(model: PlanarBeam, load: float, q: NDArray) -> NDArray:
     return np.array([f.min(), model.law.stiffness(f).min(), 1 / (displacement * model.beam.mu**2)])
 
 
-def _solve_along(model: PlanarBeam, load: float, q: NDArray, force: NDArray) -> NDArray:
+def _solve_along(model: CubicElements, load: float, q: NDArray, force: NDArray) -> NDArray:
     """The displacement under a force along the beam; LinAlgError for an indefinite tangent."""
     L = cholesky_banded(model.tangent(q, load)[ALONG][:, 1:], lower=True, check_finite=False)
     return cho_solve_banded((L, True), force, check_finite=False)
 
 
-def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
+def _no_equilibrium(model: CubicElements, limit: float, q: NDArray) -> NoEquilibrium | NotConverged:
     """The error for a path that ends at a load `limit`, with the cause."""
     law, gamma, f = model.law, math.sqrt(limit), model.slopes(q)[:, 0]
     *of_law, tip_stiffness = straight_margins(model, limit, q)
@@ -226,7 +226,7 @@ def _no_equilibrium(model: PlanarBeam, limit: float, q: NDArray) -> NoEquilibriu
     return NoEquilibrium(f"no equilibrium beyond gamma = {gamma:.9g}: {reason}", gamma)
 
 
-def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
+def _overshoot(model: CubicElements, load: float, q: NDArray) -> NotConverged:
     """The error for a stretch of the elements that the force in the beam cannot cause."""
     f = model.slopes(q)[:, 0]
     return NotConverged(
@@ -240,18 +240,18 @@ def _overshoot(model: PlanarBeam, load: float, q: NDArray) -> NotConverged:
 # Coordinates along the beam or across it: values and slopes of node after node.
 
 
-def gradient(model: PlanarBeam, q: NDArray) -> NDArray:
+def gradient(model: CubicElements, q: NDArray) -> NDArray:
     """The derivative (n, p) at the Gauss points of a field with coordinates q (2 (n + 1),)."""
     return (model.dS @ element_coordinates(q, 2)[:, :, None])[..., 0]
 
 
-def axial(model: PlanarBeam, q: NDArray) -> NDArray:
+def axial(model: CubicElements, q: NDArray) -> NDArray:
     """Stiffness of each element along the beam at r1 = q: (n, 4, 4)."""
     stiffness = constitutive.axial_stiffness(gradient(model, q), model.beam.mu, model.law)
     return _form(model.dS, model.weights * model.EA * stiffness)
 
 
-def bending(model: PlanarBeam, q: NDArray, tension: NDArray) -> NDArray:
+def bending(model: CubicElements, q: NDArray, tension: NDArray) -> NDArray:
     """Stiffness (n, 4, 4) of each element across the beam at r1 = q under a tension (n, p)."""
     f = gradient(model, q)
     df = (model.ddS @ element_coordinates(q, 2)[:, :, None])[..., 0]

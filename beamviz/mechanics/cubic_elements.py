@@ -24,8 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from beamviz.beam import Beam
 from beamviz.blade import MAX_DEGREE
-from beamviz.solver.constitutive import StrainLaw
-from beamviz.solver.problem import Problem
+from beamviz.solver.constitutive import StrainLaw, Theory
 
 # Green axial energy: (f^2 - 1)^2 with r' quadratic. 5 points; the tangent's degree is the same.
 # The curvature and the other laws are not polynomials, and not integrated exactly.
@@ -107,7 +106,7 @@ def dense(A: NDArray) -> NDArray:
     return lower + np.tril(lower, -1).T
 
 
-class PlanarBeam:
+class CubicElements:
     """A beam on n cubic elements, between `nodes` (n + 1,) from 0 to 1, with p Gauss points each:
     all that is independent of q and of the load gamma^2.
 
@@ -116,23 +115,23 @@ class PlanarBeam:
     component (n, 4, 4). C: m times the projection away from the axis of rotation (n, 8, 8).
     """
 
-    def __init__(self, nodes: NDArray, beam: Beam, problem: Problem):
+    def __init__(self, nodes: NDArray, beam: Beam, theory: Theory):
         self.nodes, self.beam = nodes, beam
-        self.law, self.curvature_power = problem.strain_law, problem.curvature_power
+        self.law, self.curvature_power, in_plane = theory
         blade = beam.blade
         points, weights = gauss(AXIAL_DEGREE if blade is None else AXIAL_DEGREE + MAX_DEGREE)
         lengths = np.diff(nodes)[:, None]
         self.EI, self.EA = np.ones(1), np.ones(1)
         if blade:
             x = nodes[:-1, None] + lengths * points
-            self.EI = blade.at(problem.bending_property, x)
+            self.EI = blade.at(theory.bending_property, x)
             self.EA = blade.at("axial", x)
         self.weights = weights * lengths
         _, self.dS, self.ddS = hermite(points, lengths)
         B = np.einsum("dnpi,cb->npdcib", np.stack((self.dS, self.ddS)), np.eye(2))
         self.B = B.reshape(*self.dS.shape[:2], 4, 8)
         self.m = mass(nodes, beam)
-        self.C = self.planar(np.diag([1.0, float(problem.chordwise)]))
+        self.C = self.planar(np.diag([1.0, float(in_plane)]))
         self.euler = beam.spin_up * self.planar(TURN) if beam.spin_up else 0.0
 
     @property
@@ -178,11 +177,20 @@ class PlanarBeam:
         return (self.field(load) @ arm[..., None])[..., 0]
 
     def strain_state(self, q_e: NDArray) -> NDArray:
-        """s = (r1', r2', r1'', r2'') at the Gauss points: (n, p, 4)."""
-        return (self.B @ q_e[:, None, :, None])[..., 0]
+        """s = (r1', r2', r1'', r2'') at the Gauss points: (..., n, p, 4) of q_e (..., n, 8)."""
+        return (self.B @ q_e[..., None, :, None])[..., 0]
+
+    def energy(self, q_e: NDArray) -> NDArray:
+        """Strain energy (...) of all elements, of q_e (..., n, 8)."""
+        s = self.strain_state(q_e)
+        f = np.hypot(s[..., 0], s[..., 1])
+        kappa, _ = bending(s, f, self.curvature_power)
+        density = self.beam.mu**2 * self.EA * self.law.strain(f) ** 2 + self.EI * kappa**2
+        return (self.weights * density).sum(axis=(-2, -1)) / 2
 
     def force(self, q_e: NDArray) -> NDArray:
-        """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (n, 8)."""
+        """Elastic force of each element, dU / dq_e = -Q_fe (paper, eq. 17): (..., n, 8) of q_e
+        (..., n, 8)."""
         s = self.strain_state(q_e)
         f = np.hypot(s[..., 0], s[..., 1])
         kappa, dkappa = bending(s, f, self.curvature_power)
@@ -199,10 +207,12 @@ class PlanarBeam:
         return self._integral((H + EI * bending_hessian(s, f, self.curvature_power)) @ self.B)
 
     def _integral(self, density: NDArray) -> NDArray:
-        """int B' density dx over each element; density (n, p, 4, k), the integral (n, 8, k)."""
-        n, p, _, k = density.shape
+        """int B' density dx over each element; density (..., n, p, 4, k), the integral (..., n, 8,
+        k)."""
+        *stack, n, p, _, k = density.shape
         weighted = self.weights[..., None, None] * density
-        return self.B.reshape(n, 4 * p, 8).transpose(0, 2, 1) @ weighted.reshape(n, 4 * p, k)
+        B = self.B.reshape(n, 4 * p, 8).transpose(0, 2, 1)
+        return B @ weighted.reshape(*stack, n, 4 * p, k)
 
 
 def bending(s: NDArray, f: NDArray, power: int) -> tuple[NDArray, NDArray]:
