@@ -7,7 +7,8 @@ oracle takes about half a second a beam, and its answers are kept in a file:
     python scripts/measure_error_bars.py [--beams 5000] [--truths FILE] [--out assets]
 
 With --bent the beams are bent ones (tests/oracle/error_bars.py), the files are
-error_bars_bent.json and .md, and what is kept are the verdicts: remove them to measure anew.
+error_bars_bent.json and .md, and what is kept are the verdicts: remove them to measure anew. With
+--blades they are blades with dips and jumps, straight or bent, and the names end in _blades.
 """
 
 import json
@@ -17,6 +18,7 @@ import tempfile
 from collections import Counter
 from collections.abc import Callable
 from datetime import date
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -51,17 +53,21 @@ def main() -> None:
     parser = _script.Parser(__doc__)
     parser.add_argument("--beams", type=_script.count, default=5000)
     parser.add_argument("--bent", action="store_true")
+    parser.add_argument("--blades", action="store_true")
     parser.add_argument("--truths", type=Path)
     parser.add_argument("--out", type=Path, default=_script.ROOT / "assets")
     given = parser.parse_args()
-    name = "error_bars_bent" if given.bent else "error_bars"
+    name = "error_bars" + "_bent" * given.bent + "_blades" * given.blades
     file = given.truths or Path(tempfile.gettempdir()) / f"beamviz-{name}.jsonl"
     if given.bent:
-        rows = kept_rows(given.beams, file, bent_row)
+        scene = oracle.random_bent_dip_scene if given.blades else oracle.random_bent_scene
+        rows = kept_rows(given.beams, file, partial(bent_row, scene))
     else:
-        rows = [straight_row(answer) for answer in kept_rows(given.beams, file, straight_answer)]
+        scene = oracle.random_dip_scene if given.blades else oracle.random_scene
+        answers = kept_rows(given.beams, file, partial(straight_answer, scene))
+        rows = [straight_row(scene, answer) for answer in answers]
     counted = summary(rows, SLOW_BENT if given.bent else SLOW)
-    text = page(counted, given.bent)
+    text = page(counted, given.bent, given.blades)
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / f"{name}.json").write_text(json.dumps(counted, indent=1) + "\n")
     (given.out / f"{name}.md").write_text(text)
@@ -74,20 +80,20 @@ def described(scene: Any) -> dict[str, Any]:
     return groups | {"coriolis": scene.options["coriolis"], "command": scene.command}
 
 
-def bent_row(seed: int) -> dict[str, Any]:
-    """A verdict on a bent beam."""
-    scene = oracle.random_bent_scene(seed)
+def bent_row(drawn: Callable[[int], Any], seed: int) -> dict[str, Any]:
+    """A verdict on a bent beam, drawn from a seed."""
+    scene = drawn(seed)
     return described(scene) | oracle.bent_verdict(scene)
 
 
-def straight_answer(seed: int) -> dict[str, Any]:
-    """The truth about a straight beam."""
-    return oracle.oracle_answer(oracle.random_scene(seed))
+def straight_answer(drawn: Callable[[int], Any], seed: int) -> dict[str, Any]:
+    """The truth about a straight beam, drawn from a seed."""
+    return oracle.oracle_answer(drawn(seed))
 
 
-def straight_row(answer: dict[str, Any]) -> dict[str, Any]:
+def straight_row(drawn: Callable[[int], Any], answer: dict[str, Any]) -> dict[str, Any]:
     """A verdict on a straight beam; a slow one is timed again, and its least time counts."""
-    scene = oracle.random_scene(answer["seed"])
+    scene = drawn(answer["seed"])
     row = {"seed": answer["seed"]} | described(scene) | oracle.verdict(scene, answer)
     for _ in range(3):
         if row["seconds"] > SLOW:
@@ -169,13 +175,16 @@ def listed(row: dict[str, Any]) -> dict[str, Any]:
     return entry
 
 
-def page(counted: dict[str, Any], bent: bool = False) -> str:
+def page(counted: dict[str, Any], bent: bool = False, blades: bool = False) -> str:
     """The summary for people, in Markdown."""
     beams, seconds, slow = counted["beams"], counted["seconds"], 1000 * counted["seconds"]["slow"]
     title, option, drawn = "# Honest error bars", "", "beams over everything that is accepted"
     if bent:
         title, option = f"{title} of bent beams", " --bent"
         drawn = "bent beams, inward ones past buckling and ones that spin up"
+    if blades:
+        title, option = f"{title}: blades", f"{option} --blades"
+        drawn = f"{'bent' if bent else 'straight'} blades with dips and jumps"
     counts = ("", "beams", "all errors within bars", "frequencies", "within", "bar / error, median")
     groups = []
     for name, share in counted["groups"].items():

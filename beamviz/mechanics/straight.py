@@ -94,8 +94,7 @@ def stiffness_and_mass(axial: AxialProblem, trial: Trial, f: NDArray, problem: P
     _, properties, beams, law = axial
     n, rows = f.shape[-1], rows_with_root(trial, beams)
     stiffness = np.zeros((len(f), 2 * n))
-    bent = trial.grid.weights * trial.EI
-    stiffness[:, :n] = bent * bending_stiffness(f, problem.curvature_power)
+    stiffness[:, :n] = trial.bending_weights * bending_stiffness(f, problem.curvature_power)
     if problem.stiffens:
         tension = beams.gamma**2 * (np.matvec(properties.G, f) + beams.delta * properties.g)
         stiffness[:, n:] = tension * f
@@ -199,7 +198,7 @@ def uncoupled_modes(
     s = S @ along
     kappa = curvature(trial, across)
     tail = tail_energies(trial, matrices, across, s)
-    if trial.is_kinked.any():
+    if trial.has_kinks:
         squares = omega_squared[:, 0], omega_squared[:, 1]
         shapes = kappa, s
         lack = lacking_energies(axial, trial, state.f, matrices, shapes, squares, None, problem)
@@ -298,7 +297,7 @@ def gyroscopic_modes(
     scale = size + eigen.COMPRESSED
     share = 2 * abs(omega_squared) / (abs(omega_squared) + abs(modes.stored))
     tail = tail_energies(trial, matrices, across, S @ along)
-    if trial.is_kinked.any():
+    if trial.has_kinks:
         square = omega_squared + gamma[..., 0] ** 2 * problem.softening
         coupling = 2 * gamma[..., 0] * np.sqrt(-omega_squared + 0j)
         shapes, squares = (kappa, s), (square, square)

@@ -38,14 +38,13 @@ def tail_energies(trial: Trial, matrices: Matrices, across: NDArray, s: NDArray)
     coefficients across (beams, r, k) and a gradient s along the beam (beams, n, k): an estimate of
     the change of omega^2 by a higher order, 0 in the elements of several pieces, of which it is
     known (`straight_residual`). A tension counts by its absolute value."""
-    of_stretch, of_bending = trial.highest_of_all
     stiffness = np.vecmat(abs(matrices.stiffness), trial.tail_squares)[..., None]
-    bending = trial.by_element(stiffness * across[:, of_bending] ** 2)
-    functions = trial.stretch[..., of_stretch]
-    stiffness = np.vecmat(matrices.axial_stiffness, functions**2)[..., None]
-    along = (trial.grid.weights * trial.EA)[..., None] * functions
-    tails = np.stack((bending, trial.by_element(stiffness * (along.mT @ s) ** 2)), axis=1)
-    return tails * ~trial.is_kinked if trial.quadrature else tails
+    axial_stiffness = np.vecmat(matrices.axial_stiffness, trial.stretch_tail_squares)[..., None]
+    energies = np.empty((len(s), 2, stiffness.shape[-2], s.shape[-1]))
+    np.multiply(stiffness, across[:, trial.highest_of_all[1]] ** 2, out=energies[:, 0])
+    np.multiply(axial_stiffness, (trial.stretch_tails @ s) ** 2, out=energies[:, 1])
+    tails = trial.by_element(energies)
+    return tails * ~trial.is_kinked if trial.has_kinks else tails
 
 
 def quadrature_errors(trial: Trial, across: NDArray, along: NDArray) -> NDArray:

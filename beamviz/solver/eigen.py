@@ -61,11 +61,13 @@ def family_modes(
     stack, n, r = len(K), K.shape[-1], A.shape[-1]
     count = min(count, n)
     few = min(count, r)
-    nu, added = np.full((stack, 2, count), np.nan), np.zeros((stack, 2, 1))
-    V, C = np.empty((stack, count, n)), np.full((stack, count, r), np.nan)
+    nu, added = np.empty((stack, 2, count)), np.zeros((stack, 2, 1))
+    V, C = np.empty((stack, count, n)), np.empty((stack, count, r))
     for k in range(stack):
         nu[k, 0], V[k], added[k, 0] = inverse_modes_with_shift(M[k], K[k], count, shift)
         nu[k, 1, :few], C[k, :few] = eigh_largest(A[k], few)
+    if few < count:
+        nu[:, 1, few:], C[:, few:] = np.nan, np.nan
     # An element beside a mass near the clamp is short, and has hardly any mass.
     nu[nu <= EPS * nu[..., :1]] = np.nan
     size = 1 / nu

@@ -241,6 +241,22 @@ class Trial:
         """Squares (..., 2 n, tails) of the highest functions of bending and of their integrals."""
         return read_only(self.rows[..., self.highest_of_all[1]] ** 2)
 
+    @cached_property
+    def stretch_tail_squares(self) -> NDArray:
+        """Squares (..., n, tails) of the highest functions of stretch."""
+        return read_only(self.stretch[..., self.highest_of_all[0]] ** 2)
+
+    @cached_property
+    def stretch_tails(self) -> NDArray:
+        """Matrix (..., tails, n): the stretch at the points -> coefficients of these functions."""
+        weights = (self.grid.weights * self.EA)[..., None]
+        return read_only((weights * self.stretch[..., self.highest_of_all[0]]).mT)
+
+    @cached_property
+    def bending_weights(self) -> NDArray:
+        """Weights of the points times E I (..., n)."""
+        return read_only(self.grid.weights * self.EI)
+
     def tails(self, stretch: NDArray, bending: NDArray) -> tuple[NDArray, NDArray]:
         """What the highest functions of each element contribute to values (n,) of stretch and of
         bending."""
@@ -256,6 +272,11 @@ class Trial:
     def is_kinked(self) -> NDArray:
         """Whether each element (elements,) has several pieces, and more points than functions."""
         return np.array(self.counts) > 1
+
+    @cached_property
+    def has_kinks(self) -> bool:
+        """Whether any element has."""
+        return bool(self.is_kinked.any())
 
     def of_kinked(self, energies: NDArray) -> NDArray:
         """Sums (..., elements) of energies (..., n, k) at the points of the elements of several

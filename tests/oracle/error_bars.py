@@ -102,6 +102,51 @@ def random_blade_scene(seed: int) -> Scene:
     return Scene(with_random_properties(rng, beam), options)
 
 
+def random_dip_scene(seed: int) -> Scene:
+    """A blade of `random_blade_scene` with a table, and dips of its stiffness and jumps in it."""
+    for attempt in count():
+        scene = random_blade_scene(1000 * attempt + seed)
+        if scene.beam.blade and scene.beam.blade.degree == 1:
+            rng = np.random.default_rng([29, seed])
+            return scene._replace(beam=scene.beam.replace(blade=with_dips(rng, scene.beam.blade)))
+    raise AssertionError
+
+
+def random_bent_dip_scene(seed: int) -> Scene:
+    """A deflected blade with a table, and dips of its stiffness and jumps in it."""
+    for attempt in count():
+        scene = random_bent_scene(1000 * attempt + seed, blades=True)
+        if scene.beam.blade and scene.beam.blade.degree == 1:
+            rng = np.random.default_rng([31, seed])
+            return scene._replace(beam=scene.beam.replace(blade=with_dips(rng, scene.beam.blade)))
+    raise AssertionError
+
+
+def with_dips(rng: np.random.Generator, blade: Blade) -> Blade:
+    """The blade with one to three dips of its stiffnesses, each over three more stations, and with
+    a jump after half of them."""
+    x = np.array(blade.x)
+    rows = {name: np.array(getattr(blade, name)) for name in ("mass", "bending", "axial", "flap")}
+    for _ in range(rng.integers(1, 4)):
+        free = np.flatnonzero(np.diff(x) > 0.01)
+        if not len(free):
+            break
+        k, depth = int(rng.choice(free)), 10 ** -rng.uniform(0.3, 2.5)
+        start, stop = x[k], x[k + 1]
+        at = start + (stop - start) * np.array([0.3, 0.5, 0.7])
+        jump = rng.random() < 0.5
+        at = np.append(at, at[-1]) if jump else at
+        for name, row in rows.items():
+            here = np.interp(at, [start, stop], row[[k, k + 1]])
+            here[1] *= 1.0 if name == "mass" else depth
+            if jump:
+                here[3] *= rng.uniform(0.3, 1.5)
+            rows[name] = np.insert(row, k + 1, here)
+        x = np.insert(x, k + 1, at)
+    values = {name: tuple(np.clip(row, 1e-6, 1e6).tolist()) for name, row in rows.items()}
+    return Blade(tuple(x.tolist()), **values)
+
+
 def with_random_properties(rng: np.random.Generator, beam: Beam) -> Beam:
     """The beam with properties along its span, bodies and a root."""
     masses = [random_body(rng) for _ in range(rng.choice([0, 1, 2, 3], p=[0.5, 0.25, 0.15, 0.1]))]

@@ -135,6 +135,39 @@ def test_what_is_kept_of_blades_of_many_stations_is_small():
     assert kept < 15
 
 
+def rough_blade(stations: int) -> Blade:
+    """Properties that differ by some percent from one station to the next, without a trend."""
+    rng = np.random.default_rng(11)
+    x = tuple(np.linspace(0, 1, stations).tolist())
+    rows = (np.exp(np.append(0.0, rng.normal(0, 0.1, stations - 1))) for _ in range(3))
+    return Blade(x, *(tuple(row.tolist()) for row in rows))
+
+
+@pytest.mark.parametrize("options", [{}, {"coriolis": True}, {"plane": "flapwise"}])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+def test_the_bars_hold_where_elements_span_many_stations(options, tolerance):
+    """The reference has elements between stations."""
+    beam = Beam(0.3, 0.6, 4, 0.2, 60, blade=rough_blade(40), root=50.0)
+    rough, fine = (solve(beam, tolerance=each, **options) for each in (tolerance, 1e-11))
+    assert rough.stats.elements < 20 < fine.stats.elements
+    apart = abs(rough.omega_squared - fine.omega_squared)
+    assert np.all(apart <= rough.omega_squared_errors + fine.omega_squared_errors)
+    assert np.all(rough.errors <= 2 * tolerance * rough.frequencies)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_a_soft_dip(tolerance):
+    """Values of a Ritz solution with Hermite cubics and graded bubbles."""
+    bending = (1.0, 1.0, 1e-3, 1.0, 1.0)
+    blade = Blade((0, 0.27, 0.37, 0.47, 1), (1.0,) * 5, bending, (1.0,) * 5)
+    right = np.array([3.034583334, 18.877321245, 53.008659974])
+    beam = Beam(0, 1, 3, 0, 100, blade=blade)
+    for solved in (beam, beam.replace(spin_up=1e-9)):
+        options = {} if solved is beam else {"state": "bent"}
+        solution = solve(solved, modes=3, tolerance=tolerance, **options)
+        assert np.all(abs(solution.frequencies - right) <= solution.errors + 1e-9 * right)
+
+
 def test_an_error_keeps_no_matrices():
     """Of a blade that is unstable, with Coriolis forces and many unknowns: each keeps 4 MB if it
     remembers where it was raised."""

@@ -100,6 +100,10 @@ def stacks(attempts: dict[int, Attempt]) -> Iterator[list[int]]:
     one mesh, where there are at least SHARED; of the others those whose elements have the same
     orders."""
 
+    if len(attempts) == 1:
+        yield list(attempts)
+        return
+
     def properties(k: int) -> object:
         beam = attempts[k].beam
         return None if beam.is_uniform else (beam.blade, beam.masses, beam.root, beam.alpha > 0)
